@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include <striper/core/frame_source.hpp>
+
+namespace striper {
+
+/// Opens a source of frames by its address:
+///
+///     images:DIR-or-GLOB?fps=30        pictures of a directory or pattern, in natural order
+///     sim:scene.yaml                   the simulated striper
+///     v4l2:/dev/video0?standard=ntsc   a V4L2 camera or grabber
+///     gige:SERIAL-or-IP                a GigE Vision camera
+///     PATH                             whichever of these the path is
+///
+/// Every source knows `laser=` (the cadence, see Cadence) and `fields=split-top|split-bottom` (its
+/// pictures are two interlaced fields, the named one first in time). Documentation of the other
+/// keys is with each source's header.
+///
+/// @throws Error{kUsage} for a wrong address, Error{kNotFound} where there is nothing there,
+///         Error{kUnsupported} where this build lacks the backend, Error{kDevice} where a device
+///         refuses.
+std::unique_ptr<FrameSource> open_source(std::string_view uri);
+
+}  // namespace striper

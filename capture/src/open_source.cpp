@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <striper/capture/open_source.hpp>
+#include <striper/capture/source_uri.hpp>
+#include <striper/core/error.hpp>
+
+namespace striper {
+
+std::unique_ptr<FrameSource> open_source(std::string_view uri_text) {
+  const SourceUri uri = SourceUri::parse(uri_text);
+  throw Error(
+      ErrorKind::kUnsupported,
+      fmt::format("source '{}': this build has no backend for {}:", uri_text, uri.scheme()));
+}
+
+}  // namespace striper

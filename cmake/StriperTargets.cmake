@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+# The helpers that every CMakeLists.txt of the project uses: one way to make a library, one to make a test.
+
+# Puts the project's warnings, sanitizers and language level on one target.
+function(striper_target_defaults target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wno-psabi)
+  if(STRIPER_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(STRIPER_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${STRIPER_SANITIZE} -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${STRIPER_SANITIZE})
+    if(STRIPER_SANITIZE MATCHES "undefined")
+      target_compile_options(${target} PRIVATE -fno-sanitize-recover=undefined)
+    endif()
+  endif()
+endfunction()
+
+# striper_library(sdk HEADERS ... SOURCES ...): the library striper::sdk; the headers are its public
+# file set, named relative to <module>/include.
+function(striper_library name)
+  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES" ${ARGN})
+  set(target striper_${name})
+  add_library(${target} ${ARG_SOURCES})
+  add_library(striper::${name} ALIAS ${target})
+  striper_target_defaults(${target})
+  list(TRANSFORM ARG_HEADERS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/include/)
+  target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ARG_HEADERS})
+  target_include_directories(${target} PRIVATE src)
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  set_property(GLOBAL APPEND PROPERTY STRIPER_INSTALLED ${target})
+  set_property(GLOBAL APPEND PROPERTY STRIPER_HEADERS ${ARG_HEADERS})
+endfunction()
+
+# striper_test(name LABELS quick SOURCES ... LIBRARIES ...): one GoogleTest program, a ctest test per TEST.
+# Labels: quick (default), slow (run by ./test.sh --full), device (needs the virtual machine).
+function(striper_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;SOURCES;LIBRARIES" ${ARGN})
+  if(NOT ARG_LABELS)
+    set(ARG_LABELS quick)
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  striper_target_defaults(${name})
+  target_link_libraries(${name} PRIVATE striper_test_support ${ARG_LIBRARIES})
+  if(STRIPER_PCH)
+    target_precompile_headers(${name} REUSE_FROM striper_test_support)
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
+endfunction()

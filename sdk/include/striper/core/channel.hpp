@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace striper {
+
+/// What of a colour picture is searched for the stripe. On grey pictures all of them are the grey
+/// value.
+///
+/// The differences take white light off, and hollow out a stripe that is bright enough to clip to
+/// white; a single channel keeps its core.
+enum class Channel { kAuto, kGrey, kRed, kGreen, kBlue, kGreenMinusRed, kRedMinusGreen };
+
+/// `auto`, `grey`, `red`, `green`, `blue`, `green-red`, `red-green`. Static storage.
+std::string_view to_string(Channel channel) noexcept;
+
+/// The inverse; empty for a word that is none of them.
+std::optional<Channel> channel_from_string(std::string_view word) noexcept;
+
+}  // namespace striper

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace striper {
+
+/// What kind of thing went wrong; programs turn it into an exit code, people read `what()`.
+enum class ErrorKind {
+  kUsage,        ///< The caller asked for something that makes no sense (wrong option, wrong URI).
+  kNotFound,     ///< A file, directory or device that was named does not exist.
+  kBadFile,      ///< A file exists and its content is wrong (syntax, field, size, truncation).
+  kBadValue,     ///< A value handed to the library is outside its domain.
+  kUnsupported,  ///< The thing is valid but this build, device or format cannot do it.
+  kDevice,       ///< A camera refused, vanished or is held by another program.
+  kIo,           ///< Reading or writing failed (disk full, pipe closed, no permission).
+  kUntrustworthy,  ///< A result could be computed but must not be trusted.
+};
+
+/// Reports a failure of set-up or of input. Thrown while things are opened, loaded and configured,
+/// and never per frame: frames carry their own verdict (`Frame::status`, `Return::status`).
+///
+/// `what()` is one sentence that names the file or field, the value found and what was expected.
+class Error : public std::runtime_error {
+ public:
+  Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+
+  ErrorKind kind() const noexcept { return kind_; }
+
+ private:
+  ErrorKind kind_;
+};
+
+}  // namespace striper

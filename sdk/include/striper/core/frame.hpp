@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/frame_time.hpp>
+#include <striper/core/illumination.hpp>
+#include <striper/core/pixel_grid.hpp>
+
+namespace striper {
+
+/// Which lines of the picture an image holds. The top field is rows 0, 2, 4, ... of the full
+/// picture.
+enum class Field : std::uint8_t {
+  kProgressive,            ///< All lines, exposed together.
+  kTop,                    ///< One field alone: rows 0, 2, 4, ...
+  kBottom,                 ///< One field alone: rows 1, 3, 5, ...
+  kInterlacedTopFirst,     ///< Two fields woven into one image, the top one exposed first.
+  kInterlacedBottomFirst,  ///< Two fields woven into one image, the bottom one exposed first.
+};
+
+/// The source's own verdict on a frame. For anything but kOk only `sequence`, `time`, `status` and
+/// `status_detail` may be relied on, and the image may be empty.
+enum class FrameStatus : std::uint8_t {
+  kOk,
+  kCorrupt,  ///< Damaged data: an error-flagged buffer, a picture that does not decode to its end.
+  kIncomplete,  ///< Parts never arrived (lost packets).
+  kWrongSize,   ///< Not the size or pixel type of the stream that it belongs to.
+};
+
+/// Holds one exposure, or two fields woven together, with all that is needed to use it later on.
+///
+/// Copying a Frame shares the image (cv::Mat is reference-counted); treat the pixels as read-only.
+struct Frame {
+  cv::Mat image;      ///< CV_8UC1, CV_16UC1, CV_8UC3 or CV_16UC3 (B, G, R as in OpenCV).
+  int bit_depth = 8;  ///< Significant bits, 8 to 16: a pixel saturates at 2^bit_depth - 1.
+  cv::Size
+      sensor_size;  ///< The full sensor, in the pixels that `grid` maps to: what the model is of.
+  PixelGrid grid;
+
+  /// The source's number of the picture; a gap is a lost picture. Two fields of a picture share it.
+  std::uint64_t sequence = 0;
+  int exposure_in_picture = 0;    ///< 0 or 1: which of the picture's exposures in time this is.
+  int exposures_per_picture = 1;  ///< 2 for interlaced sources, whether woven or field by field.
+
+  FrameTime time;  ///< Exposure midpoint (of the first field where two are woven).
+  std::int64_t field_period_ns = 0;  ///< From the first to the second field; 0 for progressive.
+  std::int64_t exposure_ns = 0;      ///< How long the shutter was open; 0 if unknown.
+
+  Illumination illumination;
+  Field field = Field::kProgressive;
+
+  FrameStatus status = FrameStatus::kOk;
+  std::string status_detail;  ///< For people, names the file or cause; empty when kOk.
+
+  /// Keeps the buffer that `image` points into (a camera's mapped memory); empty if `image` owns
+  /// it.
+  std::shared_ptr<const void> lease;
+
+  /// The largest value that a pixel can take: at or above it the pixel is saturated.
+  int full_scale_dn() const noexcept { return (1 << bit_depth) - 1; }
+
+  /// Number of the exposure in time order: the position in the laser's cadence, gaps included.
+  std::uint64_t exposure_number() const noexcept {
+    return sequence * static_cast<std::uint64_t>(exposures_per_picture) +
+           static_cast<std::uint64_t>(exposure_in_picture);
+  }
+
+  bool is_interlaced() const noexcept {
+    return field == Field::kInterlacedTopFirst || field == Field::kInterlacedBottomFirst;
+  }
+};
+
+}  // namespace striper

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/frame.hpp>
+
+namespace striper {
+
+/// Holds one lit exposure, ready for the stripe to be found in `lit - dark`.
+///
+/// The two images are kept apart so that the search can subtract while it reads (one pass over
+/// both) and see which lit pixels are clipped. `dark` is whatever must be taken off: the ambient
+/// light interpolated from dark exposures, or, for a colour difference such as green - red, the
+/// other channel.
+///
+/// The pixels are read-only and shared; a LitFrame is valid as long as its images are.
+struct LitFrame {
+  cv::Mat lit;            ///< CV_8UC1 or CV_16UC1.
+  cv::Mat dark;           ///< Same size and type as `lit`, or empty: nothing to subtract.
+  cv::Mat variance;       ///< CV_32FC1, DN^2: what `dark` adds to a pixel's variance; may be empty.
+  cv::Mat blind;          ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.
+  int full_scale_dn = 0;  ///< A pixel of `lit` at or above this is clipped.
+  PixelGrid grid;
+
+  std::uint64_t sequence = 0;
+  FrameTime time;
+  int laser = 0;  ///< Index of the laser that fired; 0 if unknown.
+  Field field = Field::kProgressive;
+};
+
+}  // namespace striper

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include <striper/ambient/ambient_options.hpp>
+#include <striper/core/frame.hpp>
+#include <striper/model/striper_model.hpp>
+#include <striper/scan/polar_scan.hpp>
+#include <striper/scan/scan_options.hpp>
+#include <striper/stripe/extractor.hpp>
+
+namespace striper {
+
+/// How a Scanner works, stage by stage; each part's defaults are in its own header.
+struct ScannerOptions {
+  AmbientOptions ambient;
+  ExtractOptions stripe;
+  ScanOptions scan;
+
+  /// The defaults with the axis and channel of a model: what an option does not say, the model
+  /// does.
+  static ScannerOptions for_model(const StriperModel& model);
+};
+
+/// Counts since the scanner was made.
+struct ScannerStatistics {
+  std::uint64_t frames = 0;   ///< Given to `process`.
+  std::uint64_t scans = 0;    ///< Returned.
+  std::uint64_t dark = 0;     ///< Exposures without a laser.
+  std::uint64_t refused = 0;  ///< Frames whose own status is not kOk, or that do not fit the model.
+};
+
+/// Turns frames into polar scans: the whole pipeline, a stage a line (pipeline/scanner.cpp).
+///
+/// One scanner serves one stream, in order: not thread-safe, one thread at a time.
+class Scanner {
+ public:
+  /// @throws Error{kBadValue} where the model has no laser or an option is out of its bounds.
+  explicit Scanner(StriperModel model);
+  Scanner(StriperModel model, const ScannerOptions& options);
+
+  /// Without a model: scans carry what the image alone gives; the metric values are NaN.
+  explicit Scanner(const ScannerOptions& options);
+
+  Scanner(Scanner&&) noexcept;
+  Scanner& operator=(Scanner&&) noexcept;
+  ~Scanner();
+
+  /// Processes the next frame. Usually gives one scan; none for a dark or refused frame or while
+  /// frames are held until the laser's cadence is known; two for two lit fields; more when held
+  /// frames are released. The scans stay valid until the next call. No allocation after the first
+  /// frames of a stream.
+  std::span<const PolarScan> process(const Frame& frame);
+
+  /// Gives what is still held, at the end of a stream.
+  std::span<const PolarScan> finish();
+
+  const ScannerStatistics& statistics() const noexcept;
+
+  /// Why the last frame was refused, for people; empty if it was not.
+  const std::string& last_refusal() const noexcept;
+
+  /// What the stages decided by themselves (channel, cadence, method), for people; one line each.
+  std::string decisions() const;
+
+ private:
+  struct Stages;
+  std::unique_ptr<Stages> stages_;
+};
+
+}  // namespace striper

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <striper/scan/polar_scan.hpp>
+
+namespace striper {
+
+/// Which returns a file gets.
+struct CsvOptions {
+  bool doubtful = false;  ///< Also those that are there but not to be trusted.
+  bool missing = false;   ///< Also a line for every column without a return.
+};
+
+/// Writes scans as CSV: RFC 4180, one header line, one line per return (CONVENTIONS.md lists the
+/// columns). Floats are the shortest text that reads back to the same bits; infinity is `inf`; what
+/// does not exist is an empty field.
+///
+/// Whole lines only: a scan is written with one write where the system allows it, and on failure
+/// the file is cut back to the last whole line. Not thread-safe.
+class CsvSink {
+ public:
+  /// Opens `path` for writing, "-" being the standard output, and writes the header.
+  /// @throws Error{kIo} naming the path and the system's reason.
+  explicit CsvSink(const std::string& path, const CsvOptions& options = {});
+  CsvSink(const CsvSink&) = delete;
+  CsvSink& operator=(const CsvSink&) = delete;
+  ~CsvSink();  ///< Closes without reporting; call `close` to hear of errors.
+
+  /// @throws Error{kIo} where the disk is full, the pipe closed, ...
+  void write(const PolarScan& scan);
+
+  /// Flushes and closes. @throws Error{kIo}.
+  void close();
+
+  std::uint64_t lines() const noexcept { return lines_; }
+
+ private:
+  void write_bytes();
+
+  std::string path_;
+  CsvOptions options_;
+  int file_ = -1;
+  std::uint64_t written_ = 0;  // Bytes of whole lines, for cutting back.
+  std::uint64_t lines_ = 0;
+  std::string buffer_;
+};
+
+}  // namespace striper

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <striper/core/frame_time.hpp>
+#include <striper/core/pixel_grid.hpp>
+#include <striper/core/return_status.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+namespace striper {
+
+/// The stripe of one frame: parallel arrays, one element per return. All lengths are in full-sensor
+/// pixels.
+///
+/// With one return per line (every rule but `all`) element i belongs to line i of the image: column
+/// i with StripeAxis::kColumns, row i with kRows. Along the line the coordinate is exact;
+/// `across_px` is what was measured. An element whose status is kMissing by `verdict` has NaN in
+/// every number.
+struct Stripe {
+  StripeAxis axis = StripeAxis::kColumns;
+  PixelGrid grid;  ///< Of the image it came from.
+
+  std::vector<std::int32_t> line;   ///< Column (kColumns) or row (kRows) of the image.
+  std::vector<double> across_px;    ///< Position across the stripe: v for kColumns, u for kRows.
+  std::vector<float> sigma_px;      ///< One-sigma random error of `across_px`.
+  std::vector<float> amplitude_dn;  ///< Peak above the background.
+  std::vector<float> width_px;      ///< The profile's Gaussian sigma.
+  std::vector<float> confidence;    ///< 0 to 1: that this is the stripe.
+  std::vector<ReturnStatus> status;
+
+  std::size_t size() const noexcept { return line.size(); }
+
+  /// Sensor coordinate along the stripe of element i: u for kColumns, v for kRows.
+  double along_px(std::size_t i) const noexcept {
+    return axis == StripeAxis::kColumns ? grid.sensor_u(line[i]) : grid.sensor_v(line[i]);
+  }
+  double u_px(std::size_t i) const noexcept {
+    return axis == StripeAxis::kColumns ? along_px(i) : across_px[i];
+  }
+  double v_px(std::size_t i) const noexcept {
+    return axis == StripeAxis::kColumns ? across_px[i] : along_px(i);
+  }
+
+  /// Half a pixel of the image across the stripe, in sensor pixels: the paper's pixel-quantised
+  /// error.
+  double half_pixel_px() const noexcept {
+    return 0.5 * (axis == StripeAxis::kColumns ? grid.v.step : grid.u.step);
+  }
+
+  /// Makes room for `count` elements; no allocation once it was as large. Every number becomes NaN,
+  /// `line` counts up from 0 and every status becomes kNoStripe.
+  void reset(std::size_t count);
+};
+
+}  // namespace striper

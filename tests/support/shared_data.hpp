@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace striper::testing {
+
+/// A file or folder of this project's sources, `data/scenes/room.yaml` for example.
+inline std::filesystem::path source_path(const std::string& relative) {
+  return std::filesystem::path(STRIPER_SOURCE_DIR) / relative;
+}
+
+/// A set of real pictures in the optional folder of extra test data beside the project.
+inline std::filesystem::path real_data(const std::string& set) {
+  return std::filesystem::path(STRIPER_SHARED_DIR) / "realdata" / set;
+}
+
+}  // namespace striper::testing
+
+/// Skips the test, saying so, where a set of real pictures is absent.
+#define STRIPER_SKIP_WITHOUT_REAL_DATA(set)                       \
+  if (!std::filesystem::exists(striper::testing::real_data(set))) \
+  GTEST_SKIP() << "no real pictures at " << striper::testing::real_data(set).string()

@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Sourced by test.sh and demo.sh: installs Debian packages by name, only those that are missing.
+
+packages_to_build=(
+  g++ cmake ninja-build ccache pkg-config
+  libopencv-dev libeigen3-dev libhwy-dev libyaml-cpp-dev libfmt-dev libcli11-dev nlohmann-json3-dev
+  libjpeg-dev libpng-dev libtiff-dev libceres-dev
+  libaravis-dev libusb-1.0-0-dev
+)
+packages_to_test=(libgtest-dev libgmock-dev libbenchmark-dev git python3)
+packages_to_test_fully=(clang clang-format clang-tidy)
+packages_to_demo=(gnuplot-nox)
+
+# install_packages NAME...: through sudo where we are not root; says what it does.
+install_packages() {
+  local missing=() package
+  for package in "$@"; do
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+  done
+  [ ${#missing[@]} -eq 0 ] && return 0
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || {
+      echo "these packages are missing and there is no sudo to install them: ${missing[*]}" >&2
+      return 1
+    }
+    as_root=(sudo)
+  fi
+  echo "installing ${missing[*]}" >&2
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get update -qq >&2
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2
+}
