@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -17,6 +18,9 @@ enum class LensModel {
 
 /// `plumb_bob`, `rational_polynomial` or `equidistant`. Static storage.
 std::string_view to_string(LensModel lens) noexcept;
+
+/// The inverse; empty for a word that is none of them.
+std::optional<LensModel> lens_model_from_string(std::string_view word) noexcept;
 
 /// Number of distortion coefficients: 5, 8 or 4.
 int distortion_count(LensModel lens) noexcept;
@@ -85,9 +89,10 @@ class CameraModel {
   /// ns.
   Unprojection unproject(const Eigen::Vector2d& pixel) const noexcept;
 
-  /// The largest angle from the optical axis, radians, up to which the lens model is one-to-one. It
-  /// is found for the radial part; pi/2 (exclusive) at most, since a ray is written (x, y, 1).
-  double max_theta_rad() const noexcept { return max_theta_rad_; }
+  /// The largest angle from the optical axis, radians, up to which the lens model is one-to-one in
+  /// every direction: the first zero of its radial derivative, a little less with tangential terms;
+  /// pi/2 (exclusive) at most, since a ray is written (x, y, 1).
+  double max_theta_rad() const noexcept;
 
   /// True where some pixel of the image has no ray: the distortion folds back inside the picture.
   bool folds_inside_image() const noexcept;
@@ -95,6 +100,12 @@ class CameraModel {
   friend bool operator==(const CameraModel&, const CameraModel&) = default;
 
  private:
+  bool is_tangential() const noexcept;
+  bool is_one_to_one_at(const Eigen::Vector2d& xy) const noexcept;
+  CameraStatus beyond() const noexcept;
+  Unprojection undistort_radial(const Eigen::Vector2d& distorted) const noexcept;
+  Unprojection undistort_tangential(const Eigen::Vector2d& distorted) const noexcept;
+
   int width_ = 1;
   int height_ = 1;
   double fx_ = 1.0;
@@ -103,7 +114,7 @@ class CameraModel {
   double cy_ = 0.0;
   LensModel lens_ = LensModel::kPlumbBob;
   std::vector<double> distortion_ = {0.0, 0.0, 0.0, 0.0, 0.0};
-  double max_theta_rad_ = 1.5707;
+  double max_radius_ = 1e6;  ///< tan(max_theta_rad()).
 };
 
 }  // namespace striper

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+#include <striper/model/model_yaml.hpp>
+
+#include "model/model_checks.hpp"
+#include "model/quality_text.hpp"
+#include "model/yaml_field.hpp"
+
+namespace striper {
+namespace {
+
+using detail::YamlField;
+
+constexpr int kVersion = 1;
+constexpr int kMaxImageSize = 100'000;
+constexpr int kMaxLasers = 64;
+constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20;
+
+// What a part of the model says of itself when it is made, with the place in the file.
+template <typename Make>
+auto at_field(const YamlField& field, const Make& make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", field.where(), error.what()));
+  }
+}
+
+double read_focal_length(const YamlField& element) {
+  const double value = element.number();
+  if (!(value > 0.0)) element.refuse("a focal length in pixels, above 0");
+  return value;
+}
+
+Eigen::Vector4d read_camera_matrix(const YamlField& field) {
+  const Eigen::Matrix3d K = field.matrix(3, 3);
+  const auto elements = field.at("data", "a list of 9").list(9);
+  const double fx = read_focal_length(elements[0]);
+  const double fy = read_focal_length(elements[4]);
+  Eigen::Matrix3d expected = Eigen::Matrix3d::Identity();
+  expected.diagonal() << fx, fy, 1.0;
+  expected.col(2).head<2>() = K.col(2).head<2>();
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i / 3);
+    const auto col = static_cast<Eigen::Index>(i % 3);
+    if (K(row, col) != expected(row, col)) {
+      elements[i].refuse(
+          fmt::format("{}: the matrix is [fx, 0, cx, 0, fy, cy, 0, 0, 1]", expected(row, col)));
+    }
+  }
+  return {fx, fy, K(0, 2), K(1, 2)};
+}
+
+LensModel read_lens(const YamlField& field) {
+  constexpr std::string_view kExpected = "plumb_bob, rational_polynomial or equidistant";
+  const auto lens = lens_model_from_string(field.word(kExpected));
+  if (!lens) field.refuse(kExpected);
+  return *lens;
+}
+
+CameraModel read_camera(const YamlField& field) {
+  field.require_map({"image_width", "image_height", "camera_matrix", "distortion_model",
+                     "distortion_coefficients"});
+  const int width = field.at("image_width", "a number of pixels").whole(1, kMaxImageSize);
+  const int height = field.at("image_height", "a number of pixels").whole(1, kMaxImageSize);
+  const Eigen::Vector4d K = read_camera_matrix(field.at("camera_matrix", "{rows, cols, data}"));
+  const LensModel lens =
+      read_lens(field.at("distortion_model", "plumb_bob, rational_polynomial or equidistant"));
+  const Eigen::VectorXd k = field.at("distortion_coefficients", "{rows, cols, data}")
+                                .matrix(1, distortion_count(lens))
+                                .row(0);
+  return at_field(field, [&] {
+    return CameraModel(width, height, K[0], K[1], K[2], K[3], lens, {k.begin(), k.end()});
+  });
+}
+
+Laser read_laser(const YamlField& field) {
+  field.require_map({"normal", "distance_m", "homography", "T_cam_scan"});
+  const YamlField normal = field.at("normal", "[nx, ny, nz]");
+  const Eigen::Vector3d n = normal.numbers(3);
+  const double d = field.at("distance_m", "a number of metres").number();
+  Laser laser;
+  laser.plane = at_field(normal, [&] { return LaserPlane(n, d); });
+  if (const auto homography = field.find("homography")) laser.homography = homography->matrix(3, 3);
+  if (const auto T_cam_scan = field.find("T_cam_scan")) {
+    const Eigen::Matrix4d T = T_cam_scan->matrix(4, 4);
+    if (T.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+      T_cam_scan->refuse("a matrix with another last row", "[0, 0, 0, 1] as the last row");
+    }
+    laser.moved_T_cam_scan.emplace(T);
+  }
+  return laser;
+}
+
+std::vector<Laser> read_lasers(const YamlField& field) {
+  const std::vector<YamlField> fields = field.list();
+  if (fields.size() > kMaxLasers) field.refuse(fmt::format("at most {} lasers", kMaxLasers));
+  std::vector<Laser> lasers;
+  std::transform(fields.begin(), fields.end(), std::back_inserter(lasers), read_laser);
+  return lasers;
+}
+
+void read_stripe(const YamlField& field, StriperModel& model) {
+  constexpr std::string_view kAxes = "columns or rows";
+  constexpr std::string_view kChannels = "auto, grey, red, green, blue, green-red or red-green";
+  field.require_map({"axis", "channel"});
+  const YamlField axis = field.at("axis", kAxes);
+  const auto axis_value = stripe_axis_from_string(axis.word(kAxes));
+  if (!axis_value) axis.refuse(kAxes);
+  const YamlField channel = field.at("channel", kChannels);
+  const auto channel_value = channel_from_string(channel.word(kChannels));
+  if (!channel_value) channel.refuse(kChannels);
+  model.axis = *axis_value;
+  model.channel = *channel_value;
+}
+
+NoiseModel read_noise(const YamlField& field) {
+  field.require_map({"read_noise_dn", "dn_per_electron", "black_level_dn"});
+  NoiseModel noise;
+  noise.read_noise_dn = field.at("read_noise_dn", "a number").number();
+  noise.dn_per_electron = field.at("dn_per_electron", "a number").number();
+  if (const auto black = field.find("black_level_dn")) noise.black_level_dn = black->number();
+  return noise;
+}
+
+ModelCovariance read_covariance(const YamlField& field) {
+  field.require_map({"parameters", "rows", "cols", "data"});
+  ModelCovariance covariance;
+  for (const YamlField& name : field.at("parameters", "a list of names").list()) {
+    covariance.parameters.push_back(name.word("the name of a parameter"));
+  }
+  const auto size = covariance.parameters.size();
+  if (size > kMaxLasers * 4 + 12) field.refuse("at most one name for each parameter");
+  const int n = static_cast<int>(size);
+  field.at("rows", "the number of parameters").whole(n, n);
+  field.at("cols", "the number of parameters").whole(n, n);
+  const Eigen::VectorXd data = field.at("data", "a list of numbers").numbers(size * size);
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  covariance.matrix = Eigen::Map<const RowMajor>(data.data(), n, n);
+  return covariance;
+}
+
+void warn_of_fold(const CameraModel& camera, const YamlField& field) {
+  if (!camera.folds_inside_image()) return;
+  constexpr double kDegrees = 57.29577951308232;
+  log(LogLevel::kWarning,
+      fmt::format("{}: the distortion folds back inside the image: it is one-to-one only up to "
+                  "{:.1f} degrees from the optical axis, and pixels beyond have no ray",
+                  field.where(), camera.max_theta_rad() * kDegrees));
+}
+
+StriperModel read_model(const YamlField& root, const std::string& yaml) {
+  root.require_map(
+      {"striper_model", "camera", "lasers", "stripe", "noise", "covariance", "quality"});
+  root.at("striper_model", "the version of the format, 1").whole(kVersion, kVersion);
+  StriperModel model;
+  const YamlField camera = root.at("camera", "a map");
+  model.camera = read_camera(camera);
+  model.lasers = read_lasers(root.at("lasers", "a list, [] for a camera alone"));
+  read_stripe(root.at("stripe", "a map with axis, channel"), model);
+  if (const auto noise = root.find("noise")) model.noise = read_noise(*noise);
+  if (const auto covariance = root.find("covariance"))
+    model.covariance = read_covariance(*covariance);
+  if (const auto quality = root.find("quality")) {
+    if (!quality->node().IsMap()) quality->refuse("a map");
+    model.quality_yaml = detail::quality_text(yaml, root.node());
+  }
+  if (const auto bad = detail::find_violation(model)) {
+    root.descend(bad->field).refuse(bad->value, bad->expected);
+  }
+  warn_of_fold(model.camera, camera);
+  return model;
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
+    throw Error(ErrorKind::kNotFound,
+                fmt::format("{}: there is no such file - expected a striper model", path.string()));
+  }
+  if (std::filesystem::is_directory(path, ignored)) {
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("{}: is a directory - expected a striper model file", path.string()));
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw Error(ErrorKind::kIo,
+                fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
+  }
+  std::string text(kMaxFileBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) throw Error(ErrorKind::kIo, fmt::format("{}: reading failed", path.string()));
+  if (text.size() > kMaxFileBytes) {
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("{}: is larger than {} MiB - expected a striper model", path.string(),
+                            kMaxFileBytes >> 20));
+  }
+  return text;
+}
+
+}  // namespace
+
+StriperModel parse_model(const std::string& yaml, const std::string& name) {
+  const YAML::Node document = detail::parse_yaml(yaml, name);
+  return read_model(YamlField(document, "", std::make_shared<const std::string>(name)), yaml);
+}
+
+StriperModel load_model(const std::filesystem::path& path) {
+  return parse_model(read_file(path), path.string());
+}
+
+}  // namespace striper

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/yaml_field.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/eventhandler.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+
+namespace striper::detail {
+namespace {
+
+// Looks at the events of a document before a tree is made of them: aliases can tie a tree into a
+// loop or blow it up.
+class RefuseAliases : public YAML::EventHandler {
+ public:
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override {
+    throw YAML::ParserException(mark, "an alias (*name) - expected every value written out");
+  }
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (++documents_ > 1) throw YAML::ParserException(mark, "a second document - expected one");
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {}
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/,
+                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {}
+  void OnMapEnd() override {}
+
+ private:
+  int documents_ = 0;
+};
+
+// Number of letters to insert, delete or replace to make one word of the other (Levenshtein 1966).
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string hint(std::string_view word, std::initializer_list<std::string_view> known) {
+  constexpr std::size_t kLongest = 64;
+  if (word.size() > kLongest) return {};
+  const auto* const nearest =
+      std::min_element(known.begin(), known.end(), [word](std::string_view a, std::string_view b) {
+        return edit_distance(word, a) < edit_distance(word, b);
+      });
+  if (nearest == known.end() || edit_distance(word, *nearest) > 1 + nearest->size() / 3) return {};
+  return fmt::format("; did you mean '{}'?", *nearest);
+}
+
+int line_of(const YAML::Mark& mark) { return mark.is_null() ? 0 : mark.line + 1; }
+
+std::string place(const std::string& file, const YAML::Mark& mark) {
+  const int line = line_of(mark);
+  return line > 0 ? fmt::format("{}:{}", file, line) : file;
+}
+
+bool is_plain_scalar(const YAML::Node& node) { return node.IsScalar() && node.Tag() == "?"; }
+
+template <typename Number>
+std::optional<Number> parse_whole_text(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+}  // namespace
+
+std::string quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 60;
+  std::string result = "'";
+  for (const char c : text.substr(0, kLongest)) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      result += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      result += c;
+    }
+  }
+  return result + (text.size() > kLongest ? "...'" : "'");
+}
+
+YAML::Node parse_yaml(const std::string& text, const std::string& file) {
+  try {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    RefuseAliases events;
+    while (parser.HandleNextDocument(events)) {
+    }
+    return YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", place(file, error.mark), error.msg));
+  }
+}
+
+YamlField::YamlField(YAML::Node node, std::string path, std::shared_ptr<const std::string> file)
+    : node_(std::move(node)), path_(std::move(path)), file_(std::move(file)) {}
+
+std::string YamlField::where() const { return place(*file_, node_.Mark()); }
+
+std::string YamlField::child_path(std::string_view key) const {
+  return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+}
+
+std::string YamlField::described() const {
+  switch (node_.Type()) {
+    case YAML::NodeType::Scalar:
+      return quoted(node_.Scalar());
+    case YAML::NodeType::Sequence:
+      return fmt::format("a list of {}", node_.size());
+    case YAML::NodeType::Map:
+      return fmt::format("a map of {}", node_.size());
+    default:
+      return "empty";
+  }
+}
+
+void YamlField::refuse(std::string_view expected) const { refuse(described(), expected); }
+
+void YamlField::refuse(std::string_view value, std::string_view expected) const {
+  const std::string_view field = path_.empty() ? "the file" : std::string_view(path_);
+  throw Error(ErrorKind::kBadFile,
+              fmt::format("{}: {}: {} - expected {}", where(), field, value, expected));
+}
+
+void YamlField::require_map(std::initializer_list<std::string_view> known) const {
+  if (!node_.IsMap()) refuse(fmt::format("a map with {}", fmt::join(known, ", ")));
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const YamlField key(entry.first, path_, file_);
+    if (!entry.first.IsScalar()) key.refuse("words as keys");
+    const std::string& word = entry.first.Scalar();
+    if (!seen.insert(word).second)
+      key.refuse(fmt::format("key {} a second time", quoted(word)), "each key once");
+    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
+    log(LogLevel::kWarning, fmt::format("{}: unknown key {} is ignored{}", key.where(),
+                                        quoted(child_path(word)), hint(word, known)));
+  }
+}
+
+std::optional<YamlField> YamlField::find(std::string_view key) const {
+  for (const auto& entry : node_) {
+    if (entry.first.IsScalar() && entry.first.Scalar() == key) {
+      return YamlField(entry.second, child_path(key), file_);
+    }
+  }
+  return std::nullopt;
+}
+
+YamlField YamlField::at(std::string_view key, std::string_view expected) const {
+  if (auto field = find(key)) return *field;
+  throw Error(ErrorKind::kBadFile,
+              fmt::format("{}: {} is missing - expected {}", where(), child_path(key), expected));
+}
+
+std::vector<YamlField> YamlField::list(std::optional<std::size_t> count) const {
+  const std::string expected = count ? fmt::format("a list of {}", *count) : "a list";
+  if (!node_.IsSequence() || (count && node_.size() != *count)) refuse(expected);
+  std::vector<YamlField> fields;
+  fields.reserve(node_.size());
+  for (const YAML::Node& child : node_) {
+    fields.emplace_back(child, fmt::format("{}[{}]", path_, fields.size()), file_);
+  }
+  return fields;
+}
+
+double YamlField::number(std::string_view expected) const {
+  if (!is_plain_scalar(node_)) refuse(expected);
+  const auto value = parse_whole_text<double>(node_.Scalar());
+  if (!value || !std::isfinite(*value)) refuse(expected);
+  return *value;
+}
+
+int YamlField::whole(int low, int high) const {
+  const std::string expected =
+      low == high ? fmt::format("{}", low) : fmt::format("a whole number from {} to {}", low, high);
+  if (!is_plain_scalar(node_)) refuse(expected);
+  const auto value = parse_whole_text<int>(node_.Scalar());
+  if (!value || *value < low || *value > high) refuse(expected);
+  return *value;
+}
+
+std::string YamlField::word(std::string_view expected) const {
+  if (!node_.IsScalar()) refuse(expected);
+  return node_.Scalar();
+}
+
+Eigen::VectorXd YamlField::numbers(std::size_t count) const {
+  const std::vector<YamlField> fields = list(count);
+  Eigen::VectorXd values(static_cast<Eigen::Index>(count));
+  for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = fields[i].number();
+  return values;
+}
+
+Eigen::MatrixXd YamlField::matrix(int rows, int cols) const {
+  require_map({"rows", "cols", "data"});
+  at("rows", fmt::format("{}", rows)).whole(rows, rows);
+  at("cols", fmt::format("{}", cols)).whole(cols, cols);
+  const auto count = static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
+  const Eigen::VectorXd data = at("data", fmt::format("a list of {}", count)).numbers(count);
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const RowMajor>(data.data(), rows, cols);
+}
+
+YamlField YamlField::descend(std::string_view path) const {
+  const std::size_t dot = std::min(path.find('.'), path.size());
+  const std::string_view step = path.substr(0, dot);
+  const std::size_t bracket = std::min(step.find('['), step.size());
+  auto field = find(step.substr(0, bracket));
+  if (!field) return *this;
+  if (bracket < step.size()) {
+    const auto index =
+        parse_whole_text<std::size_t>(step.substr(bracket + 1, step.size() - bracket - 2));
+    const std::vector<YamlField> fields = field->list();
+    if (!index || *index >= fields.size()) return *field;
+    field = fields[*index];
+  }
+  return dot < path.size() ? field->descend(path.substr(dot + 1)) : *field;
+}
+
+}  // namespace striper::detail
