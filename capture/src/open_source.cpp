@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
 #include <fmt/format.h>
 
 #include <striper/capture/open_source.hpp>
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
+#include <striper/images/image_source.hpp>
 
 namespace striper {
 
 std::unique_ptr<FrameSource> open_source(std::string_view uri_text) {
-  const SourceUri uri = SourceUri::parse(uri_text);
+  SourceUri uri = SourceUri::parse(uri_text);
+  if (uri.scheme() == "images") return std::make_unique<ImageSource>(std::move(uri));
   throw Error(
       ErrorKind::kUnsupported,
       fmt::format("source '{}': this build has no backend for {}:", uri_text, uri.scheme()));

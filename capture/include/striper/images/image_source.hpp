@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include <striper/capture/source_uri.hpp>
+#include <striper/core/frame_source.hpp>
+
+namespace striper {
+
+/// Gives the pictures of a directory, in natural order, as frames:
+///
+///     images:DIR                       the directory's pictures
+///     images:shots/img_*.png           those that match
+///     images:shot.jpg                  a single one
+///
+/// Keys: `fps=` pictures a second (default 30; recordings keep their own times), `bits=`
+/// significant bits of 16-bit pictures (default: what the file says), `laser=` and `fields=` as for
+/// every source (open_source.hpp).
+///
+/// What a Recorder wrote is replayed exactly (`frames.csv` in the directory): pixels, numbers,
+/// times, illumination, field, grid, bit depth and status. Without it pictures are numbered from 0
+/// and timed by `fps`.
+///
+/// A picture that is missing, does not decode to its end or is unreadable is a frame with status
+/// kCorrupt, one of another size or pixel type than the first that decodes has kWrongSize; both
+/// name the file in `status_detail`, both are counted and neither ends the stream.
+///
+/// Cost: one file read and decode per frame, on the caller's thread; a frame handed in again gets
+/// its memory reused when nobody else holds it.
+class ImageSource final : public FrameSource {
+ public:
+  /// @throws Error{kUsage} on a wrong key or value, Error{kNotFound} where there are no pictures,
+  ///         Error{kIo} where the directory cannot be read, Error{kBadFile} on a malformed
+  ///         frames.csv.
+  explicit ImageSource(SourceUri uri);
+  ~ImageSource() override;
+
+  SourceInfo info() const override;
+  void start() override;
+  NextStatus next(Frame& frame, std::chrono::milliseconds timeout) override;
+  void stop() override;
+  SourceStatistics statistics() const override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace striper

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include <striper/capture/source_uri.hpp>
+#include <striper/core/frame_source.hpp>
+
+namespace striper {
+
+/// The keys that every source knows: `laser=` and `fields=` (open_source.hpp says what they mean).
+struct CommonKeys {
+  /// For SourceUri::refuse_unused.
+  static constexpr std::string_view kKnown = "laser, fields";
+
+  Cadence cadence;              ///< Automatic unless `laser=` says otherwise.
+  std::optional<Field> fields;  ///< kInterlacedTopFirst or kInterlacedBottomFirst, if given.
+
+  /// @throws Error{kUsage} quoting a value that is none.
+  static CommonKeys take(SourceUri& uri);
+
+  /// Puts what was given into what the source says of itself.
+  void apply(SourceInfo& info) const;
+
+  /// Puts what was given into a frame: fields first, then the illumination of its exposure number.
+  /// A woven frame whose two fields are lit differently keeps an unknown illumination: its cadence
+  /// says which is which. What was not given leaves the frame as it is.
+  /// @param picture_period_ns from picture to picture; a field takes half of it.
+  void apply(Frame& frame, std::int64_t picture_period_ns) const;
+};
+
+}  // namespace striper

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <striper/images/read_picture.hpp>
+
+namespace striper::detail {
+
+/// What is wrong with a picture, as the end of a sentence about it; empty when nothing is.
+using Fault = std::string;
+using Bytes = std::span<const std::uint8_t>;
+
+/// Decodes a picture of any known format; `picture.image` keeps its memory where size and type fit.
+/// Whatever does not decode to its end is a fault: these functions neither throw nor print.
+Fault decode_picture(Bytes bytes, Picture& picture);
+
+Fault decode_png(Bytes bytes, Picture& picture);
+Fault decode_jpeg(Bytes bytes, Picture& picture);
+Fault decode_tiff(Bytes bytes, Picture& picture);
+Fault decode_bmp(Bytes bytes, Picture& picture);
+Fault decode_pnm(Bytes bytes, Picture& picture);
+
+/// Refuses a size that a damaged header made up, before memory is taken for it.
+Fault check_size(std::uint64_t width, std::uint64_t height);
+
+/// Reads a whole file into `bytes`, whose memory is reused.
+/// @return 0, or the system's error number.
+int read_whole_file(const std::filesystem::path& path, std::vector<std::uint8_t>& bytes);
+
+}  // namespace striper::detail

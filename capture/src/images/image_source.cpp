@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+#include <striper/core/error.hpp>
+#include <striper/images/image_source.hpp>
+#include <striper/images/picture_files.hpp>
+
+#include "common_keys.hpp"
+#include "images/decode.hpp"
+#include "images/frame_table.hpp"
+
+namespace striper {
+namespace {
+
+namespace fs = std::filesystem;
+using detail::FrameRow;
+
+constexpr double kDefaultRate_hz = 30.0;
+constexpr double kNsPerSecond = 1e9;
+
+std::string describe(cv::Size size, int type) {
+  return fmt::format("{}x{} {} of {} bits", size.width, size.height,
+                     CV_MAT_CN(type) == 1 ? "grey" : "colour",
+                     CV_MAT_DEPTH(type) == CV_16U ? 16 : 8);
+}
+
+// Whether nobody else would see it if these pixels were overwritten.
+bool is_held_here_only(const cv::Mat& image) {
+  return image.u != nullptr && image.u->refcount == 1;
+}
+
+std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double rate_hz) {
+  std::vector<FrameRow> rows;
+  for (const fs::path& file : picture_files(pattern)) {
+    FrameRow& row = rows.emplace_back();
+    row.file = file.string();
+    row.frame.sequence = rows.size() - 1;
+    row.frame.time.monotonic_ns =
+        std::llround(static_cast<double>(row.frame.sequence) * kNsPerSecond / rate_hz);
+  }
+  return rows;
+}
+
+std::vector<FrameRow> rows_of_recording(const fs::path& directory, double rate_hz) {
+  std::vector<FrameRow> rows = detail::read_frame_table(directory / detail::kFrameTableName,
+                                                        std::llround(kNsPerSecond / rate_hz));
+  if (rows.empty()) {
+    throw Error(ErrorKind::kNotFound,
+                fmt::format("recording '{}' has no frames", directory.string()));
+  }
+  for (FrameRow& row : rows) {
+    if (!row.file.empty()) row.file = (directory / row.file).string();
+  }
+  return rows;
+}
+
+// Pictures a second as their times say; 0 where they do not.
+double rate_of(const std::vector<FrameRow>& rows) {
+  const Frame& first = rows.front().frame;
+  const Frame& last = rows.back().frame;
+  const auto elapsed_ns = static_cast<double>(last.time.monotonic_ns - first.time.monotonic_ns);
+  if (last.sequence <= first.sequence || elapsed_ns <= 0.0) return 0.0;
+  return static_cast<double>(last.sequence - first.sequence) * kNsPerSecond / elapsed_ns;
+}
+
+std::uint64_t count_pictures(const std::vector<FrameRow>& rows) {
+  std::uint64_t count = rows.empty() ? 0 : 1;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    if (rows[i].frame.sequence != rows[i - 1].frame.sequence) ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+struct ImageSource::State {
+  // What every frame of the same kind of field must be: as the first one that decoded.
+  struct Shape {
+    cv::Size size;
+    int type = 0;
+  };
+
+  SourceInfo info;
+  CommonKeys common;
+  std::optional<int> bits;  // From `bits=`.
+  std::int64_t picture_period_ns = 0;
+  std::vector<FrameRow> rows;
+  std::map<Field, Shape> shapes;
+
+  std::atomic<bool> is_streaming = false;
+  std::size_t next_row = 0;
+  Picture picture;
+  std::vector<std::uint8_t> bytes;
+
+  mutable std::mutex statistics_mutex;
+  SourceStatistics statistics;
+
+  void take_keys(SourceUri& uri);
+  void look_at_first_picture();
+  detail::Fault read(const FrameRow& row);
+  void fill(const FrameRow& row, Frame& frame);
+  void take_image(const FrameRow& row, Frame& frame);
+  void count(const Frame& frame);
+};
+
+void ImageSource::State::take_keys(SourceUri& uri) {
+  common = CommonKeys::take(uri);
+  const double rate_hz = uri.take_number("fps", 1e-3, 1e6).value_or(kDefaultRate_hz);
+  if (const auto given = uri.take_integer("bits", 9, 16)) bits = static_cast<int>(*given);
+  uri.refuse_unused(fmt::format("fps, bits, {}", CommonKeys::kKnown));
+
+  const fs::path path = uri.path();
+  std::error_code ignored;
+  const bool is_recording = fs::exists(path / detail::kFrameTableName, ignored);
+  rows =
+      is_recording ? rows_of_recording(path, rate_hz) : rows_of_plain_pictures(uri.path(), rate_hz);
+
+  info.uri = uri.text();
+  info.pictures = count_pictures(rows);
+  info.description =
+      fmt::format("{} picture{} of '{}'{}", *info.pictures, *info.pictures == 1 ? "" : "s",
+                  uri.path(), is_recording ? " (a recording)" : "");
+  info.picture_rate_hz = is_recording ? rate_of(rows) : rate_hz;
+  info.has_clock = rows.front().frame.time.utc_offset_ns.has_value();
+  info.cadence = rows.front().cadence;
+  info.field = rows.front().frame.field;
+  if (info.field == Field::kBottom) info.field = Field::kTop;  // Stands for single fields.
+  common.apply(info);
+  if (info.picture_rate_hz > 0.0) {
+    picture_period_ns = std::llround(kNsPerSecond / info.picture_rate_hz);
+  }
+}
+
+// The first one that decodes says what the stream is. Where none does, the size stays 0x0 and every
+// frame will say why.
+void ImageSource::State::look_at_first_picture() {
+  for (const FrameRow& row : rows) {
+    if (row.frame.status != FrameStatus::kOk || !read(row).empty()) continue;
+    const cv::Mat& image = picture.image;
+    if (bits) {
+      double highest = 0.0;
+      cv::minMaxIdx(image.reshape(1), nullptr, &highest);
+      if (image.depth() != CV_16U ||
+          highest >= static_cast<double>(1U << static_cast<unsigned>(*bits))) {
+        throw Error(
+            ErrorKind::kUsage,
+            fmt::format("source '{}': bits={} - but '{}' is {} with values up to {}", info.uri,
+                        *bits, row.file, describe(image.size(), image.type()), highest));
+      }
+    }
+    Frame frame = row.frame;
+    take_image(row, frame);
+    info.image_size = frame.image.size();
+    info.sensor_size = frame.sensor_size;
+    info.bit_depth = frame.bit_depth;
+    info.channels = frame.image.channels();
+    return;
+  }
+}
+
+// Decodes a row's picture into `picture`.
+detail::Fault ImageSource::State::read(const FrameRow& row) {
+  if (row.file.empty()) return "the recording has no picture for this frame";
+  const int failure = detail::read_whole_file(row.file, bytes);
+  const detail::Fault fault = failure != 0 ? std::generic_category().message(failure)
+                                           : detail::decode_picture(bytes, picture);
+  if (fault.empty()) return {};
+  return fmt::format("picture '{}'{} {}", row.file, failure != 0 ? ":" : "", fault);
+}
+
+void ImageSource::State::fill(const FrameRow& row, Frame& frame) {
+  picture.image = is_held_here_only(frame.image) ? std::move(frame.image) : cv::Mat();
+  frame = row.frame;
+  detail::Fault fault = read(row);
+  if (fault.empty()) {
+    take_image(row, frame);
+  } else if (frame.status == FrameStatus::kOk) {
+    frame.status = FrameStatus::kCorrupt;
+    frame.status_detail = std::move(fault);
+  }
+  picture.image.release();
+  common.apply(frame, picture_period_ns);
+}
+
+void ImageSource::State::take_image(const FrameRow& row, Frame& frame) {
+  frame.image = picture.image;
+  if (frame.sensor_size.empty()) {  // Not a recording: the picture is all there is.
+    frame.sensor_size = frame.image.size();
+    frame.bit_depth = picture.bit_depth;
+  }
+  if (bits) frame.bit_depth = *bits;
+  if (frame.status != FrameStatus::kOk) return;
+
+  const Shape shape{frame.image.size(), frame.image.type()};
+  const Shape& expected = shapes.try_emplace(frame.field, shape).first->second;
+  if (shape.size != expected.size || shape.type != expected.type) {
+    frame.status = FrameStatus::kWrongSize;
+    frame.status_detail =
+        fmt::format("picture '{}' is {}, but the first one is {}", row.file,
+                    describe(shape.size, shape.type), describe(expected.size, expected.type));
+  }
+}
+
+void ImageSource::State::count(const Frame& frame) {
+  const std::lock_guard lock(statistics_mutex);
+  ++statistics.delivered;
+  statistics.corrupt += frame.status == FrameStatus::kCorrupt ? 1 : 0;
+  statistics.incomplete += frame.status == FrameStatus::kIncomplete ? 1 : 0;
+  statistics.wrong_size += frame.status == FrameStatus::kWrongSize ? 1 : 0;
+  if (next_row == 0) return;
+  const std::uint64_t last = rows[next_row - 1].frame.sequence;
+  if (frame.sequence > last + 1) statistics.dropped += frame.sequence - last - 1;
+}
+
+ImageSource::ImageSource(SourceUri uri) : state_(std::make_unique<State>()) {
+  state_->take_keys(uri);
+  state_->look_at_first_picture();
+}
+
+ImageSource::~ImageSource() = default;
+
+SourceInfo ImageSource::info() const { return state_->info; }
+
+void ImageSource::start() {
+  if (state_->is_streaming.exchange(true)) return;
+  state_->next_row = 0;
+  const std::lock_guard lock(state_->statistics_mutex);
+  state_->statistics = {};
+}
+
+NextStatus ImageSource::next(Frame& frame, std::chrono::milliseconds /*timeout*/) {
+  if (!state_->is_streaming) return NextStatus::kStopped;
+  if (state_->next_row == state_->rows.size()) return NextStatus::kEnd;
+  state_->fill(state_->rows[state_->next_row], frame);
+  state_->count(frame);
+  ++state_->next_row;
+  return NextStatus::kFrame;
+}
+
+void ImageSource::stop() { state_->is_streaming = false; }
+
+SourceStatistics ImageSource::statistics() const {
+  const std::lock_guard lock(state_->statistics_mutex);
+  return state_->statistics;
+}
+
+}  // namespace striper

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cerrno>
+#include <span>
+#include <system_error>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <opencv2/imgcodecs.hpp>
+#include <unistd.h>
+
+#include <striper/core/error.hpp>
+#include <striper/images/picture_files.hpp>
+#include <striper/images/recorder.hpp>
+
+#include "images/frame_table.hpp"
+
+namespace striper {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, int failure) {
+  throw Error(ErrorKind::kIo, fmt::format("cannot write '{}': {}", path.string(),
+                                          std::generic_category().message(failure)));
+}
+
+int write_all(int file, std::span<const unsigned char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t done = ::write(file, bytes.data(), bytes.size());
+    if (done < 0 && errno == EINTR) continue;
+    if (done < 0) return errno;
+    bytes = bytes.subspan(static_cast<std::size_t>(done));
+  }
+  return 0;
+}
+
+// The file appears under its name with all of its bytes, or not at all.
+void write_whole_file(const fs::path& path, std::span<const unsigned char> bytes) {
+  const fs::path partial = path.string() + ".part";
+  const int file = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file < 0) fail(path, errno);
+  int failure = write_all(file, bytes);
+  if (::close(file) != 0 && failure == 0) failure = errno;
+  if (failure == 0 && ::rename(partial.c_str(), path.c_str()) != 0) failure = errno;
+  if (failure != 0) {
+    ::unlink(partial.c_str());
+    fail(path, failure);
+  }
+}
+
+bool holds_pictures(const fs::path& directory) {
+  try {
+    return !picture_files(directory.string()).empty();
+  } catch (const Error& error) {
+    if (error.kind() == ErrorKind::kNotFound) return false;
+    throw;
+  }
+}
+
+void make_empty_directory(const fs::path& directory) {
+  std::error_code failure;
+  fs::create_directories(directory, failure);
+  if (failure) fail(directory, failure.value());
+  if (fs::exists(directory / detail::kFrameTableName) || holds_pictures(directory)) {
+    throw Error(
+        ErrorKind::kUsage,
+        fmt::format("'{}' already holds a recording or pictures: name another directory, or "
+                    "remove it first",
+                    directory.string()));
+  }
+}
+
+bool is_recordable(const cv::Mat& image) {
+  return !image.empty() && (image.depth() == CV_8U || image.depth() == CV_16U) &&
+         (image.channels() == 1 || image.channels() == 3);
+}
+
+}  // namespace
+
+Recorder::Recorder(fs::path directory, const SourceInfo& info)
+    : directory_(std::move(directory)), cadence_(info.cadence) {
+  make_empty_directory(directory_);
+  const fs::path table = directory_ / detail::kFrameTableName;
+  table_ = ::open(table.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
+  if (table_ < 0) fail(table, errno);
+  try {
+    append_row(detail::format_frame_table_header());
+  } catch (...) {
+    ::close(table_);
+    ::unlink(table.c_str());  // Nothing was recorded: the directory stays usable.
+    throw;
+  }
+}
+
+Recorder::~Recorder() {
+  if (table_ >= 0) ::close(table_);
+}
+
+void Recorder::write(const Frame& frame) {
+  detail::FrameRow row{write_picture(frame), frame, cadence_};
+  append_row(detail::format_frame_row(row));
+  ++frames_;
+}
+
+// Returns the picture's name, empty where the frame has no image.
+std::string Recorder::write_picture(const Frame& frame) {
+  if (!is_recordable(frame.image)) return {};
+  std::string name = fmt::format("{:08}.png", frames_);
+  // A stripe on a dark ground is mostly runs; higher levels cost much and gain little.
+  static const std::vector<int> kFastest{cv::IMWRITE_PNG_COMPRESSION, 1};
+  if (!cv::imencode(".png", frame.image, encoded_, kFastest)) fail(directory_ / name, EIO);
+  write_whole_file(directory_ / name, encoded_);
+  return name;
+}
+
+void Recorder::append_row(const std::string& row) {
+  const auto* begin = reinterpret_cast<const unsigned char*>(row.data());
+  const int failure = write_all(table_, {begin, row.size()});
+  if (failure != 0) {
+    // Whole lines only: cut off what a full disk took of this one.
+    [[maybe_unused]] const int cut = ::ftruncate(table_, static_cast<off_t>(table_size_));
+    fail(directory_ / detail::kFrameTableName, failure);
+  }
+  table_size_ += row.size();
+}
+
+}  // namespace striper

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that what a Recorder wrote is given again frame by frame, every member of it, and that a
+// full disk leaves a whole recording. Does not prove that it survives a power failure.
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <sys/resource.h>
+
+#include <striper/capture/open_source.hpp>
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+#include <striper/images/recorder.hpp>
+
+#include "support/random.hpp"
+#include "support/scratch_directory.hpp"
+
+namespace striper {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using testing::ScratchDirectory;
+
+cv::Mat draw_noise(int type, cv::Size size = {40, 30}) {
+  cv::Mat image(size, type);
+  for (std::size_t i = 0; i < image.total() * image.elemSize(); ++i) {
+    image.data[i] = static_cast<std::uint8_t>(testing::uniform(0.0, 256.0));
+  }
+  return image;
+}
+
+std::vector<Frame> replay(const std::filesystem::path& directory, SourceInfo* info = nullptr,
+                          const std::string& query = "") {
+  const auto source = open_source("images:" + directory.string() + query);
+  if (info != nullptr) *info = source->info();
+  source->start();
+  std::vector<Frame> frames;
+  Frame frame;
+  while (source->next(frame, 0ms) == NextStatus::kFrame) frames.push_back(frame);
+  return frames;
+}
+
+void expect_same(const Frame& a, const Frame& b) {
+  ASSERT_EQ(a.image.size(), b.image.size());
+  ASSERT_EQ(a.image.type(), b.image.type());
+  if (!a.image.empty()) {
+    EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0.0);
+  }
+  EXPECT_EQ(a.bit_depth, b.bit_depth);
+  EXPECT_EQ(a.sensor_size, b.sensor_size);
+  EXPECT_EQ(a.grid, b.grid);
+  EXPECT_EQ(a.sequence, b.sequence);
+  EXPECT_EQ(a.exposure_in_picture, b.exposure_in_picture);
+  EXPECT_EQ(a.exposures_per_picture, b.exposures_per_picture);
+  EXPECT_EQ(a.time.monotonic_ns, b.time.monotonic_ns);
+  EXPECT_EQ(a.time.utc_offset_ns, b.time.utc_offset_ns);
+  EXPECT_EQ(a.field_period_ns, b.field_period_ns);
+  EXPECT_EQ(a.exposure_ns, b.exposure_ns);
+  EXPECT_EQ(a.illumination, b.illumination);
+  EXPECT_EQ(a.field, b.field);
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(a.status_detail, b.status_detail);
+}
+
+void record_and_compare(const std::vector<Frame>& frames, const SourceInfo& info = {}) {
+  const ScratchDirectory scratch;
+  {
+    Recorder recorder(scratch / "rec", info);
+    for (const Frame& frame : frames) recorder.write(frame);
+    EXPECT_EQ(recorder.frames(), frames.size());
+  }
+  SourceInfo replayed;
+  const std::vector<Frame> again = replay(scratch / "rec", &replayed);
+  ASSERT_EQ(again.size(), frames.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    SCOPED_TRACE(i);
+    expect_same(again[i], frames[i]);
+  }
+  EXPECT_EQ(replayed.cadence, info.cadence);
+}
+
+Frame plain_frame(std::uint64_t sequence, int type = CV_8UC1) {
+  Frame frame;
+  frame.image = draw_noise(type);
+  frame.bit_depth = CV_MAT_DEPTH(type) == CV_16U ? 16 : 8;
+  frame.sensor_size = frame.image.size();
+  frame.sequence = sequence;
+  frame.time.monotonic_ns = static_cast<std::int64_t>(sequence) * 33'366'667;
+  return frame;
+}
+
+TEST(Recorder, EveryPixelTypeReplaysExactly) {
+  for (const int type : {CV_8UC1, CV_16UC1, CV_8UC3, CV_16UC3}) {
+    SCOPED_TRACE(type);
+    record_and_compare({plain_frame(0, type), plain_frame(1, type)});
+  }
+}
+
+TEST(Recorder, EveryMemberOfAFrameReplaysExactly) {
+  Frame frame = plain_frame(987654321012345, CV_16UC1);
+  frame.bit_depth = 12;
+  frame.sensor_size = {1280, 1024};
+  frame.grid = {{100.5, 2.0}, {1.0 / 3.0, 0.1}};
+  frame.time = {123456789012345678, 1700000000000000000};
+  frame.exposure_ns = 2500;
+  frame.illumination = Illumination::laser(3);
+  Frame dark = frame;
+  dark.sequence += 5;  // A gap.
+  dark.illumination = Illumination::dark();
+  dark.time.monotonic_ns = -5;
+  SourceInfo info;
+  info.cadence = Cadence::parse("3,dark");
+  record_and_compare({frame, dark}, info);
+}
+
+TEST(Recorder, FieldsReplayExactly) {
+  Frame woven = plain_frame(4);
+  woven.field = Field::kInterlacedBottomFirst;
+  woven.exposures_per_picture = 2;
+  woven.field_period_ns = 16'683'333;
+  record_and_compare({woven});
+
+  Frame top = plain_frame(4);
+  top.field = Field::kTop;
+  top.exposures_per_picture = 2;
+  top.grid = PixelGrid::top_field();
+  top.sensor_size = {40, 61};
+  Frame bottom = top;
+  bottom.field = Field::kBottom;
+  bottom.exposure_in_picture = 1;
+  bottom.grid = PixelGrid::bottom_field();
+  top.image = draw_noise(CV_8UC1, {40, 31});  // An odd picture's top field has a row more.
+  record_and_compare({top, bottom});
+}
+
+TEST(Recorder, BadFramesKeepTheirReason) {
+  Frame corrupt = plain_frame(1);
+  corrupt.image.release();
+  corrupt.status = FrameStatus::kCorrupt;
+  corrupt.status_detail = "buffer 3, \"error\" flag set, 4 bytes short";
+  Frame incomplete = plain_frame(2);
+  incomplete.status = FrameStatus::kIncomplete;
+  incomplete.status_detail = "2 packets lost";
+  record_and_compare({plain_frame(0), corrupt, incomplete, plain_frame(3)});
+}
+
+TEST(Recorder, LostPicturesAreCountedAgainOnReplay) {
+  const ScratchDirectory scratch;
+  {
+    Recorder recorder(scratch.path(), {});
+    for (const std::uint64_t sequence : {7, 8, 11}) recorder.write(plain_frame(sequence));
+  }
+  const auto source = open_source("images:" + scratch.path().string());
+  EXPECT_EQ(source->info().pictures, 3U);
+  EXPECT_NEAR(source->info().picture_rate_hz, 29.97, 0.01);
+  source->start();
+  Frame frame;
+  while (source->next(frame, 0ms) == NextStatus::kFrame) continue;
+  EXPECT_EQ(source->statistics().dropped, 2U);
+}
+
+TEST(Recorder, AddressOverridesWhatWasRecorded) {
+  const ScratchDirectory scratch;
+  {
+    Recorder recorder(scratch.path(), {});
+    Frame frame = plain_frame(0);
+    frame.illumination = Illumination::laser(0);
+    recorder.write(frame);
+  }
+  SourceInfo info;
+  const std::vector<Frame> frames = replay(scratch.path(), &info, "?laser=dark,1");
+  EXPECT_EQ(frames.at(0).illumination, Illumination::dark());
+  EXPECT_EQ(info.cadence, Cadence::parse("dark,1"));
+}
+
+TEST(Recorder, NeverWritesIntoADirectoryOfPictures) {
+  const ScratchDirectory scratch;
+  { Recorder(scratch.path(), {}).write(plain_frame(0)); }
+  const std::string table = testing::read_bytes(scratch / "frames.csv");
+  try {
+    Recorder(scratch.path(), {});
+    FAIL() << "it was overwritten";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+    EXPECT_THAT(error.what(), HasSubstr("already holds a recording or pictures"));
+  }
+  EXPECT_EQ(testing::read_bytes(scratch / "frames.csv"), table);
+}
+
+TEST(Recorder, DirectoryThatCannotBeMadeIsAnIoError) {
+  const ScratchDirectory scratch;
+  testing::write_bytes(scratch / "file", "x");
+  try {
+    Recorder(scratch / "file/rec", {});
+    FAIL() << "nothing was refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kIo);
+    EXPECT_THAT(error.what(), HasSubstr("file/rec': Not a directory"));
+  }
+}
+
+// A limit on the size of files stands for a full disk: a write is cut short, then refused.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+// Records until the disk is "full"; returns how many frames went in.
+std::size_t record_until_full(const std::filesystem::path& directory, cv::Size size, rlim_t bytes) {
+  Recorder recorder(directory, {});
+  const FileSizeLimit limit(bytes);
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    Frame frame = plain_frame(i);
+    // The first is small, so that both a picture and a line can be what does not fit.
+    frame.image = draw_noise(CV_8UC1, i == 0 ? cv::Size(4, 4) : size);
+    try {
+      recorder.write(frame);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kIo);
+      EXPECT_THAT(error.what(), HasSubstr("File too large"));
+      return i;
+    }
+  }
+  return 1000;
+}
+
+TEST(Recorder, FullDiskWithinAPictureLeavesAWholeRecording) {
+  const ScratchDirectory scratch;
+  EXPECT_EQ(record_until_full(scratch.path(), {200, 200}, 2000), 1U);
+  EXPECT_EQ(replay(scratch.path()).size(), 1U);
+  for (const auto& entry : std::filesystem::directory_iterator(scratch.path())) {
+    EXPECT_NE(entry.path().extension(), ".part");
+  }
+}
+
+TEST(Recorder, FullDiskWithinALineLeavesWholeLines) {
+  const ScratchDirectory scratch;
+  const std::size_t written = record_until_full(scratch.path(), {4, 4}, 2000);
+  EXPECT_GT(written, 5U);
+  EXPECT_LT(written, 1000U);
+  EXPECT_TRUE(testing::read_bytes(scratch / "frames.csv").ends_with("\r\n"));
+  EXPECT_EQ(replay(scratch.path()).size(), written);
+}
+
+class FrameTable : public ::testing::Test {
+ protected:
+  FrameTable() { Recorder(scratch_ / "rec", {}).write(plain_frame(0)); }
+  void write_table(const std::string& text) {
+    testing::write_bytes(scratch_ / "rec" / "frames.csv", text);
+  }
+  std::string message_of_replay() {
+    try {
+      replay(scratch_ / "rec");
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
+      return error.what();
+    }
+    return "nothing was refused";
+  }
+
+  ScratchDirectory scratch_;
+};
+
+TEST_F(FrameTable, MayBeWrittenByHandWithFilesAlone) {
+  write_table("file,weather\n00000000.png,rain\n00000000.png,\"sun, wind\"");
+  const std::vector<Frame> frames = replay(scratch_ / "rec", nullptr, "?fps=10");
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_EQ(frames[1].sequence, 1U);
+  EXPECT_EQ(frames[1].time.monotonic_ns, 100'000'000);
+  EXPECT_EQ(frames[1].sensor_size, cv::Size(40, 30));
+}
+
+TEST_F(FrameTable, LastLineCutOffIsLeftOutWithAWarning) {
+  std::string warning;
+  set_log_callback([&](LogLevel, std::string_view message) { warning = message; });
+  write_table("file,sequence\n00000000.png,4\n00000000.pn");
+  EXPECT_EQ(replay(scratch_ / "rec").size(), 1U);
+  set_log_callback({});
+  EXPECT_THAT(warning, HasSubstr("frames.csv' line 3 was cut off"));
+}
+
+TEST_F(FrameTable, EveryMalformedLineIsNamed) {
+  write_table("");
+  EXPECT_THAT(message_of_replay(), HasSubstr("is empty: no header line"));
+  write_table("sequence\n1\n");
+  EXPECT_THAT(message_of_replay(), HasSubstr("the header has no column 'file'"));
+  write_table("file,sequence\na.png\n");
+  EXPECT_THAT(message_of_replay(), HasSubstr("line 2: 1 fields, but the header has 2"));
+  write_table("file\n../../etc/a.png\n");
+  EXPECT_THAT(message_of_replay(), HasSubstr("line 2: column 'file' cannot be '../../etc/a.png'"));
+
+  const std::vector<std::pair<std::string, std::string>> bad{
+      {"sequence", "-1"},       {"exposure_in_picture", "2"}, {"exposures_per_picture", "0"},
+      {"monotonic_ns", "1.5"},  {"utc_offset_ns", "noon"},    {"field_period_ns", ""},
+      {"exposure_ns", "x"},     {"illumination", "bright"},   {"field", "middle"},
+      {"bit_depth", "17"},      {"sensor_width", "-5"},       {"sensor_height", "a"},
+      {"grid_u_offset", "nan"}, {"grid_u_step", ""},          {"grid_v_offset", "inf"},
+      {"grid_v_step", "2,"},    {"cadence", "dark"},          {"status", "fine"},
+  };
+  for (const auto& [column, value] : bad) {
+    write_table("file," + column + "\na.png,\"" + value + "\"\n");
+    EXPECT_THAT(message_of_replay(),
+                HasSubstr("line 2: column '" + column + "' cannot be '" + value + "'"));
+  }
+}
+
+TEST_F(FrameTable, WithoutLinesIsNotFound) {
+  write_table("file\n");
+  try {
+    replay(scratch_ / "rec");
+    FAIL() << "nothing was refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
+    EXPECT_THAT(error.what(), HasSubstr("has no frames"));
+  }
+}
+
+}  // namespace
+}  // namespace striper
