@@ -3,6 +3,7 @@
 
 #include <striper/core/cadence.hpp>
 #include <striper/core/channel.hpp>
+#include <striper/core/stripe_axis.hpp>
 
 namespace striper {
 
@@ -20,6 +21,7 @@ struct AmbientOptions {
   Cadence
       cadence;  ///< Which exposures are lit; automatic by default. A frame's own illumination wins.
   Channel channel = Channel::kAuto;
+  StripeAxis axis = StripeAxis::kColumns;  ///< How the stripe runs, for choosing the channel.
 };
 
 }  // namespace striper

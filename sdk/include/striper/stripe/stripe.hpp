@@ -21,7 +21,8 @@ namespace striper {
 /// every number.
 struct Stripe {
   StripeAxis axis = StripeAxis::kColumns;
-  PixelGrid grid;  ///< Of the image it came from.
+  PixelGrid grid;      ///< Of the image it came from.
+  int line_count = 0;  ///< Columns (kColumns) or rows (kRows) of that image.
 
   std::vector<std::int32_t> line;   ///< Column (kColumns) or row (kRows) of the image.
   std::vector<double> across_px;    ///< Position across the stripe: v for kColumns, u for kRows.
@@ -50,9 +51,9 @@ struct Stripe {
     return 0.5 * (axis == StripeAxis::kColumns ? grid.v.step : grid.u.step);
   }
 
-  /// Makes room for `count` elements; no allocation once it was as large. Every number becomes NaN,
+  /// Makes one element per line; no allocation once it was as large. Every number becomes NaN,
   /// `line` counts up from 0 and every status becomes kNoStripe.
-  void reset(std::size_t count);
+  void reset(int lines);
 };
 
 }  // namespace striper

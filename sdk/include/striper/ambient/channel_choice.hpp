@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/channel.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+namespace striper {
+
+/// One channel of a picture, as what is lit and what is taken off it.
+struct ChannelImages {
+  cv::Mat lit;
+  cv::Mat dark;  ///< The other channel of a colour difference; else empty.
+};
+
+/// Takes one channel out of a picture. A grey picture is handed through without a copy, whatever
+/// the channel.
+///
+/// @param image CV_8UC1, CV_16UC1, CV_8UC3 or CV_16UC3 (B, G, R). @param channel anything but
+/// kAuto.
+/// @param reuse its matrices are written into where they fit, so that a stream allocates once.
+void select_channel(const cv::Mat& image, Channel channel, ChannelImages& reuse);
+
+/// Returns the channel in which the laser's line stands out best: the one with most lines (columns
+/// or rows) whose brightest spot is narrow, above the noise, and beside that of the next line.
+/// White light near the line favours the differences, a core clipped to white the single channels.
+/// A grey picture gives kGrey.
+Channel choose_channel(const cv::Mat& image, StripeAxis axis);
+
+}  // namespace striper

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include <striper/core/frame.hpp>
+
+namespace striper {
+
+/// Takes an interlaced picture apart into its two fields, the earlier one first.
+///
+/// No pixel is copied: the fields are views of every other row. Each has its own grid (step 2 along
+/// v), its own time (half a picture apart) and its place in the picture's exposures. Precondition:
+/// `frame.is_interlaced()`. Thread-safe.
+std::array<Frame, 2> split_fields(const Frame& frame);
+
+}  // namespace striper

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <striper/ambient/ambient_stage.hpp>
+#include <striper/pipeline/scanner.hpp>
+#include <striper/scan/scan_projector.hpp>
+
+namespace striper {
+
+ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
+  ScannerOptions options;
+  options.ambient.channel = model.channel;
+  options.ambient.axis = model.axis;
+  options.stripe.axis = model.axis;
+  options.stripe.noise = model.noise;
+  return options;
+}
+
+struct Scanner::Stages {
+  Stages(ScanProjector projector_in, const ScannerOptions& options)
+      : ambient(options.ambient),
+        extractor(make_extractor(options.stripe)),
+        projector(std::move(projector_in)) {}
+
+  bool accepts(const Frame& frame);
+  PolarScan& next_scan(const LitFrame& lit);
+
+  AmbientStage ambient;
+  std::unique_ptr<StripeExtractor> extractor;
+  ScanProjector projector;
+  std::optional<cv::Size> model_size;  // Empty without a model.
+
+  Stripe stripe;
+  std::vector<PolarScan>
+      scans;  // The first scan_count are this call's; the rest keep their memory.
+  std::size_t scan_count = 0;
+  ScannerStatistics statistics;
+  std::string refusal;
+};
+
+// The whole product, a stage a line.
+std::span<const PolarScan> Scanner::process(const Frame& frame) {
+  Stages& s = *stages_;
+  s.scan_count = 0;
+  ++s.statistics.frames;
+  if (!s.accepts(frame)) return {};
+
+  for (const LitFrame& lit : s.ambient.push(frame)) {
+    s.extractor->extract(lit, s.stripe);
+    s.projector.project(s.stripe, lit.laser, s.next_scan(lit));
+  }
+
+  s.statistics.dark = s.ambient.dark_exposures();
+  s.statistics.scans += s.scan_count;
+  return {s.scans.data(), s.scan_count};
+}
+
+Scanner::Scanner(StriperModel model) : Scanner(model, ScannerOptions::for_model(model)) {}
+
+Scanner::Scanner(StriperModel model, const ScannerOptions& options)
+    : stages_(std::make_unique<Stages>(ScanProjector(model, options.scan), options)) {
+  stages_->model_size = cv::Size(model.camera.width(), model.camera.height());
+}
+
+Scanner::Scanner(const ScannerOptions& options)
+    : stages_(std::make_unique<Stages>(ScanProjector(), options)) {}
+
+Scanner::Scanner(Scanner&&) noexcept = default;
+Scanner& Scanner::operator=(Scanner&&) noexcept = default;
+Scanner::~Scanner() = default;
+
+std::span<const PolarScan> Scanner::finish() { return {}; }
+
+const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->statistics; }
+const std::string& Scanner::last_refusal() const noexcept { return stages_->refusal; }
+std::string Scanner::decisions() const { return stages_->ambient.decisions(); }
+
+bool Scanner::Stages::accepts(const Frame& frame) {
+  refusal.clear();
+  if (frame.status != FrameStatus::kOk) {
+    refusal = frame.status_detail;
+  } else if (frame.image.empty()) {
+    refusal = "the frame has no pixels";
+  } else if (model_size && frame.sensor_size != *model_size) {
+    refusal = fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
+                          frame.sensor_size.width, frame.sensor_size.height, model_size->width,
+                          model_size->height);
+  } else {
+    return true;
+  }
+  ++statistics.refused;
+  return false;
+}
+
+PolarScan& Scanner::Stages::next_scan(const LitFrame& lit) {
+  if (scan_count == scans.size()) scans.emplace_back();
+  PolarScan& scan = scans[scan_count++];
+  scan.sequence = lit.sequence;
+  scan.time = lit.time;
+  scan.laser = lit.laser;
+  scan.field = lit.field;
+  return scan;
+}
+
+}  // namespace striper

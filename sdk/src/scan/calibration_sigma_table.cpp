@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scan/calibration_sigma_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace striper::detail {
+namespace {
+
+constexpr double kStepPx = 16.0;
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+CalibrationSigmaTable::CalibrationSigmaTable(const Triangulator& triangulator) {
+  if (!triangulator.has_covariance()) return;
+  const CameraModel& camera = triangulator.camera();
+  columns_ = static_cast<int>(std::ceil(camera.width() / kStepPx)) + 1;
+  rows_ = static_cast<int>(std::ceil(camera.height() / kStepPx)) + 1;
+  scaled_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), kNan);
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      // The outermost nodes lie beyond the sensor, where a lens model may end: take its border
+      // instead.
+      const Eigen::Vector2d pixel(std::min(kStepPx * column, camera.width() - 1.0),
+                                  std::min(kStepPx * row, camera.height() - 1.0));
+      const Unprojection ray = camera.unproject(pixel);
+      if (ray.status != CameraStatus::kOk) continue;
+      const double w = triangulator.homography().row(2).dot(ray.xy.homogeneous());
+      if (!(w > 0.0)) continue;
+      scaled_[static_cast<std::size_t>(row * columns_ + column)] =
+          triangulator.sigma_cal_m(pixel) * w * w;
+    }
+  }
+}
+
+double CalibrationSigmaTable::sigma_m(double u_px, double v_px, double w) const noexcept {
+  const double s = u_px / kStepPx;
+  const double t = v_px / kStepPx;
+  if (!(s >= 0.0 && t >= 0.0 && s < columns_ - 1 && t < rows_ - 1)) return kNan;
+  const int i = static_cast<int>(s);
+  const int j = static_cast<int>(t);
+  const double fs = s - i;
+  const double ft = t - j;
+  double sum = 0.0;
+  double weights = 0.0;
+  // A corner beyond the horizon has no value; the others stand for it.
+  for (int corner = 0; corner < 4; ++corner) {
+    const int di = corner & 1;
+    const int dj = corner >> 1;
+    const double value = scaled_[static_cast<std::size_t>((j + dj) * columns_ + i + di)];
+    const double weight = (di != 0 ? fs : 1.0 - fs) * (dj != 0 ? ft : 1.0 - ft);
+    if (std::isnan(value)) continue;
+    sum += weight * value;
+    weights += weight;
+  }
+  return sum / weights / (w * w);
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+#include <numeric>
+
+#include <striper/stripe/stripe.hpp>
+
+namespace striper {
+
+void Stripe::reset(int lines) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
+  const auto count = static_cast<std::size_t>(lines);
+  line_count = lines;
+  line.resize(count);
+  std::iota(line.begin(), line.end(), 0);
+  across_px.assign(count, kNan);
+  for (std::vector<float>* values : {&sigma_px, &amplitude_dn, &width_px, &confidence}) {
+    values->assign(count, kNanF);
+  }
+  status.assign(count, ReturnStatus::kNoStripe);
+}
+
+}  // namespace striper
