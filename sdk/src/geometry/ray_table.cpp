@@ -54,14 +54,14 @@ RayTable::Node RayTable::exact_node(const CameraModel& camera, int line, double 
 }
 
 void RayTable::fill(const CameraModel& camera, double step_px) {
-  nodes_per_line_ = static_cast<std::size_t>(std::ceil((last_px_ - first_px_) / step_px)) + 1;
+  nodes_per_line_ = static_cast<std::int64_t>(std::ceil((last_px_ - first_px_) / step_px)) + 1;
   segments_ = static_cast<double>(nodes_per_line_ - 1);
   inverse_step_ = 1.0 / step_px;
-  nodes_.resize(static_cast<std::size_t>(line_count_) * nodes_per_line_);
+  nodes_.resize(static_cast<std::size_t>(line_count_ * nodes_per_line_));
   for (int line = 0; line < line_count_; ++line) {
-    for (std::size_t k = 0; k < nodes_per_line_; ++k) {
+    for (std::int64_t k = 0; k < nodes_per_line_; ++k) {
       const double across_px = first_px_ + step_px * static_cast<double>(k);
-      nodes_[static_cast<std::size_t>(line) * nodes_per_line_ + k] =
+      nodes_[static_cast<std::size_t>(line * nodes_per_line_ + k)] =
           exact_node(camera, line, across_px, step_px);
     }
   }
@@ -73,7 +73,7 @@ double RayTable::worst_error_px(const CameraModel& camera) const {
   const double step_px = 1.0 / inverse_step_;
   for (int i = 0; i < std::min(kCheckedLines, line_count_); ++i) {
     const int line = kCheckedLines >= line_count_ ? i : i * (line_count_ - 1) / (kCheckedLines - 1);
-    for (std::size_t k = 0; k + 1 < nodes_per_line_; ++k) {
+    for (std::int64_t k = 0; k + 1 < nodes_per_line_; ++k) {
       const double across_px = first_px_ + step_px * (static_cast<double>(k) + 0.5);
       const Segment segment = at(line, across_px);
       if (!segment.exists()) continue;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,59 +12,13 @@
 #include <striper/scan/scan_projector.hpp>
 
 #include "scan/calibration_sigma_table.hpp"
+#include "scan/plane_kernel.hpp"
 
 namespace striper {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// A ray in the homogeneous coordinates of the scan plane; w is positive where it meets the plane in
-// front.
-struct PlaneRay {
-  double X, Y, w;
-};
-
-PlaneRay apply(const Eigen::Matrix3d& H, const Eigen::Vector2d& xy) noexcept {
-  return {H(0, 0) * xy.x() + H(0, 1) * xy.y() + H(0, 2),
-          H(1, 0) * xy.x() + H(1, 1) * xy.y() + H(1, 2),
-          H(2, 0) * xy.x() + H(2, 1) * xy.y() + H(2, 2)};
-}
-
-double range_along(const PlaneRay& ray) noexcept {
-  return ray.w > 0.0 ? std::sqrt(ray.X * ray.X + ray.Y * ray.Y) / ray.w : kInfinity;
-}
-
-// atan2(y, x) for a row of points whose directions are mostly alike: relative to one of them by a
-// short series, which is three times as fast and as accurate (the first term left out is 7e-17 at
-// the limit).
-class BearingRow {
- public:
-  double bearing_rad(double x, double y) noexcept {
-    const double t = (x_ * y - y_ * x) / (x_ * x + y_ * y);
-    if (!(std::abs(t) < kSeriesLimit) || x_ * x + y_ * y <= 0.0) return restart(x, y);
-    const double t2 = t * t;
-    return bearing_rad_ +
-           t * (1.0 + t2 * (-1.0 / 3 +
-                            t2 * (1.0 / 5 +
-                                  t2 * (-1.0 / 7 + t2 * (1.0 / 9 + t2 * (-1.0 / 11 + t2 / 13))))));
-  }
-
- private:
-  static constexpr double kSeriesLimit = 0.1;
-
-  double restart(double x, double y) noexcept {
-    x_ = x;
-    y_ = y;
-    bearing_rad_ = std::atan2(y, x);
-    return bearing_rad_;
-  }
-
-  double x_ = 0.0;
-  double y_ = 0.0;
-  double bearing_rad_ = 0.0;
-};
-
-void copy_image_values(const Stripe& stripe, std::size_t i, Return& out) noexcept {
+Return return_of_image(const Stripe& stripe, std::size_t i) noexcept {
+  Return out;
   out.u_px = stripe.u_px(i);
   out.v_px = stripe.v_px(i);
   out.intensity_dn = stripe.amplitude_dn[i];
@@ -72,6 +26,7 @@ void copy_image_values(const Stripe& stripe, std::size_t i, Return& out) noexcep
   out.row_sigma_px = stripe.sigma_px[i];
   out.confidence = stripe.confidence[i];
   out.status = stripe.status[i];
+  return out;
 }
 
 }  // namespace
@@ -94,14 +49,19 @@ struct ScanProjector::LaserTables {
 
 struct ScanProjector::Impl {
   const RayTable& rays_for(const Stripe& stripe);
-  void project_return(const LaserTables& laser, const RayTable& rays, const Stripe& stripe,
-                      std::size_t i, BearingRow& bearings, Return& out) const noexcept;
+  void project_returns(const LaserTables& laser, const Stripe& stripe,
+                       std::vector<Return>& returns);
+  void finish_batch(const LaserTables& laser, const Stripe& stripe, std::vector<Return>& returns,
+                    int count) const noexcept;
   void project_exactly(const LaserTables& laser, Return& out) const noexcept;
 
   StriperModel model;
   ScanOptions options;
   std::vector<LaserTables> lasers;
   std::vector<RayTable> ray_tables;  // One per image grid that was seen: two for interlaced fields.
+  detail::PlaneBatch batch{};
+  std::array<std::size_t, detail::PlaneBatch::kSize>
+      batch_return{};  // Which return each element is.
 };
 
 ScanProjector::ScanProjector() = default;
@@ -128,8 +88,7 @@ ScanProjector::ScanProjector(const StriperModel& model, const ScanOptions& optio
 void ScanProjector::project(const Stripe& stripe, int laser, PolarScan& scan) {
   scan.axis = stripe.axis;
   scan.returns.resize(stripe.size());
-  std::fill(scan.returns.begin(), scan.returns.end(), Return{});
-  for (std::size_t i = 0; i < stripe.size(); ++i) copy_image_values(stripe, i, scan.returns[i]);
+  for (std::size_t i = 0; i < stripe.size(); ++i) scan.returns[i] = return_of_image(stripe, i);
   if (impl_ == nullptr) return;
 
   const bool known_laser = laser >= 0 && laser < static_cast<int>(impl_->lasers.size());
@@ -137,13 +96,7 @@ void ScanProjector::project(const Stripe& stripe, int laser, PolarScan& scan) {
     for (Return& out : scan.returns) out.status = ReturnStatus::kOutsideModel;
     return;
   }
-  const LaserTables& tables = impl_->lasers[static_cast<std::size_t>(laser)];
-  const RayTable& rays = impl_->rays_for(stripe);
-  BearingRow bearings;
-  for (std::size_t i = 0; i < stripe.size(); ++i) {
-    if (verdict(stripe.status[i]) == Verdict::kMissing) continue;
-    impl_->project_return(tables, rays, stripe, i, bearings, scan.returns[i]);
-  }
+  impl_->project_returns(impl_->lasers[static_cast<std::size_t>(laser)], stripe, scan.returns);
 }
 
 const RayTable& ScanProjector::Impl::rays_for(const Stripe& stripe) {
@@ -155,43 +108,72 @@ const RayTable& ScanProjector::Impl::rays_for(const Stripe& stripe) {
   return ray_tables.emplace_back(model.camera, stripe.axis, along, lines);
 }
 
-void ScanProjector::Impl::project_return(const LaserTables& laser, const RayTable& rays,
-                                         const Stripe& stripe, std::size_t i, BearingRow& bearings,
-                                         Return& out) const noexcept {
-  const Eigen::Matrix3d& H = laser.triangulator.homography();
-  const RayTable::Segment segment = rays.at(stripe.line[i], stripe.across_px[i]);
-  if (!segment.exists()) return project_exactly(laser, out);
-
-  const PlaneRay ray = apply(H, segment.xy());
-  if (!(ray.w > 0.0)) {
-    out.status = ReturnStatus::kBehind;
-    return;
+// In batches, so that the plane's arithmetic runs on vectors.
+void ScanProjector::Impl::project_returns(const LaserTables& laser, const Stripe& stripe,
+                                          std::vector<Return>& returns) {
+  const RayTable& rays = rays_for(stripe);
+  detail::PlaneKernelInput input{rays.numbers(),
+                                 rays.inverse_step(),
+                                 stripe.half_pixel_px(),
+                                 laser.triangulator.homography(),
+                                 1.0,
+                                 0.0,
+                                 0.0};
+  int count = 0;
+  const auto flush = [&] {
+    if (count == 0) return;
+    detail::project_batch(input, batch);
+    finish_batch(laser, stripe, returns, count);
+    // The next batch goes on about where this one ended.
+    const Return& last = returns[batch_return[static_cast<std::size_t>(count - 1)]];
+    if (std::isfinite(last.bearing_rad)) {
+      input.x_reference_m = last.x_m;
+      input.y_reference_m = last.y_m;
+      input.bearing_reference_rad = last.bearing_rad;
+    }
+    count = 0;
+  };
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (verdict(stripe.status[i]) == Verdict::kMissing) continue;
+    const RayTable::Place place = rays.place_of(stripe.line[i], stripe.across_px[i]);
+    if (place.number < 0) {
+      project_exactly(laser, returns[i]);
+      continue;
+    }
+    const auto at = static_cast<std::size_t>(count);
+    batch.node[at] = place.number;
+    batch.s[at] = place.s;
+    batch_return[at] = i;
+    if (++count == detail::PlaneBatch::kSize) flush();
   }
-  const double inverse_w = 1.0 / ray.w;
-  const double x = ray.X * inverse_w;
-  const double y = ray.Y * inverse_w;
-  const double range = std::sqrt(x * x + y * y);
-  out.x_m = x;
-  out.y_m = y;
-  out.range_m = range;
-  out.bearing_rad = bearings.bearing_rad(x, y);
+  flush();
+}
 
-  const double half_px = stripe.half_pixel_px();
-  const double before = range_along(apply(H, segment.xy(-half_px)));
-  const double after = range_along(apply(H, segment.xy(half_px)));
-  out.range_near_m = std::min(before, after);
-  out.range_far_m = std::max(before, after);
-
-  const Eigen::Vector2d slope = segment.dxy_dacross();
-  const double dX = H(0, 0) * slope.x() + H(0, 1) * slope.y();
-  const double dY = H(1, 0) * slope.x() + H(1, 1) * slope.y();
-  const double dw = H(2, 0) * slope.x() + H(2, 1) * slope.y();
-  const double drange_dacross = (x * (dX - x * dw) + y * (dY - y * dw)) * inverse_w / range;
-  out.sigma_m = std::abs(drange_dacross) * static_cast<double>(stripe.sigma_px[i]);
-  out.sigma_cal_m = laser.calibration_sigma.sigma_m(out.u_px, out.v_px, ray.w);
-
-  const bool in_range = range >= options.min_range_m && range <= options.max_range_m;
-  if (!in_range && out.status == ReturnStatus::kOk) out.status = ReturnStatus::kOutOfRange;
+void ScanProjector::Impl::finish_batch(const LaserTables& laser, const Stripe& stripe,
+                                       std::vector<Return>& returns, int count) const noexcept {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+    const std::size_t i = batch_return[k];
+    Return& out = returns[i];
+    if (std::isnan(batch.w[k])) {
+      project_exactly(laser, out);
+      continue;
+    }
+    if (!(batch.w[k] > 0.0)) {
+      out.status = ReturnStatus::kBehind;
+      continue;
+    }
+    out.x_m = batch.x_m[k];
+    out.y_m = batch.y_m[k];
+    out.range_m = batch.range_m[k];
+    const double bearing_rad = batch.bearing_rad[k];
+    out.bearing_rad = std::isnan(bearing_rad) ? std::atan2(out.y_m, out.x_m) : bearing_rad;
+    out.range_near_m = batch.range_near_m[k];
+    out.range_far_m = batch.range_far_m[k];
+    out.sigma_m = std::abs(batch.drange_dacross[k]) * static_cast<double>(stripe.sigma_px[i]);
+    out.sigma_cal_m = laser.calibration_sigma.sigma_m(out.u_px, out.v_px, batch.w[k]);
+    const bool in_range = out.range_m >= options.min_range_m && out.range_m <= options.max_range_m;
+    if (!in_range && out.status == ReturnStatus::kOk) out.status = ReturnStatus::kOutOfRange;
+  }
 }
 
 // Within a node of where the lens model ends the table has nothing to say; the lens itself may.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cmath>
-#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -61,23 +61,42 @@ class RayTable {
   /// @param line 0 to line_count - 1. @param across_px sensor pixel; nothing exists more than a
   /// pixel outside the sensor, nor for NaN. About 3 ns.
   Segment at(int line, double across_px) const noexcept {
+    const Place place = place_of(line, across_px);
+    if (place.number < 0) return none();
+    const double* const a = numbers() + place.number;
     Segment segment;
-    const double t = (across_px - first_px_) * inverse_step_;
-    if (!(t >= 0.0 && t < segments_)) return none();  // So written that a NaN ends here too.
-    const auto k = static_cast<std::size_t>(t);
-    const Node& a = nodes_[static_cast<std::size_t>(line) * nodes_per_line_ + k];
-    const Node& b = *(&a + 1);
-    segment.s_ = t - static_cast<double>(k);
+    segment.s_ = place.s;
     segment.inverse_step_ = inverse_step_;
-    set_hermite(a.x, a.slope_x, b.x, b.slope_x, segment.x_);
-    set_hermite(a.y, a.slope_y, b.y, b.slope_y, segment.y_);
+    set_hermite(a[0], a[2], a[4], a[6], segment.x_);
+    set_hermite(a[1], a[3], a[5], a[7], segment.y_);
     return segment;
   }
+
+  /// Where a ray is in the table: for vectorised readers of `numbers()`.
+  struct Place {
+    std::int64_t number;  ///< Index of the segment's first number; -1 where there is no segment.
+    double s;             ///< Place within the segment, 0 to 1.
+  };
+
+  Place place_of(int line, double across_px) const noexcept {
+    const double t = (across_px - first_px_) * inverse_step_;
+    if (!(t >= 0.0 && t < segments_)) return {-1, 0.0};  // So written that a NaN ends here too.
+    const auto k = static_cast<std::int64_t>(t);
+    return {kNumbersPerNode * (line * nodes_per_line_ + k), t - static_cast<double>(k)};
+  }
+
+  /// x, y and their slopes per node step, node after node. A segment is eight numbers: its two
+  /// nodes.
+  const double* numbers() const noexcept { return &nodes_.data()->x; }
+
+  /// Nodes per sensor pixel.
+  double inverse_step() const noexcept { return inverse_step_; }
 
  private:
   struct Node {
     double x, y, slope_x, slope_y;
   };
+  static constexpr std::int64_t kNumbersPerNode = sizeof(Node) / sizeof(double);
 
   // Coefficients of the cubic with these values and slopes (per node step) at 0 and 1.
   static void set_hermite(double a, double slope_a, double b, double slope_b, double* c) noexcept {
@@ -99,7 +118,7 @@ class RayTable {
   double last_px_;
   double inverse_step_ = 1.0;
   double segments_ = 0.0;
-  std::size_t nodes_per_line_ = 0;
+  std::int64_t nodes_per_line_ = 0;
   std::vector<Node> nodes_;
 };
 
