@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a return costs in the scan stage, against the straightforward triangulation of the same pixels and against the
-// bare arithmetic that no scan can do without (one atan2 and one square root).
+// What a return costs in the scan stage, against the straightforward triangulation of the same
+// pixels and against the bare arithmetic that no scan can do without (one atan2 and one square
+// root).
 #include <cmath>
 
 #include <benchmark/benchmark.h>
@@ -27,9 +28,9 @@ Stripe stripe_of(const StriperModel& model) {
 }
 
 void set_time_per_return(benchmark::State& state, const Stripe& stripe) {
-  state.counters["per_return"] =
-      benchmark::Counter(static_cast<double>(stripe.size()) * static_cast<double>(state.iterations()),
-                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  state.counters["per_return"] = benchmark::Counter(
+      static_cast<double>(stripe.size()) * static_cast<double>(state.iterations()),
+      benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void scan_stage(benchmark::State& state) {
@@ -52,7 +53,8 @@ void exact_triangulation(benchmark::State& state) {
   for (auto _ : state) {
     for (std::size_t i = 0; i < stripe.size(); ++i) {
       for (const double shift : {-0.5, 0.0, 0.5}) {
-        benchmark::DoNotOptimize(triangulator.triangulate({stripe.u_px(i), stripe.v_px(i) + shift}));
+        benchmark::DoNotOptimize(
+            triangulator.triangulate({stripe.u_px(i), stripe.v_px(i) + shift}));
       }
     }
   }

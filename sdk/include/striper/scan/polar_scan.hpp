@@ -30,8 +30,8 @@ struct Return {
   double sigma_m = kNone;  ///< One-sigma random error of this return.
   double sigma_cal_m = kNone;  ///< One-sigma calibration error here; common to all columns: never
                                ///< average it down. NaN where the model has no covariance.
-  double x_m = kNone;  ///< range * cos(bearing).
-  double y_m = kNone;  ///< range * sin(bearing).
+  double x_m = kNone;          ///< range * cos(bearing).
+  double y_m = kNone;          ///< range * sin(bearing).
 
   float intensity_dn =
       static_cast<float>(kNone);               ///< Amplitude above the background, DN of the input.
