@@ -7,12 +7,14 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/images/image_source.hpp>
+#include <striper/simulator/simulated_source.hpp>
 
 namespace striper {
 
 std::unique_ptr<FrameSource> open_source(std::string_view uri_text) {
   SourceUri uri = SourceUri::parse(uri_text);
   if (uri.scheme() == "images") return std::make_unique<ImageSource>(std::move(uri));
+  if (uri.scheme() == "sim") return SimulatedSource::open(std::move(uri));
   throw Error(
       ErrorKind::kUnsupported,
       fmt::format("source '{}': this build has no backend for {}:", uri_text, uri.scheme()));

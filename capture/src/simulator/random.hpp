@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace striper::detail {
+
+/// Random numbers that depend on nothing but the key: every pixel of every exposure has its own
+/// stream, so that pictures can be rendered in any order and in part.
+///
+/// SplitMix64 (Steele, Lea & Flood 2014) from a hashed start. The distributions use plain
+/// arithmetic and IEEE square roots only, no library functions, so they give the same numbers on
+/// every machine.
+class PixelRandom {
+ public:
+  PixelRandom(std::uint64_t seed, std::uint64_t purpose, std::uint64_t exposure,
+              std::uint64_t pixel) noexcept
+      : state_(mix(mix(mix(seed + kStep * (purpose + 1)) ^ exposure) ^ pixel)) {}
+
+  std::uint64_t bits() noexcept { return mix(state_ += kStep); }
+
+  /// Uniform in (0, 1): the middle of one of 2^53 cells.
+  double uniform() noexcept { return (static_cast<double>(bits() >> 11) + 0.5) * 0x1.0p-53; }
+
+  /// Standard normal: Marsaglia's polar method (1964).
+  double normal() noexcept;
+
+  /// Poisson: inversion below a mean of 10, Hoermann's transformed rejection PTRS (1993) above.
+  double poisson(double mean) noexcept;
+
+ private:
+  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15ULL;
+
+  static std::uint64_t mix(std::uint64_t z) noexcept {
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+    return z ^ (z >> 31);
+  }
+
+  std::uint64_t state_;
+};
+
+/// Natural logarithm of a positive normal number to about 1e-15, plain arithmetic.
+double plain_log(double x) noexcept;
+
+/// Exponential function to about 1e-15 for |x| below 700, plain arithmetic.
+double plain_exp(double x) noexcept;
+
+}  // namespace striper::detail

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/simulator/scene_yaml.hpp>
+#include <striper/simulator/simulated_source.hpp>
+
+namespace striper {
+namespace {
+
+constexpr long kMostPictures = 1'000'000'000'000L;
+
+[[noreturn]] void refuse(const SourceUri& uri, std::string_view key, std::string_view value,
+                         std::string_view expected) {
+  throw Error(ErrorKind::kUsage,
+              fmt::format("source '{}': {}={} - expected {}", uri.text(), key, value, expected));
+}
+
+/// Switches off all noises but those that are listed.
+void keep_noises(const SourceUri& uri, const std::string& words, SensorNoise& noise) {
+  SensorNoise kept{.shot = false, .read_noise_e = 0.0};
+  std::size_t begin = words == "off" ? words.size() + 1 : 0;
+  while (begin <= words.size()) {
+    const std::size_t end = std::min(words.find(',', begin), words.size());
+    const std::string word = words.substr(begin, end - begin);
+    begin = end + 1;
+    if (word == "shot") {
+      kept.shot = noise.shot;
+    } else if (word == "read") {
+      kept.read_noise_e = noise.read_noise_e;
+    } else if (word == "prnu") {
+      kept.prnu = noise.prnu;
+    } else if (word == "speckle") {
+      kept.speckle = noise.speckle;
+    } else {
+      refuse(uri, "noise", words, "off, or those to keep of shot, read, prnu, speckle");
+    }
+  }
+  noise = kept;
+}
+
+ScanMode scan_mode(const SourceUri& uri, const std::string& word) {
+  if (word == "progressive") return ScanMode::kProgressive;
+  if (word == "split-top") return ScanMode::kTopFirst;
+  if (word == "split-bottom") return ScanMode::kBottomFirst;
+  if (word == "alternate-top") return ScanMode::kAlternateTopFirst;
+  if (word == "alternate-bottom") return ScanMode::kAlternateBottomFirst;
+  refuse(uri, "fields", word,
+         "progressive, split-top, split-bottom, alternate-top or alternate-bottom");
+}
+
+void apply_query(SourceUri& uri, Scene& scene, SimulatedSourceOptions& options) {
+  if (const auto frames = uri.take_integer("frames", 0, kMostPictures)) {
+    options.pictures = static_cast<std::uint64_t>(*frames);
+  }
+  if (const auto rate = uri.take_number("fps", 1e-3, 1e6)) scene.timing.picture_rate_hz = *rate;
+  if (const auto seed = uri.take_integer("seed", 0, kMostPictures)) {
+    scene.seed = static_cast<std::uint64_t>(*seed);
+  }
+  if (const auto noise = uri.take("noise")) keep_noises(uri, *noise, scene.imager.noise);
+  if (const auto laser = uri.take("laser")) {
+    options.cadence_given = true;
+    if (*laser != "auto") scene.timing.cadence = Cadence::parse(*laser);
+  }
+  if (const auto word = uri.take("illumination")) {
+    if (*word != "unknown" && *word != "known") {
+      refuse(uri, "illumination", *word, "known or unknown");
+    }
+    options.illumination_known = *word == "known";
+  }
+  if (const auto fields = uri.take("fields")) scene.timing.scan = scan_mode(uri, *fields);
+  options.realtime = uri.take_bool("realtime").value_or(false);
+  uri.refuse_unused("frames, fps, seed, noise, laser, illumination, fields, realtime");
+}
+
+Field field_of(ScanMode scan) {
+  switch (scan) {
+    case ScanMode::kTopFirst:
+      return Field::kInterlacedTopFirst;
+    case ScanMode::kBottomFirst:
+      return Field::kInterlacedBottomFirst;
+    case ScanMode::kAlternateTopFirst:
+    case ScanMode::kAlternateBottomFirst:
+      return Field::kTop;
+    case ScanMode::kProgressive:
+      break;
+  }
+  return Field::kProgressive;
+}
+
+}  // namespace
+
+SimulatedSource::SimulatedSource(Simulator simulator, SimulatedSourceOptions options)
+    : simulator_(std::move(simulator)), options_(options), uri_("sim:" + simulator_.scene().name) {}
+
+std::unique_ptr<SimulatedSource> SimulatedSource::open(SourceUri uri) {
+  Scene scene = load_scene(uri.path());
+  SimulatedSourceOptions options;
+  apply_query(uri, scene, options);
+  try {
+    auto source = std::make_unique<SimulatedSource>(Simulator(std::move(scene)), options);
+    source->uri_ = uri.text();
+    return source;
+  } catch (const Error& error) {
+    throw Error(ErrorKind::kUsage, fmt::format("source '{}': {}", uri.text(), error.what()));
+  }
+}
+
+SourceInfo SimulatedSource::info() const {
+  const Scene& scene = simulator_.scene();
+  const Imager& imager = scene.imager;
+  SourceInfo info;
+  info.uri = uri_;
+  info.description = fmt::format("simulated striper '{}'", scene.name);
+  info.image_size = {imager.region.width / imager.binning.width,
+                     imager.region.height / imager.binning.height};
+  info.sensor_size = {scene.camera.width(), scene.camera.height()};
+  info.bit_depth = imager.bit_depth;
+  info.channels = 1;
+  info.field = field_of(scene.timing.scan);
+  info.picture_rate_hz = scene.timing.picture_rate_hz;
+  info.pictures = options_.pictures;
+  if (options_.illumination_known || options_.cadence_given) info.cadence = scene.timing.cadence;
+  return info;
+}
+
+void SimulatedSource::start() {
+  const std::lock_guard lock(mutex_);
+  if (running_) return;
+  running_ = true;
+  next_frame_ = 0;
+  statistics_ = {};
+  start_time_ = std::chrono::steady_clock::now();
+}
+
+NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds timeout) {
+  const auto per_picture = static_cast<std::uint64_t>(simulator_.frames_per_picture());
+  const std::uint64_t picture = next_frame_ / per_picture;
+  const int part = static_cast<int>(next_frame_ % per_picture);
+  {
+    std::unique_lock lock(mutex_);
+    if (!running_) return NextStatus::kStopped;
+    if (options_.pictures && picture >= *options_.pictures) return NextStatus::kEnd;
+    if (options_.realtime) {
+      const auto due = start_time_ + std::chrono::nanoseconds(
+                                         std::llround(1e9 * simulator_.time_s(picture, part)));
+      const auto patience = std::chrono::steady_clock::now() + timeout;
+      stopped_.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(due, patience),
+                          [this] { return !running_; });
+      if (!running_) return NextStatus::kStopped;
+      if (due > patience) return NextStatus::kTimeout;
+    }
+  }
+  frame = simulator_.render(picture, part);
+  if (!options_.illumination_known) frame.illumination = Illumination::unknown();
+  ++next_frame_;
+  const std::lock_guard lock(mutex_);
+  ++statistics_.delivered;
+  return NextStatus::kFrame;
+}
+
+void SimulatedSource::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    running_ = false;
+  }
+  stopped_.notify_all();
+}
+
+SourceStatistics SimulatedSource::statistics() const {
+  const std::lock_guard lock(mutex_);
+  return statistics_;
+}
+
+}  // namespace striper

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulator/world.hpp"
+
+#include <algorithm>
+
+namespace striper::detail {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// A shadow ray starts and ends this far, relative to its length, from the surfaces it joins.
+constexpr double kShadowMargin = 1e-6;
+
+/// Puts the facets of one shape, in the object's frame, into a list.
+struct FacetMaker {
+  std::vector<Facet>& facets;
+
+  void rectangle(const Eigen::Vector3d& center, const Eigen::Vector3d& right,
+                 const Eigen::Vector3d& up, double width, double height) {
+    Facet facet;
+    facet.center = center;
+    facet.right = right;
+    facet.up = up;
+    facet.normal = right.cross(up);
+    facet.half_width = 0.5 * width;
+    facet.half_height = 0.5 * height;
+    facet.bounding_radius = std::hypot(facet.half_width, facet.half_height);
+    facets.push_back(facet);
+  }
+
+  void disc(const Eigen::Vector3d& center, const Eigen::Vector3d& right, const Eigen::Vector3d& up,
+            double radius) {
+    rectangle(center, right, up, 2.0 * radius, 2.0 * radius);
+    facets.back().kind = Facet::Kind::kDisc;
+    facets.back().bounding_radius = radius;
+  }
+
+  void operator()(const Plane&) {
+    rectangle(Eigen::Vector3d::Zero(), -Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ(),
+              kInfinity, kInfinity);
+  }
+
+  void operator()(const Rectangle& shape) {
+    rectangle(Eigen::Vector3d::Zero(), -Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ(),
+              shape.width_m, shape.height_m);
+  }
+
+  void operator()(const Disc& shape) {
+    disc(Eigen::Vector3d::Zero(), -Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ(),
+         shape.radius_m);
+  }
+
+  void operator()(const Box& shape) {
+    const Eigen::Vector3d half = 0.5 * shape.size_m;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int right = (axis + 1) % 3;
+      const int up = (axis + 2) % 3;
+      for (const double sign : {-1.0, 1.0}) {
+        rectangle(sign * half[axis] * Eigen::Vector3d::Unit(axis),
+                  sign * Eigen::Vector3d::Unit(right), Eigen::Vector3d::Unit(up),
+                  shape.size_m[right], shape.size_m[up]);
+      }
+    }
+  }
+
+  void operator()(const Cylinder& shape) {
+    Facet tube;
+    tube.kind = Facet::Kind::kTube;
+    tube.right = -Eigen::Vector3d::UnitY();
+    tube.up = Eigen::Vector3d::UnitZ();
+    tube.normal = -Eigen::Vector3d::UnitX();
+    tube.half_width = shape.radius_m;
+    tube.half_height = 0.5 * shape.length_m;
+    tube.bounding_radius = std::hypot(tube.half_width, tube.half_height);
+    facets.push_back(tube);
+    for (const double sign : {-1.0, 1.0}) {
+      disc(Eigen::Vector3d(0.0, 0.0, sign * tube.half_height), Eigen::Vector3d::UnitX(),
+           sign * Eigen::Vector3d::UnitY(), shape.radius_m);
+    }
+  }
+
+  void operator()(const Sweep& shape) {
+    for (std::size_t i = 1; i < shape.profile_m.size(); ++i) {
+      const Eigen::Vector2d from = shape.profile_m[i - 1];
+      const Eigen::Vector2d piece = shape.profile_m[i] - from;
+      const Eigen::Vector2d middle = from + 0.5 * piece;
+      const Eigen::Vector2d across = piece.normalized();
+      rectangle({0.0, middle.x(), middle.y()}, {0.0, across.x(), across.y()},
+                Eigen::Vector3d::UnitX(), piece.norm(), shape.length_m);
+    }
+  }
+};
+
+/// Distance along a ray to a facet, or infinity; only beyond `t_min`.
+double intersect(const Facet& facet, const Eigen::Vector3d& origin,
+                 const Eigen::Vector3d& direction, double t_min) noexcept {
+  const Eigen::Vector3d to_center = facet.center - origin;
+  if (facet.kind != Facet::Kind::kTube) {
+    const double slope = facet.normal.dot(direction);
+    if (slope == 0.0) return kInfinity;
+    const double t = facet.normal.dot(to_center) / slope;
+    if (!(t > t_min)) return kInfinity;
+    const Eigen::Vector3d offset = t * direction - to_center;
+    const double a = facet.right.dot(offset);
+    const double b = facet.up.dot(offset);
+    const bool inside = facet.kind == Facet::Kind::kDisc
+                            ? a * a + b * b <= facet.half_width * facet.half_width
+                            : std::abs(a) <= facet.half_width && std::abs(b) <= facet.half_height;
+    return inside ? t : kInfinity;
+  }
+  const Eigen::Vector3d d = direction - facet.up.dot(direction) * facet.up;
+  const Eigen::Vector3d c = to_center - facet.up.dot(to_center) * facet.up;
+  const double a = d.squaredNorm();
+  const double b = d.dot(c);
+  const double discriminant = b * b - a * (c.squaredNorm() - facet.half_width * facet.half_width);
+  if (a == 0.0 || discriminant < 0.0) return kInfinity;
+  const double root = std::sqrt(discriminant);
+  for (const double t : {(b - root) / a, (b + root) / a}) {
+    const double height = facet.up.dot(t * direction - to_center);
+    if (t > t_min && std::abs(height) <= facet.half_height) return t;
+  }
+  return kInfinity;
+}
+
+bool misses_sphere(const Facet& facet, const Eigen::Vector3d& origin,
+                   const Eigen::Vector3d& direction, double direction_norm2) noexcept {
+  const Eigen::Vector3d to_center = facet.center - origin;
+  const double along = to_center.dot(direction);
+  const double radius2 = facet.bounding_radius * facet.bounding_radius;
+  return to_center.squaredNorm() - along * along / direction_norm2 > radius2;
+}
+
+}  // namespace
+
+Eigen::Isometry3d T_cam_object_at(const Scene& scene, const SceneObject& object, double time_s) {
+  const Eigen::Isometry3d T_world_cam =
+      scene.device_motion.moved(scene.T_world_device, time_s) * scene.T_device_cam();
+  return T_world_cam.inverse() * object.motion.moved(object.T_world_object, time_s);
+}
+
+World::World(const Scene& scene, double time_s) {
+  for (std::size_t index = 0; index < scene.objects.size(); ++index) {
+    const SceneObject& object = scene.objects[index];
+    const std::size_t first = facets_.size();
+    std::visit(FacetMaker{facets_}, object.shape);
+    const Eigen::Isometry3d T_cam_object = T_cam_object_at(scene, object, time_s);
+    for (std::size_t i = first; i < facets_.size(); ++i) {
+      Facet& facet = facets_[i];
+      facet.object = static_cast<int>(index);
+      facet.center = T_cam_object * facet.center;
+      facet.right = T_cam_object.linear() * facet.right;
+      facet.up = T_cam_object.linear() * facet.up;
+      facet.normal = T_cam_object.linear() * facet.normal;
+    }
+  }
+  const Eigen::Matrix3d R_cam_world =
+      (scene.device_motion.moved(scene.T_world_device, time_s) * scene.T_device_cam())
+          .linear()
+          .transpose();
+  to_sun_ = R_cam_world * scene.daylight.sun_direction.normalized();
+  up_ = R_cam_world * Eigen::Vector3d::UnitZ();
+}
+
+Hit World::first_hit(const Eigen::Vector3d& ray) const noexcept {
+  Hit hit;
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    const double t = intersect(facets_[i], Eigen::Vector3d::Zero(), ray, 0.0);
+    if (t < hit.t) hit = {t, static_cast<int>(i)};
+  }
+  return hit;
+}
+
+Hit World::first_hit(const Eigen::Vector3d& ray, const std::vector<int>& among) const noexcept {
+  Hit hit;
+  for (const int i : among) {
+    const double t = intersect(facet(i), Eigen::Vector3d::Zero(), ray, 0.0);
+    if (t < hit.t) hit = {t, i};
+  }
+  return hit;
+}
+
+bool World::blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                    const std::vector<int>& casters) const noexcept {
+  const Eigen::Vector3d direction = to - from;
+  const double norm2 = direction.squaredNorm();
+  return std::any_of(casters.begin(), casters.end(), [&](int index) {
+    const Facet& caster = facet(index);
+    return !misses_sphere(caster, from, direction, norm2) &&
+           intersect(caster, from, direction, kShadowMargin) < 1.0 - kShadowMargin;
+  });
+}
+
+bool World::in_shade(const Eigen::Vector3d& point) const noexcept {
+  const double margin = kShadowMargin * (1.0 + point.norm());
+  return std::any_of(facets_.begin(), facets_.end(), [&](const Facet& caster) {
+    return !misses_sphere(caster, point, to_sun_, 1.0) &&
+           intersect(caster, point, to_sun_, margin) < kInfinity;
+  });
+}
+
+Eigen::Vector3d World::normal_to_camera(int index, const Eigen::Vector3d& point) const noexcept {
+  const Facet& surface = facet(index);
+  Eigen::Vector3d normal = surface.normal;
+  if (surface.kind == Facet::Kind::kTube) {
+    const Eigen::Vector3d offset = point - surface.center;
+    normal = (offset - surface.up.dot(offset) * surface.up) / surface.half_width;
+  }
+  return normal.dot(point) > 0.0 ? Eigen::Vector3d(-normal) : normal;
+}
+
+double World::surface_t(int index, const Eigen::Vector3d& ray) const noexcept {
+  Facet endless = facet(index);
+  endless.kind = endless.kind == Facet::Kind::kDisc ? Facet::Kind::kRectangle : endless.kind;
+  endless.half_height = kInfinity;
+  if (endless.kind == Facet::Kind::kRectangle) endless.half_width = kInfinity;
+  const double t = intersect(endless, Eigen::Vector3d::Zero(), ray, 0.0);
+  return t < kInfinity ? t : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <striper/simulator/scene.hpp>
+
+namespace striper::detail {
+
+/// A piece of an object's surface in the camera's frame.
+struct Facet {
+  enum class Kind { kRectangle, kDisc, kTube };
+
+  Kind kind = Kind::kRectangle;
+  int object = -1;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::UnitX();   ///< Unit; as seen from the front.
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();      ///< Unit; the axis of a tube.
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< Unit, towards the front.
+  double half_width = 0.0;   ///< Along `right`; the radius of a disc or tube; may be infinite.
+  double half_height = 0.0;  ///< Along `up`; may be infinite.
+  double bounding_radius = 0.0;
+};
+
+/// Where a ray meets a facet: origin + t * direction.
+struct Hit {
+  double t = std::numeric_limits<double>::infinity();
+  int facet = -1;
+
+  bool found() const noexcept { return facet >= 0; }
+};
+
+/// Everything in the scene at one moment, in the camera's frame. Immutable, thread-safe.
+class World {
+ public:
+  World(const Scene& scene, double time_s);
+
+  const std::vector<Facet>& facets() const noexcept { return facets_; }
+  const Facet& facet(int index) const noexcept { return facets_[static_cast<std::size_t>(index)]; }
+  const Eigen::Vector3d& to_sun() const noexcept { return to_sun_; }
+  const Eigen::Vector3d& up() const noexcept { return up_; }
+
+  /// The first facet that the ray from the camera's centre meets: among all, or among some.
+  Hit first_hit(const Eigen::Vector3d& ray) const noexcept;
+  Hit first_hit(const Eigen::Vector3d& ray, const std::vector<int>& among) const noexcept;
+
+  /// True where one of `casters` stands between two points.
+  bool blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+               const std::vector<int>& casters) const noexcept;
+  /// True where anything stands between a point and the sun.
+  bool in_shade(const Eigen::Vector3d& point) const noexcept;
+
+  /// The outward normal of a facet at a point of it, turned towards the camera.
+  Eigen::Vector3d normal_to_camera(int facet, const Eigen::Vector3d& point) const noexcept;
+
+  /// Where a ray from the camera meets the facet's endless surface (the nearer side of a tube);
+  /// NaN if nowhere in front.
+  double surface_t(int facet, const Eigen::Vector3d& ray) const noexcept;
+
+ private:
+  std::vector<Facet> facets_;
+  Eigen::Vector3d to_sun_;
+  Eigen::Vector3d up_;
+};
+
+/// The pose of an object in the camera's frame at a time.
+Eigen::Isometry3d T_cam_object_at(const Scene& scene, const SceneObject& object, double time_s);
+
+}  // namespace striper::detail
