@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+namespace striper {
+
+/// The largest value of `lit - dark` in every chunk of 32 pixels of every line, and where it is:
+/// all that one pass over an image must keep to find the peaks of each line.
+///
+/// The pass reads each pixel once, in memory order, with the widest vectors of the machine (chosen
+/// at run time). `lit - dark` stops at 0, blind pixels count as 0, and among equal values the first
+/// one wins. Two peaks of a line inside one chunk give one candidate, the higher one.
+///
+/// No allocation after the first frame of a size. Not thread-safe.
+class ChunkMaxima {
+ public:
+  static constexpr int kChunk = 32;
+  static constexpr int kBest = 4;
+
+  struct Peak {
+    int across = 0;         ///< Pixel across the stripe: row for kColumns, column for kRows.
+    int value_dn = 0;       ///< lit - dark there.
+    int prominence_dn = 0;  ///< How far it rises above the darker one of its neighbouring chunks.
+  };
+
+  /// Reads `frame`, one line per column (kColumns) or row (kRows).
+  void find(const LitFrame& frame, StripeAxis axis);
+
+  /// Ranks the chunks of every line by prominence; needed before `best`.
+  void rank();
+
+  int lines() const noexcept { return lines_; }
+  int chunks() const noexcept { return chunks_; }
+
+  /// The first of the largest pixels of a chunk. Its prominence is not filled in.
+  Peak at(int chunk, int line) const noexcept;
+
+  /// The chunk maximum that is the `nth` most prominent of a line, 0 <= nth < kBest. Prominence 0
+  /// stands for none.
+  Peak best(int nth, int line) const noexcept;
+
+  /// Whether a pixel of the line was blind.
+  bool is_partly_blind(int line) const noexcept {
+    return !blind_.empty() && blind_[static_cast<std::size_t>(line)] != 0;
+  }
+
+ private:
+  void find_blind_lines(const LitFrame& frame, StripeAxis axis);
+
+  int lines_ = 0;
+  int chunks_ = 0;
+  bool is_wide_ = false;  // 16-bit pixels, or so many chunks that 8 bits do not number them.
+  bool has_wide_keys_ = false;
+  std::vector<std::uint16_t> keys8_;   // [chunk][line]: value << 8 | 31 - position in the chunk.
+  std::vector<std::uint32_t> keys16_;  // The same with value << 16, for 16-bit pixels.
+  std::array<std::vector<std::uint16_t>, kBest> best8_;   // [line]: prominence << 8 | 255 - chunk.
+  std::array<std::vector<std::uint32_t>, kBest> best16_;  // prominence << 16 | 65535 - chunk.
+  std::vector<std::uint8_t> blind_;                       // [line]; empty without a blind mask.
+};
+
+}  // namespace striper

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace striper::detail {
+
+inline constexpr int kChunkPixels = 32;
+inline constexpr int kBestChunks = 4;
+
+/// The images of a lit frame as the kernels read them. Strides in elements.
+template <typename Pixel>
+struct PixelPlanes {
+  const Pixel* lit = nullptr;
+  const Pixel* dark = nullptr;          // Null: nothing to subtract.
+  const std::uint8_t* blind = nullptr;  // Null: none is blind.
+  std::ptrdiff_t lit_stride = 0;
+  std::ptrdiff_t dark_stride = 0;
+  std::ptrdiff_t blind_stride = 0;
+  int rows = 0;
+  int cols = 0;
+};
+
+/// keys[chunk * lines + line] = value << 8 (16) | 31 - position in the chunk. The largest key of a
+/// chunk is its first largest pixel.
+void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys);
+void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys);
+void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys);
+void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys);
+
+/// The most prominent chunks of every line, best first: prominence << 8 (16) | 255 (65535) - chunk.
+void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
+                 const std::array<std::uint16_t*, kBestChunks>& best);
+void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
+                 const std::array<std::uint32_t*, kBestChunks>& best);
+void rank_chunks(const std::uint32_t* keys, int lines, int chunks,
+                 const std::array<std::uint32_t*, kBestChunks>& best);
+
+}  // namespace striper::detail
