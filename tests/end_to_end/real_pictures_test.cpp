@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves the whole path from picture files to ranges on real pictures with published numbers. It
+// does not prove accuracy to a pixel: the published plane is itself 2 mm off (its own authors'
+// points say so).
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include <striper/capture/open_source.hpp>
+#include <striper/model/model_yaml.hpp>
+#include <striper/pipeline/scanner.hpp>
+
+#include "support/shared_data.hpp"
+
+namespace striper {
+namespace {
+
+constexpr std::chrono::milliseconds kTimeout{1000};
+
+// Scans every picture of a source and hands each scan on.
+template <typename Action>
+int scan_all(FrameSource& source, Scanner& scanner, const Action& action) {
+  source.start();
+  int pictures = 0;
+  Frame frame;
+  while (source.next(frame, kTimeout) == NextStatus::kFrame) {
+    ++pictures;
+    for (const PolarScan& scan : scanner.process(frame)) action(scan);
+  }
+  return pictures;
+}
+
+ScannerOptions paper_method(ScannerOptions options) {
+  options.stripe.method = ExtractMethod::kPaper;
+  return options;
+}
+
+using Points = std::vector<Eigen::Vector2d>;
+
+// Distances from the line that most of the points lie on: least squares, leaving out what is far
+// off, again.
+std::vector<double> distances_from_line_m(const Points& points) {
+  Points kept = points;
+  std::vector<double> distances;
+  for (int round = 0; round < 8; ++round) {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& p : kept) mean += p / static_cast<double>(kept.size());
+    Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+    for (const Eigen::Vector2d& p : kept) scatter += (p - mean) * (p - mean).transpose();
+    const Eigen::Vector2d normal =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(scatter).eigenvectors().col(0);
+    distances.clear();
+    for (const Eigen::Vector2d& p : points) distances.push_back(std::abs(normal.dot(p - mean)));
+    std::vector<double> sorted = distances;
+    std::sort(sorted.begin(), sorted.end());
+    const double limit = 4.0 * sorted[sorted.size() / 2];
+    kept.clear();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (distances[i] <= limit) kept.push_back(points[i]);
+    }
+  }
+  return distances;
+}
+
+TEST(RealPictures, GreenLaserOnATurntableGivesThePublishedWorkspace) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("srv-green-laser-turntable");
+  const StriperModel model = load_model(testing::source_path("tests/end_to_end/srv_striper.yaml"));
+  const auto source = open_source("images:" + (testing::real_data("srv-green-laser-turntable") /
+                                               "turntable_180717_subset/step_num*")
+                                                  .string());
+  Scanner scanner(model, paper_method(ScannerOptions::for_model(model)));
+  std::size_t good = 0;
+  std::size_t in_workspace = 0;
+  Points table;
+  const int pictures = scan_all(*source, scanner, [&](const PolarScan& scan) {
+    for (const Return& r : scan.returns) {
+      if (r.status != ReturnStatus::kOk) continue;
+      ++good;
+      const Eigen::Vector2d point(r.x_m, r.y_m);
+      // The wall behind is half a metre away, the near rim of the table a quarter.
+      if (r.range_m > 0.25 && r.range_m < 0.6) ++in_workspace;
+      // The last picture shows the bare table: the stripe runs down to the right.
+      const bool on_table = r.v_px > 275.0 && r.v_px < 415.0 && r.u_px > 285.0 && r.u_px < 420.0;
+      if (scan.sequence == 31 && on_table) table.push_back(point);
+    }
+  });
+  EXPECT_EQ(pictures, 32);
+  EXPECT_GT(good, static_cast<std::size_t>(pictures) * 480 / 4);
+  EXPECT_GT(static_cast<double>(in_workspace) / static_cast<double>(good), 0.98);
+  ASSERT_GT(table.size(), 100U);
+  std::vector<double> distances = distances_from_line_m(table);
+  std::sort(distances.begin(), distances.end());
+  EXPECT_LT(distances[distances.size() / 2], 0.0005) << "from the table, which is flat";
+  EXPECT_LT(distances[distances.size() * 95 / 100], 0.003);
+}
+
+TEST(RealPictures, RoverFindsItsStripeInNearlyEveryColumn) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
+  const auto source =
+      open_source("images:" + (testing::real_data("neil-rover-striper") / "*.jpg").string());
+  Scanner scanner(paper_method(ScannerOptions()));
+  std::size_t good = 0;
+  std::size_t columns = 0;
+  scan_all(*source, scanner, [&](const PolarScan& scan) {
+    columns += scan.returns.size();
+    for (const Return& r : scan.returns) good += r.status == ReturnStatus::kOk ? 1U : 0U;
+  });
+  ASSERT_GT(columns, 10'000U);
+  EXPECT_GE(static_cast<double>(good) / static_cast<double>(columns), 0.95);
+}
+
+}  // namespace
+}  // namespace striper
