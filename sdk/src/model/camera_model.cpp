@@ -66,7 +66,9 @@ class BrownFold {
 
   // The radius up to which the determinant is positive.
   double radius(double along, double across) const noexcept {
-    const double pole = d_.positive_until(kMaxRadius);
+    // A hair before the pole: on it the quotient may have either sign.
+    const double root = d_.positive_until(kMaxRadius);
+    const double pole = root < kMaxRadius ? root * (1.0 - 1e-12) : kMaxRadius;
     if (along == 0.0 && across == 0.0) return q_.positive_until(pole);
     const Polynomial r{0.0, 1.0};
     const Polynomial determinant =
@@ -103,25 +105,67 @@ std::array<Dual, 8> constants(const std::vector<double>& k) noexcept {
   return result;
 }
 
-// Solves f(x) = target on [0, high] for an increasing f, by Newton's method kept inside a bracket
-// that shrinks at every step.
+// Solves f(x) = target on [0, high] for an increasing f: Newton's method inside a bracket, which is
+// halved wherever Newton would leave it or does not halve its step (it can run in circles).
 template <typename Function>
 double invert_increasing(const Function& f, double target, double high) noexcept {
   constexpr int kMaxSteps = 200;
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   double low = 0.0;
   double x = std::min(target, 0.5 * high);
-  for (int step = 0; step < kMaxSteps; ++step) {
+  double step = high;
+  for (int i = 0; i < kMaxSteps; ++i) {
     const Dual value = f(Dual(x, 1, 0));
     const double error = value.value() - target;
     if (std::abs(error) <= kEpsilon * target) break;
     (error > 0.0 ? high : low) = x;
-    double next = x - error / value.derivatives()[0];
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (std::abs(next - x) <= 0.5 * kEpsilon * x) return next;
-    x = next;
+    const double last_step = std::abs(step);
+    step = -error / value.derivatives()[0];
+    const bool is_good = x + step > low && x + step < high && std::abs(step) <= 0.5 * last_step;
+    if (!is_good) step = 0.5 * (low + high) - x;
+    if (std::abs(step) <= 0.5 * kEpsilon * x) break;
+    x += step;
   }
   return x;
+}
+
+// Where the search for a distorted point ended.
+struct Solution {
+  Eigen::Vector2d xy;
+  bool is_converged;
+};
+
+// Solves distort(xy) = target near `start`: Newton's method whose step is halved until it brings
+// the point nearer and stays where the lens has not folded.
+Solution invert_distortion(LensModel lens, const std::vector<double>& coefficients,
+                           const Eigen::Vector2d& target, const Eigen::Vector2d& start) noexcept {
+  using Scalar = Eigen::AutoDiffScalar<Eigen::Vector2d>;
+  using Point = Eigen::Matrix<Scalar, 2, 1>;
+  constexpr int kMaxSteps = 100;
+  const double tolerance = 1e-15 * (1.0 + target.norm());
+  std::array<Scalar, 8> k;
+  for (std::size_t i = 0; i < coefficients.size(); ++i) k[i] = Scalar(coefficients[i]);
+  Eigen::Vector2d xy = start;
+  Eigen::Vector2d best = start;
+  Eigen::Vector2d step = Eigen::Vector2d::Zero();
+  double best_error = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxSteps; ++i) {
+    const Point value = distort(lens, k.data(), Point(Scalar(xy.x(), 2, 0), Scalar(xy.y(), 2, 1)));
+    const Eigen::Vector2d error(value.x().value() - target.x(), value.y().value() - target.y());
+    Eigen::Matrix2d J;
+    J << value.x().derivatives().transpose(), value.y().derivatives().transpose();
+    if (error.norm() < best_error && J.determinant() > 0.0) {
+      best = xy;
+      best_error = error.norm();
+      step = J.inverse() * error;
+      if (best_error <= tolerance) break;
+    } else {
+      step *= 0.5;
+      if (step.norm() <= 1e-17 * (1.0 + best.norm())) break;
+    }
+    xy = best - step;
+  }
+  return {best, best_error <= 1e3 * tolerance};
 }
 
 }  // namespace
@@ -246,7 +290,7 @@ Projection CameraModel::project(const Eigen::Vector3d& p_cam, Eigen::Matrix<doub
   const int count = 4 + distortion_count(lens_);
   if (J_point != nullptr) J_point->setConstant(kNan);
   if (J_parameters != nullptr) J_parameters->setConstant(2, count, kNan);
-  const Projection result = project(p_cam);
+  Projection result = project(p_cam);
   if (result.status != CameraStatus::kOk) return result;
 
   constexpr int kInputs = 3 + kMaxParameters;
@@ -273,7 +317,7 @@ Unprojection CameraModel::unproject(const Eigen::Vector2d& pixel) const noexcept
 }
 
 Unprojection CameraModel::undistort_radial(const Eigen::Vector2d& distorted) const noexcept {
-  const Unprojection nothing{{kNan, kNan}, beyond()};
+  Unprojection nothing{{kNan, kNan}, beyond()};
   const double target = distorted.norm();
   if (target == 0.0) return {Eigen::Vector2d::Zero(), CameraStatus::kOk};
   const std::array<Dual, 8> k = constants(distortion_);
@@ -294,38 +338,22 @@ Unprojection CameraModel::undistort_radial(const Eigen::Vector2d& distorted) con
 }
 
 Unprojection CameraModel::undistort_tangential(const Eigen::Vector2d& distorted) const noexcept {
-  using Scalar = Eigen::AutoDiffScalar<Eigen::Vector2d>;
-  using Point = Eigen::Matrix<Scalar, 2, 1>;
-  constexpr int kMaxSteps = 200;
-  std::array<Scalar, 8> k;
-  for (std::size_t i = 0; i < distortion_.size(); ++i) k[i] = Scalar(distortion_[i]);
-  const double tolerance = 1e-15 * (1.0 + distorted.norm());
-
-  // Damped Newton's method from the point that a lens without tangential terms would give.
-  Eigen::Vector2d xy = undistort_radial(distorted).xy;
-  if (!(xy.norm() < max_radius_)) xy = 0.9 * max_radius_ * distorted.normalized();
-  Eigen::Vector2d best = xy;
-  Eigen::Vector2d step = Eigen::Vector2d::Zero();
-  double best_error = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kMaxSteps; ++i) {
-    const Point value = distort(lens_, k.data(), Point(Scalar(xy.x(), 2, 0), Scalar(xy.y(), 2, 1)));
-    const Eigen::Vector2d error(value.x().value() - distorted.x(),
-                                value.y().value() - distorted.y());
-    Eigen::Matrix2d J;
-    J << value.x().derivatives().transpose(), value.y().derivatives().transpose();
-    if (error.norm() < best_error && J.determinant() > 0.0) {
-      best = xy;
-      best_error = error.norm();
-      step = J.inverse() * error;
-      if (best_error <= tolerance) break;
-    } else {
-      step *= 0.5;
-      if (step.norm() <= 1e-17 * (1.0 + best.norm())) break;
+  // From the point that a lens without tangential terms would give.
+  Eigen::Vector2d start = undistort_radial(distorted).xy;
+  if (!(start.norm() < max_radius_)) start = 0.9 * max_radius_ * distorted.normalized();
+  Solution solution = invert_distortion(lens_, distortion_, distorted, start);
+  if (!solution.is_converged) {
+    // Near a fold: walk out from the centre, where every lens is tame.
+    constexpr int kWalk = 64;
+    solution.xy = Eigen::Vector2d::Zero();
+    for (int i = 1; i <= kWalk; ++i) {
+      const Eigen::Vector2d target = distorted * (static_cast<double>(i) / kWalk);
+      solution = invert_distortion(lens_, distortion_, target, solution.xy);
+      if (!solution.is_converged) break;
     }
-    xy = best - step;
   }
-  if (!(best_error <= 1e3 * tolerance) || !is_one_to_one_at(best)) return {{kNan, kNan}, beyond()};
-  return {best, CameraStatus::kOk};
+  if (!solution.is_converged || !is_one_to_one_at(solution.xy)) return {{kNan, kNan}, beyond()};
+  return {solution.xy, CameraStatus::kOk};
 }
 
 bool CameraModel::folds_inside_image() const noexcept {

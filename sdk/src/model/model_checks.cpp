@@ -10,8 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <striper/core/error.hpp>
-
+#include "model/scan_frame.hpp"
 #include "model/yaml_field.hpp"
 
 namespace striper::detail {
@@ -20,13 +19,17 @@ namespace {
 constexpr double kTolerance = 1e-6;
 // Of correlations, which are at most 1: what the rounding of a printed matrix may cost.
 constexpr double kCorrelationTolerance = 1e-6;
+constexpr const char* kDataField = "covariance.data";
 
 std::optional<Violation> check_moved_frame(const LaserPlane& plane, const Eigen::Isometry3d& T,
                                            const std::string& field) {
   const Eigen::Matrix3d R = T.linear();
   if (!T.matrix().allFinite()) return Violation{field, "not finite", "finite numbers"};
   const double skew = (R.transpose() * R - Eigen::Matrix3d::Identity()).norm();
-  if (skew > kTolerance || R.determinant() < 0.0) {
+  if (skew <= kTolerance && R.determinant() < 0.0) {
+    return Violation{field, "a left-handed frame", "a right-handed one"};
+  }
+  if (skew > kTolerance) {
     return Violation{field, fmt::format("off a rotation by {:.3g}", skew),
                      fmt::format("a right-handed rotation to {}", kTolerance)};
   }
@@ -69,17 +72,18 @@ std::optional<Violation> check_laser(const StriperModel& model, std::size_t inde
                      "more than 0: from a plane through the camera's centre follows no range"};
   }
   if (laser.moved_T_cam_scan) {
-    const auto bad = check_moved_frame(laser.plane, *laser.moved_T_cam_scan, field + ".T_cam_scan");
+    auto bad = check_moved_frame(laser.plane, *laser.moved_T_cam_scan, field + ".T_cam_scan");
     if (bad) return bad;
   }
-  try {
-    const Eigen::Isometry3d T_cam_scan = model.T_cam_scan(static_cast<int>(index));
-    if (!laser.homography) return std::nullopt;
-    return check_homography(*laser.homography, laser_homography(laser.plane, T_cam_scan),
-                            field + ".homography");
-  } catch (const Error& error) {
-    return Violation{field + ".normal", error.what(), "a plane that has a scan frame"};
+  if (!laser.moved_T_cam_scan) {
+    if (const auto obstacle = find_obstacle(laser.plane, model.axis)) {
+      return Violation{field + ".normal", obstacle->value, obstacle->expected};
+    }
   }
+  if (!laser.homography) return std::nullopt;
+  const Eigen::Isometry3d T_cam_scan = model.T_cam_scan(static_cast<int>(index));
+  return check_homography(*laser.homography, laser_homography(laser.plane, T_cam_scan),
+                          field + ".homography");
 }
 
 std::optional<Violation> check_noise(const NoiseModel& noise) {
@@ -109,45 +113,54 @@ std::optional<Violation> check_names(const StriperModel& model) {
   return std::nullopt;
 }
 
-// Correlations, so that pixels, metres and coefficients are judged alike; what has no variance must
-// have no covariance either.
+// Checks the elements by pairs, each against the variances that it belongs to.
+std::optional<Violation> check_elements(const ModelCovariance& covariance) {
+  const Eigen::MatrixXd& C = covariance.matrix;
+  const auto name = [&](Eigen::Index i) {
+    return covariance.parameters[static_cast<std::size_t>(i)];
+  };
+  for (Eigen::Index i = 0; i < C.rows(); ++i) {
+    if (!std::isfinite(C(i, i)) || C(i, i) < 0.0) {
+      return Violation{kDataField, fmt::format("variance of {} is {}", name(i), C(i, i)),
+                       "a finite number, 0 or more"};
+    }
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double scale = std::sqrt(C(i, i)) * std::sqrt(C(j, j));
+      if (!(std::abs(C(i, j) - C(j, i)) <= scale * kCorrelationTolerance)) {
+        return Violation{
+            kDataField,
+            fmt::format("covariance of {} and {} is {} above the diagonal and {} below", name(j),
+                        name(i), C(j, i), C(i, j)),
+            "a symmetric matrix"};
+      }
+      if (!(std::abs(C(i, j)) <= scale * (1.0 + kCorrelationTolerance))) {
+        return Violation{kDataField,
+                         fmt::format("covariance of {} and {} is {}", name(j), name(i), C(i, j)),
+                         fmt::format("at most {}, the geometric mean of their variances", scale)};
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<Violation> check_matrix(const ModelCovariance& covariance) {
-  const std::string field = "covariance.data";
   const Eigen::MatrixXd& C = covariance.matrix;
   const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
   if (C.rows() != size || C.cols() != size) {
-    return Violation{field, fmt::format("{} x {}", C.rows(), C.cols()),
+    return Violation{kDataField, fmt::format("{} x {}", C.rows(), C.cols()),
                      fmt::format("{} x {}, as parameters has names", size, size)};
   }
-  Eigen::MatrixXd correlation = Eigen::MatrixXd::Zero(size, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    if (!std::isfinite(C(i, i)) || C(i, i) < 0.0) {
-      return Violation{field,
-                       fmt::format("variance of {} is {}",
-                                   covariance.parameters[static_cast<std::size_t>(i)], C(i, i)),
-                       "a finite number, 0 or more"};
-    }
-    for (Eigen::Index j = 0; j < size; ++j) {
-      const double scale = std::sqrt(C(i, i)) * std::sqrt(C(j, j));
-      const bool is_in_bounds = std::abs(C(i, j)) <= scale * (1.0 + kCorrelationTolerance);
-      const bool is_symmetric = std::abs(C(i, j) - C(j, i)) <= scale * kCorrelationTolerance;
-      if (!is_in_bounds || !is_symmetric) {
-        return Violation{
-            field,
-            fmt::format("element ({}, {}) is {} and its mirror image {}", i, j, C(i, j), C(j, i)),
-            fmt::format("a symmetric matrix whose elements are at most {}, the "
-                        "geometric mean of their variances",
-                        scale)};
-      }
-      if (scale > 0.0) correlation(i, j) = C(i, j) / scale;
-    }
-  }
-  const double smallest = size == 0 ? 0.0
-                                    : Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(
-                                          correlation, Eigen::EigenvaluesOnly)
-                                          .eigenvalues()[0];
+  if (auto bad = check_elements(covariance)) return bad;
+  if (size == 0) return std::nullopt;
+  // Of correlations, so that pixels, metres and coefficients are judged alike.
+  const Eigen::VectorXd sigma = C.diagonal().cwiseSqrt();
+  const Eigen::VectorXd scale = (sigma.array() > 0.0).select(sigma.cwiseInverse(), 0.0);
+  const Eigen::MatrixXd correlation = scale.asDiagonal() * C * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
+  const double smallest = solver.eigenvalues()[0];
   if (smallest >= -kCorrelationTolerance * static_cast<double>(size)) return std::nullopt;
-  return Violation{field, fmt::format("smallest eigenvalue of the correlations {:.3g}", smallest),
+  return Violation{kDataField,
+                   fmt::format("smallest eigenvalue of the correlations {:.3g}", smallest),
                    "0 or more: a covariance is positive semi-definite"};
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -26,17 +27,8 @@ using detail::YamlField;
 constexpr int kVersion = 1;
 constexpr int kMaxImageSize = 100'000;
 constexpr int kMaxLasers = 64;
+constexpr std::size_t kMaxParameters = 12 + 4 * kMaxLasers;
 constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20;
-
-// What a part of the model says of itself when it is made, with the place in the file.
-template <typename Make>
-auto at_field(const YamlField& field, const Make& make) {
-  try {
-    return make();
-  } catch (const Error& error) {
-    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", field.where(), error.what()));
-  }
-}
 
 double read_focal_length(const YamlField& element) {
   const double value = element.number();
@@ -78,21 +70,28 @@ CameraModel read_camera(const YamlField& field) {
   const Eigen::Vector4d K = read_camera_matrix(field.at("camera_matrix", "{rows, cols, data}"));
   const LensModel lens =
       read_lens(field.at("distortion_model", "plumb_bob, rational_polynomial or equidistant"));
+  const std::string meaning = fmt::format("the coefficients of {}", to_string(lens));
   const Eigen::VectorXd k = field.at("distortion_coefficients", "{rows, cols, data}")
-                                .matrix(1, distortion_count(lens))
+                                .matrix(1, distortion_count(lens), meaning)
                                 .row(0);
-  return at_field(field, [&] {
-    return CameraModel(width, height, K[0], K[1], K[2], K[3], lens, {k.begin(), k.end()});
-  });
+  try {
+    return {width, height, K[0], K[1], K[2], K[3], lens, {k.begin(), k.end()}};
+  } catch (const Error& error) {
+    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", field.where(), error.what()));
+  }
 }
 
 Laser read_laser(const YamlField& field) {
   field.require_map({"normal", "distance_m", "homography", "T_cam_scan"});
   const YamlField normal = field.at("normal", "[nx, ny, nz]");
   const Eigen::Vector3d n = normal.numbers(3);
-  const double d = field.at("distance_m", "a number of metres").number();
+  const double d = field.at("distance_m", "a number of metres").number("a finite number of metres");
   Laser laser;
-  laser.plane = at_field(normal, [&] { return LaserPlane(n, d); });
+  if (!(std::abs(n.norm() - 1.0) <= kUnitNormalTolerance)) {
+    normal.refuse(fmt::format("[{}, {}, {}], of length {}", n.x(), n.y(), n.z(), n.norm()),
+                  fmt::format("length 1 to {}", kUnitNormalTolerance));
+  }
+  laser.plane = LaserPlane(n, d);
   if (const auto homography = field.find("homography")) laser.homography = homography->matrix(3, 3);
   if (const auto T_cam_scan = field.find("T_cam_scan")) {
     const Eigen::Matrix4d T = T_cam_scan->matrix(4, 4);
@@ -138,11 +137,12 @@ NoiseModel read_noise(const YamlField& field) {
 ModelCovariance read_covariance(const YamlField& field) {
   field.require_map({"parameters", "rows", "cols", "data"});
   ModelCovariance covariance;
-  for (const YamlField& name : field.at("parameters", "a list of names").list()) {
+  const YamlField names = field.at("parameters", "a list of names");
+  if (names.node().size() > kMaxParameters) names.refuse(fmt::format("at most {}", kMaxParameters));
+  for (const YamlField& name : names.list()) {
     covariance.parameters.push_back(name.word("the name of a parameter"));
   }
   const auto size = covariance.parameters.size();
-  if (size > kMaxLasers * 4 + 12) field.refuse("at most one name for each parameter");
   const int n = static_cast<int>(size);
   field.at("rows", "the number of parameters").whole(n, n);
   field.at("cols", "the number of parameters").whole(n, n);
@@ -164,7 +164,8 @@ void warn_of_fold(const CameraModel& camera, const YamlField& field) {
 StriperModel read_model(const YamlField& root, const std::string& yaml) {
   root.require_map(
       {"striper_model", "camera", "lasers", "stripe", "noise", "covariance", "quality"});
-  root.at("striper_model", "the version of the format, 1").whole(kVersion, kVersion);
+  root.at("striper_model", "the version of the format, 1")
+      .whole(kVersion, kVersion, "the version of the format that this program reads");
   StriperModel model;
   const YamlField camera = root.at("camera", "a map");
   model.camera = read_camera(camera);

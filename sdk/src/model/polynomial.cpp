@@ -75,7 +75,7 @@ Polynomial operator*(const Polynomial& a, const Polynomial& b) noexcept {
   product.degree_ = std::min(a.degree_ + b.degree_, Polynomial::kMaxDegree);
   for (int i = 0; i <= a.degree_; ++i) {
     for (int j = 0; j <= b.degree_ && i + j <= product.degree_; ++j) {
-      product.c_[static_cast<std::size_t>(i + j)] +=
+      product.c_[static_cast<std::size_t>(i) + static_cast<std::size_t>(j)] +=
           a.c_[static_cast<std::size_t>(i)] * b.c_[static_cast<std::size_t>(j)];
     }
   }

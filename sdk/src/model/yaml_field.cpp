@@ -19,30 +19,59 @@
 namespace striper::detail {
 namespace {
 
+int line_of(const YAML::Mark& mark) { return mark.is_null() ? 0 : mark.line + 1; }
+
+std::string place(const std::string& file, const YAML::Mark& mark) {
+  const int line = line_of(mark);
+  return line > 0 ? fmt::format("{}:{}", file, line) : file;
+}
+
 // Looks at the events of a document before a tree is made of them: aliases can tie a tree into a
 // loop or blow it up.
-class RefuseAliases : public YAML::EventHandler {
+class Guard : public YAML::EventHandler {
  public:
+  explicit Guard(const std::string& file) : file_(file) {}
+
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override {
-    throw YAML::ParserException(mark, "an alias (*name) - expected every value written out");
+    refuse(mark, "an alias (*name) - expected every value written out");
   }
   void OnDocumentStart(const YAML::Mark& mark) override {
-    if (++documents_ > 1) throw YAML::ParserException(mark, "a second document - expected one");
+    if (++documents_ > 1) refuse(mark, "a second document (---) - expected one");
   }
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
   void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
                 const std::string& /*value*/) override {}
-  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/,
-                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {}
-  void OnSequenceEnd() override {}
-  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                  YAML::EmitterStyle::value /*style*/) override {}
-  void OnMapEnd() override {}
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/,
+                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {
+    descend(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {
+    descend(mark);
+  }
+  void OnMapEnd() override { --depth_; }
 
  private:
+  void descend(const YAML::Mark& mark) {
+    constexpr int kMaxDepth = 32;
+    if (++depth_ > kMaxDepth) {
+      refuse(mark,
+             fmt::format("lists or maps nested {} deep - expected at most {}", depth_, kMaxDepth));
+    }
+  }
+  [[noreturn]] void refuse(const YAML::Mark& mark, std::string_view what) const {
+    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", place(file_, mark), what));
+  }
+
+  const std::string& file_;
   int documents_ = 0;
+  int depth_ = 0;
 };
+
+// Longer words are not compared.
+constexpr std::size_t kLongestWord = 64;
 
 // Number of letters to insert, delete or replace to make one word of the other (Levenshtein 1966).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -60,21 +89,13 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string hint(std::string_view word, std::initializer_list<std::string_view> known) {
-  constexpr std::size_t kLongest = 64;
-  if (word.size() > kLongest) return {};
+  if (word.size() > kLongestWord) return {};
   const auto* const nearest =
       std::min_element(known.begin(), known.end(), [word](std::string_view a, std::string_view b) {
         return edit_distance(word, a) < edit_distance(word, b);
       });
   if (nearest == known.end() || edit_distance(word, *nearest) > 1 + nearest->size() / 3) return {};
   return fmt::format("; did you mean '{}'?", *nearest);
-}
-
-int line_of(const YAML::Mark& mark) { return mark.is_null() ? 0 : mark.line + 1; }
-
-std::string place(const std::string& file, const YAML::Mark& mark) {
-  const int line = line_of(mark);
-  return line > 0 ? fmt::format("{}:{}", file, line) : file;
 }
 
 bool is_plain_scalar(const YAML::Node& node) { return node.IsScalar() && node.Tag() == "?"; }
@@ -107,17 +128,19 @@ YAML::Node parse_yaml(const std::string& text, const std::string& file) {
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
-    RefuseAliases events;
-    while (parser.HandleNextDocument(events)) {
+    Guard guard(file);
+    while (parser.HandleNextDocument(guard)) {
     }
     return YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", place(file, error.mark), error.msg));
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("{}: not valid YAML: {}", place(file, error.mark), error.msg));
   }
 }
 
-YamlField::YamlField(YAML::Node node, std::string path, std::shared_ptr<const std::string> file)
-    : node_(std::move(node)), path_(std::move(path)), file_(std::move(file)) {}
+YamlField::YamlField(const YAML::Node& node, std::string path,
+                     std::shared_ptr<const std::string> file)
+    : node_(node), path_(std::move(path)), file_(std::move(file)) {}
 
 std::string YamlField::where() const { return place(*file_, node_.Mark()); }
 
@@ -128,7 +151,7 @@ std::string YamlField::child_path(std::string_view key) const {
 std::string YamlField::described() const {
   switch (node_.Type()) {
     case YAML::NodeType::Scalar:
-      return quoted(node_.Scalar());
+      return quoted(node_.Scalar()) + (is_plain_scalar(node_) ? "" : " in quotes");
     case YAML::NodeType::Sequence:
       return fmt::format("a list of {}", node_.size());
     case YAML::NodeType::Map:
@@ -151,7 +174,7 @@ void YamlField::require_map(std::initializer_list<std::string_view> known) const
   std::set<std::string> seen;
   for (const auto& entry : node_) {
     const YamlField key(entry.first, path_, file_);
-    if (!entry.first.IsScalar()) key.refuse("words as keys");
+    if (!entry.first.IsScalar()) key.refuse("a word as key");
     const std::string& word = entry.first.Scalar();
     if (!seen.insert(word).second)
       key.refuse(fmt::format("key {} a second time", quoted(word)), "each key once");
@@ -172,8 +195,15 @@ std::optional<YamlField> YamlField::find(std::string_view key) const {
 
 YamlField YamlField::at(std::string_view key, std::string_view expected) const {
   if (auto field = find(key)) return *field;
-  throw Error(ErrorKind::kBadFile,
-              fmt::format("{}: {} is missing - expected {}", where(), child_path(key), expected));
+  std::string meant;
+  for (const auto& entry : node_) {
+    const std::size_t distance = edit_distance(entry.first.Scalar().substr(0, kLongestWord), key);
+    if (distance <= std::max<std::size_t>(1, key.size() / 4)) {
+      meant = fmt::format(" (is {} meant to be it?)", quoted(entry.first.Scalar()));
+    }
+  }
+  throw Error(ErrorKind::kBadFile, fmt::format("{}: {} is missing{} - expected {}", where(),
+                                               child_path(key), meant, expected));
 }
 
 std::vector<YamlField> YamlField::list(std::optional<std::size_t> count) const {
@@ -194,9 +224,10 @@ double YamlField::number(std::string_view expected) const {
   return *value;
 }
 
-int YamlField::whole(int low, int high) const {
-  const std::string expected =
+int YamlField::whole(int low, int high, std::string_view meaning) const {
+  const std::string range =
       low == high ? fmt::format("{}", low) : fmt::format("a whole number from {} to {}", low, high);
+  const std::string expected = meaning.empty() ? range : fmt::format("{}: {}", range, meaning);
   if (!is_plain_scalar(node_)) refuse(expected);
   const auto value = parse_whole_text<int>(node_.Scalar());
   if (!value || *value < low || *value > high) refuse(expected);
@@ -215,10 +246,10 @@ Eigen::VectorXd YamlField::numbers(std::size_t count) const {
   return values;
 }
 
-Eigen::MatrixXd YamlField::matrix(int rows, int cols) const {
+Eigen::MatrixXd YamlField::matrix(int rows, int cols, std::string_view meaning) const {
   require_map({"rows", "cols", "data"});
-  at("rows", fmt::format("{}", rows)).whole(rows, rows);
-  at("cols", fmt::format("{}", cols)).whole(cols, cols);
+  at("rows", fmt::format("{}", rows)).whole(rows, rows, meaning);
+  at("cols", fmt::format("{}", cols)).whole(cols, cols, meaning);
   const auto count = static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
   const Eigen::VectorXd data = at("data", fmt::format("a list of {}", count)).numbers(count);
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

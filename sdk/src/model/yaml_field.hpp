@@ -17,7 +17,7 @@ namespace striper::detail {
 /// `FILE:LINE: field.path: value - expected ...`. All refusals are Error{kBadFile}.
 class YamlField {
  public:
-  YamlField(YAML::Node node, std::string path, std::shared_ptr<const std::string> file);
+  YamlField(const YAML::Node& node, std::string path, std::shared_ptr<const std::string> file);
 
   /// Checks that this is a map, refuses a key that is there twice, and warns in the log of keys
   /// that are none of `known`, naming the nearest one.
@@ -31,12 +31,13 @@ class YamlField {
   std::vector<YamlField> list(std::optional<std::size_t> count = std::nullopt) const;
 
   double number(std::string_view expected = "a finite number") const;
-  int whole(int low, int high) const;
+  /// @param meaning what the number is, for the message where it is not.
+  int whole(int low, int high, std::string_view meaning = {}) const;
   std::string word(std::string_view expected) const;
   Eigen::VectorXd numbers(std::size_t count) const;
 
   /// A `{rows: r, cols: c, data: [...]}` block of this very size, row-major.
-  Eigen::MatrixXd matrix(int rows, int cols) const;
+  Eigen::MatrixXd matrix(int rows, int cols, std::string_view meaning = {}) const;
 
   [[noreturn]] void refuse(std::string_view expected) const;
   [[noreturn]] void refuse(std::string_view value, std::string_view expected) const;

@@ -123,6 +123,21 @@ TEST(ParseModel, ReadsEveryField) {
   EXPECT_EQ(model.quality_yaml, "");
 }
 
+TEST(ParseModel, TakesZeroForTheBlackLevelThatIsNotThere) {
+  const StriperModel model = parse_model(
+      std::string(kCameraOnly) + "noise: {read_noise_dn: 2, dn_per_electron: 0}\n", "m.yaml");
+  EXPECT_EQ(model.noise, (NoiseModel{2.0, 0.0, 0.0}));
+}
+
+TEST(ParseModel, TurnsANegativeDistance) {
+  std::string text = kCameraOnly;
+  text.replace(text.find("lasers: []"), 10, "lasers: [{normal: [1, 0, 0], distance_m: -0.3}]");
+  const StriperModel model = parse_model(text, "m.yaml");
+  ASSERT_EQ(model.lasers.size(), 1U);
+  EXPECT_EQ(model.lasers[0].plane.normal(), Eigen::Vector3d(-1.0, 0.0, 0.0));
+  EXPECT_EQ(model.lasers[0].plane.distance_m(), 0.3);
+}
+
 TEST(FormatModel, ReadsBackBitForBit) {
   for (int i = 0; i < 300; ++i) {
     const StriperModel model = random_model();

@@ -8,6 +8,9 @@
 
 namespace striper {
 
+/// By how much the length of a laser plane's normal may be off 1.
+inline constexpr double kUnitNormalTolerance = 1e-6;
+
 /// The plane of laser light in the camera frame: `normal . p_cam = distance_m`, |normal| = 1,
 /// distance_m >= 0. Thread-safe value.
 class LaserPlane {
@@ -15,7 +18,8 @@ class LaserPlane {
   LaserPlane() = default;
 
   /// Normalises the sign so that distance_m >= 0.
-  /// @throws Error{kBadValue} where |normal| is off 1 by more than 1e-6, or a number is not finite.
+  /// @throws Error{kBadValue} where |normal| is off 1 by more than the tolerance, or a number is
+  /// not finite.
   LaserPlane(const Eigen::Vector3d& normal, double distance_m);
 
   const Eigen::Vector3d& normal() const noexcept { return normal_; }
