@@ -10,7 +10,6 @@
 namespace striper::detail {
 namespace {
 
-constexpr double kStepPx = 0.5;
 constexpr double kSolvedPx = 1e-11;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -80,6 +79,11 @@ class TruthFinder {
 
   Sample sample(double line, double along) const noexcept {
     const Eigen::Vector2d at = pixel(line, along);
+    const int u = static_cast<int>(at.x());
+    const int v = static_cast<int>(at.y());
+    if (at.x() == u && at.y() == v) {  // A pixel's centre, which has been cast already.
+      return {along, in_.view.rays().at(u, v).homogeneous(), in_.view.hit(u, v).facet};
+    }
     const Eigen::Vector3d ray = in_.view.rays().interpolate(at.x(), at.y()).homogeneous();
     return {along, ray, ray.allFinite() ? cast(at, ray).facet : -1};
   }
@@ -88,8 +92,8 @@ class TruthFinder {
     std::vector<Spot> found;
     bool any_ray = false;
     Sample before = sample(line, first_px());
-    for (double along = first_px() + kStepPx; along <= last_px(); along += kStepPx) {
-      const Sample here = sample(line, along);
+    for (double along = first_px() + 0.5; along <= last_px() + 0.5; along += 1.0) {
+      const Sample here = sample(line, std::min(along, last_px()));
       any_ray = any_ray || here.ray.allFinite();
       look_between(line, before, here, before.facet, found);
       if (here.facet != before.facet) look_between(line, before, here, here.facet, found);

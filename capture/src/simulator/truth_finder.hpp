@@ -27,7 +27,7 @@ struct TruthInput {
 /// Finds, in every line of an exposure's image, where the middle of the sheet is on the surfaces
 /// that the camera sees.
 ///
-/// Each line is scanned in steps of half a pixel for a change of side of the sheet; each change is
+/// Each line is scanned in steps of a pixel for a change of side of the sheet; each change is
 /// solved on the exact lens, surface and sheet to 1e-10 px.
 std::vector<TrueLine> find_truth(const TruthInput& input);
 
