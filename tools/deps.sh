@@ -8,7 +8,10 @@ packages_to_build=(
   libjpeg-dev libpng-dev libtiff-dev libceres-dev
   libaravis-dev libusb-1.0-0-dev
 )
-packages_to_test=(libgtest-dev libgmock-dev libbenchmark-dev git python3)
+packages_to_test=(
+  libgtest-dev libgmock-dev libbenchmark-dev git python3
+  qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
+)
 packages_to_test_fully=(clang clang-format clang-tidy)
 packages_to_demo=(gnuplot-nox)
 

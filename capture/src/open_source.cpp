@@ -8,6 +8,7 @@
 #include <striper/core/error.hpp>
 #include <striper/images/image_source.hpp>
 #include <striper/simulator/simulated_source.hpp>
+#include <striper/v4l2/v4l2_source.hpp>
 
 namespace striper {
 
@@ -15,6 +16,9 @@ std::unique_ptr<FrameSource> open_source(std::string_view uri_text) {
   SourceUri uri = SourceUri::parse(uri_text);
   if (uri.scheme() == "images") return std::make_unique<ImageSource>(std::move(uri));
   if (uri.scheme() == "sim") return SimulatedSource::open(std::move(uri));
+#ifdef STRIPER_WITH_V4L2
+  if (uri.scheme() == "v4l2") return open_v4l2(V4l2Options::from_uri(std::move(uri)));
+#endif
   throw Error(
       ErrorKind::kUnsupported,
       fmt::format("source '{}': this build has no backend for {}:", uri_text, uri.scheme()));

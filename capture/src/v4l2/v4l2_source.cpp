@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <ctime>
+#include <mutex>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+#include <striper/v4l2/v4l2_source.hpp>
+
+#include "common_keys.hpp"
+#include "v4l2/negotiate.hpp"
+#include "v4l2/picture_queue.hpp"
+#include "v4l2/streamer.hpp"
+#include "v4l2/v4l2_stream.hpp"
+
+namespace striper::v4l2 {
+namespace {
+
+// UTC minus CLOCK_MONOTONIC, now: follows whoever sets the system's clock.
+std::int64_t utc_offset_ns() {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  const auto read = [](clockid_t clock) {
+    timespec now{};
+    clock_gettime(clock, &now);
+    return now.tv_sec * kSecond_ns + now.tv_nsec;
+  };
+  const std::int64_t before = read(CLOCK_MONOTONIC);
+  const std::int64_t utc = read(CLOCK_REALTIME);
+  const std::int64_t after = read(CLOCK_MONOTONIC);
+  return utc - (before + (after - before) / 2);
+}
+
+// A picture that the reader has in hand: one frame of it, or two fields one after the other.
+struct PictureInHand {
+  Picture picture;
+  std::shared_ptr<const void> lease;
+  int next_part = 0;
+  int parts = 0;
+
+  bool is_done() const { return next_part == parts; }
+};
+
+class V4l2Source final : public FrameSource {
+ public:
+  V4l2Source(V4l2Options options, std::shared_ptr<VideoCalls> calls);
+  ~V4l2Source() override { V4l2Source::stop(); }
+
+  SourceInfo info() const override;
+  void start() override;
+  NextStatus next(Frame& frame, std::chrono::milliseconds timeout) override;
+  void stop() override;
+  SourceStatistics statistics() const override { return counters_.snapshot(); }
+
+ private:
+  void take_in_hand();
+  void fill(Frame& frame);
+  void fill_place(Frame& frame, int part) const;
+  void fill_image(Frame& frame, int part);
+  RawPicture raw_part(int part) const;
+  Field field_of(int part) const;
+
+  V4l2Options options_;
+  CommonKeys keys_;
+  std::shared_ptr<VideoCalls> calls_;
+  std::unique_ptr<VideoDevice> device_;  ///< The streamer's while it streams.
+  std::string card_;
+  Agreement agreement_;
+
+  Counters counters_;
+  PictureQueue queue_;
+  PictureInHand in_hand_;  ///< Of the thread that calls `next`.
+  std::mutex control_;     ///< Guards starting and stopping.
+  std::unique_ptr<Streamer> streamer_;
+};
+
+V4l2Source::V4l2Source(V4l2Options options, std::shared_ptr<VideoCalls> calls)
+    : options_(std::move(options)), calls_(std::move(calls)), queue_(options_.queue) {
+  options_.validate();
+  keys_.cadence = options_.cadence;
+  keys_.fields = options_.fields;
+  device_ = std::make_unique<VideoDevice>(calls_, options_.device);
+  agreement_ = negotiate(*device_, options_);
+  card_ = fmt::format("{} ({}, {})", device_->card(), device_->driver(), device_->bus());
+  if (options_.fields && agreement_.is_sequential()) {
+    device_->fail(
+        ErrorKind::kUsage,
+        fmt::format("fields= contradicts field={}, which says itself which field is first",
+                    field_to_string(agreement_.field)));
+  }
+  log(LogLevel::kInfo,
+      fmt::format("v4l2 {}: {}, {}", options_.device, card_, agreement_.describe()));
+}
+
+SourceInfo V4l2Source::info() const {
+  SourceInfo info;
+  info.uri = options_.uri.empty() ? "v4l2:" + options_.device : options_.uri;
+  info.description = fmt::format("{}, {}", card_, agreement_.describe());
+  info.sensor_size = agreement_.picture_size();
+  info.image_size = info.sensor_size;
+  info.bit_depth = agreement_.format->bit_depth;
+  info.channels = agreement_.format->channels();
+  info.is_live = true;
+  info.has_clock = true;
+  info.picture_rate_hz = agreement_.picture_rate_hz;
+  if (agreement_.is_woven()) {
+    info.field = agreement_.first_field() == Field::kTop ? Field::kInterlacedTopFirst
+                                                         : Field::kInterlacedBottomFirst;
+  }
+  if (agreement_.is_sequential() || agreement_.is_one_field_a_buffer()) {
+    info.image_size.height /= 2;
+    info.field = agreement_.field == V4L2_FIELD_BOTTOM ? Field::kBottom : Field::kTop;
+    info.cadence = keys_.cadence;
+    return info;
+  }
+  keys_.apply(info);
+  return info;
+}
+
+void V4l2Source::start() {
+  const std::scoped_lock lock(control_);
+  if (streamer_) return;
+  if (!device_) {
+    device_ = std::make_unique<VideoDevice>(calls_, options_.device);
+    agreement_ = negotiate(*device_, options_);
+  }
+  counters_.reset();
+  in_hand_ = {};
+  // A device that refuses to stream is closed, so that the next attempt begins afresh.
+  streamer_ =
+      std::make_unique<Streamer>(std::move(device_), options_, agreement_, queue_, counters_);
+}
+
+void V4l2Source::stop() {
+  const std::scoped_lock lock(control_);
+  if (!streamer_) return;
+  queue_.close(NextStatus::kStopped);
+  device_ = streamer_->finish();
+  streamer_.reset();
+  queue_.close(NextStatus::kStopped);  // Whatever came in between.
+}
+
+NextStatus V4l2Source::next(Frame& frame, std::chrono::milliseconds timeout) {
+  // Memory of the driver's goes back before anything else; memory of our own is used again.
+  if (frame.image.u == nullptr || frame.image.u->refcount > 1) frame.image.release();
+  frame.lease.reset();
+  if (!in_hand_.is_done() && queue_.is_stopped()) in_hand_ = {};
+  if (in_hand_.is_done()) {
+    const NextStatus status = queue_.pop(in_hand_.picture, timeout);
+    if (status != NextStatus::kFrame) return status;
+    take_in_hand();
+  }
+  fill(frame);
+  ++counters_.delivered;
+  return NextStatus::kFrame;
+}
+
+void V4l2Source::take_in_hand() {
+  Picture& picture = in_hand_.picture;
+  const bool is_usable = picture.status == FrameStatus::kOk;
+  in_hand_.next_part = 0;
+  in_hand_.parts = is_usable && agreement_.is_sequential() ? 2 : 1;
+  if (is_usable) in_hand_.lease = picture.ring->lend(picture.buffer.index);
+}
+
+void V4l2Source::fill(Frame& frame) {
+  const int part = in_hand_.next_part++;
+  const Picture& picture = in_hand_.picture;
+  frame.status = picture.status;
+  frame.status_detail = picture.detail;
+  fill_place(frame, part);
+  if (picture.status == FrameStatus::kOk) {
+    fill_image(frame, part);
+  } else {
+    frame.image.release();
+  }
+  if (frame.status == FrameStatus::kCorrupt) ++counters_.corrupt;
+  if (frame.status == FrameStatus::kIncomplete) ++counters_.incomplete;
+  if (in_hand_.is_done()) {
+    in_hand_.lease.reset();
+    in_hand_.picture.ring.reset();
+  }
+}
+
+void V4l2Source::fill_place(Frame& frame, int part) const {
+  const Picture& picture = in_hand_.picture;
+  const std::int64_t period_ns = agreement_.picture_period_ns();
+  frame.bit_depth = agreement_.format->bit_depth;
+  frame.sensor_size = agreement_.picture_size();
+  frame.field = field_of(part);
+  frame.grid = {};
+  if (frame.field == Field::kTop) frame.grid = PixelGrid::top_field();
+  if (frame.field == Field::kBottom) frame.grid = PixelGrid::bottom_field();
+  frame.sequence = picture.place.picture;
+  frame.exposures_per_picture = exposures_per_picture(agreement_);
+  frame.exposure_in_picture = picture.place.exposure_in_picture + part;
+  frame.field_period_ns = frame.exposures_per_picture == 2 ? period_ns / 2 : 0;
+  frame.exposure_ns = agreement_.exposure_ns;
+  frame.time.monotonic_ns = picture.place.midpoint_ns + part * frame.field_period_ns;
+  frame.time.utc_offset_ns = utc_offset_ns();
+  frame.illumination = Illumination::unknown();
+  keys_.apply(frame, period_ns);
+}
+
+// Which lines a part of the picture in hand holds.
+Field V4l2Source::field_of(int part) const {
+  const Field first = agreement_.first_field();
+  if (agreement_.is_one_field_a_buffer()) {
+    const Field told = in_hand_.picture.field;
+    return told == Field::kProgressive ? first : told;
+  }
+  if (agreement_.is_sequential()) {
+    if (part == 0) return first;
+    return first == Field::kTop ? Field::kBottom : Field::kTop;
+  }
+  if (!agreement_.is_woven()) return Field::kProgressive;
+  return first == Field::kTop ? Field::kInterlacedTopFirst : Field::kInterlacedBottomFirst;
+}
+
+RawPicture V4l2Source::raw_part(int part) const {
+  const Picture& picture = in_hand_.picture;
+  const int height = agreement_.buffer_height / in_hand_.parts;
+  const std::size_t skip =
+      picture.buffer.offset + agreement_.stride * static_cast<std::size_t>(height * part);
+  const std::size_t filled =
+      picture.buffer.bytes > 0 ? picture.buffer.bytes : picture.ring->size(picture.buffer.index);
+  return {picture.ring->data(picture.buffer.index) + skip, filled - std::min(filled, skip),
+          agreement_.stride, agreement_.width, height};
+}
+
+void V4l2Source::fill_image(Frame& frame, int part) {
+  constexpr int kDriverNeeds = 2;
+  const PixelFormat& format = *agreement_.format;
+  const RawPicture raw = raw_part(part);
+  const bool driver_runs_dry = in_hand_.picture.ring->with_driver() < kDriverNeeds;
+  if (format.is_usable_in_place() && !driver_runs_dry) {
+    frame.image = view(format, raw);
+    frame.lease = in_hand_.lease;
+  } else if (!convert(format, raw, frame.image)) {
+    frame.image.release();
+    frame.status = FrameStatus::kCorrupt;
+    frame.status_detail = "the picture does not decode to its end";
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<FrameSource> open(const V4l2Options& options, std::shared_ptr<VideoCalls> calls) {
+  return std::make_unique<V4l2Source>(options, std::move(calls));
+}
+
+}  // namespace striper::v4l2
+
+namespace striper {
+
+std::unique_ptr<FrameSource> open_v4l2(const V4l2Options& options) {
+  return v4l2::open(options, v4l2::system_video_calls());
+}
+
+}  // namespace striper

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include <striper/v4l2/v4l2_source.hpp>
+
+#include "v4l2/video_calls.hpp"
+
+namespace striper::v4l2 {
+
+/// `open_v4l2` through given system calls: for tests with a device of their own.
+std::unique_ptr<FrameSource> open(const V4l2Options& options, std::shared_ptr<VideoCalls> calls);
+
+}  // namespace striper::v4l2

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that pictures of a directory, whole and as interlaced fields, keep the promises of a
+// source.
+#include <filesystem>
+#include <string>
+
+#include <opencv2/imgcodecs.hpp>
+#include <unistd.h>
+
+#include <striper/capture/open_source.hpp>
+
+#include "capture/conformance/frame_source_conformance.hpp"
+
+namespace striper::testing {
+namespace {
+
+// Thirty different pictures, written once; the directory goes with the program.
+class Pictures {
+ public:
+  Pictures()
+      : folder_(std::filesystem::temp_directory_path() /
+                ("striper_conformance_" + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(folder_);
+    for (int number = 0; number < 30; ++number) {
+      cv::Mat picture(48, 64, CV_8UC1);
+      for (int row = 0; row < picture.rows; ++row)
+        picture.row(row).setTo((7 * number + 3 * row) % 256);
+      cv::imwrite(folder_ / ("picture" + std::to_string(number) + ".png"), picture);
+    }
+  }
+  Pictures(const Pictures&) = delete;
+  Pictures& operator=(const Pictures&) = delete;
+  ~Pictures() { std::filesystem::remove_all(folder_); }
+
+  std::string uri(const std::string& query) const { return "images:" + folder_.string() + query; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+const Pictures& pictures() {
+  static const Pictures kPictures;
+  return kPictures;
+}
+
+SourceUnderTest directory(const std::string& name, const std::string& query) {
+  return {name, [query] { return open_source(pictures().uri(query)); }, true};
+}
+
+INSTANTIATE_TEST_SUITE_P(Images, FrameSourceConformance,
+                         ::testing::Values(directory("progressive", "?fps=25"),
+                                           directory("interlaced", "?fps=25&fields=split-bottom"),
+                                           directory("cadence", "?fps=50&laser=0,dark")),
+                         source_name);
+
+}  // namespace
+}  // namespace striper::testing
