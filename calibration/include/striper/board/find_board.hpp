@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include <striper/board/board.hpp>
+
+namespace striper {
+
+/// The board in one picture.
+struct BoardView {
+  bool found = false;
+  std::string reason;  ///< Why it was not found, for people; empty when found.
+
+  /// One per board point, row by row, in pixels ((0, 0) = centre of the top-left pixel).
+  ///
+  /// The order is never mirrored (z of the board frame points away from the camera) and begins at
+  /// the same physical corner in every picture wherever the board tells its ends apart (one of
+  /// columns and rows is odd, the other even); otherwise at the end nearer to the image's top left.
+  std::vector<Eigen::Vector2d> corners_px;
+
+  double square_px = 0.0;      ///< Median distance of neighbouring points in the picture.
+  double edge_width_px = 0.0;  ///< 10-90 % rise of the edges: above ~3 px is blur. 0 for circles.
+  bool by_classic_finder = false;
+};
+
+/// Finds the board in a picture and refines its points to sub-pixel.
+///
+/// First the Radon finder (Duda & Frese 2018, cv::findChessboardCornersSB), then the classic one;
+/// then each corner is refined in a window that fits into its own, possibly foreshortened, squares:
+/// a fixed window that reaches into the neighbouring squares is the best-known trap of oblique
+/// views.
+/// @param image CV_8U or CV_16U, one or three channels.
+/// @throws Error{kBadValue} where the image is empty or of another type. A picture without a board
+/// is no error: see `reason`. Cost 20 ms to 1 s. Thread-safe.
+BoardView find_board(const cv::Mat& image, const Board& board);
+
+/// Returns the picture as 8-bit grey, 16 bit scaled by its own brightest pixel.
+cv::Mat to_grey8(const cv::Mat& image);
+
+/// Says which other size a board has, where the given one is not found but another is: for the
+/// mistake of counting squares in place of inner corners. Empty where nothing is found. Slow.
+std::string guess_board_size(const cv::Mat& image, const Board& board);
+
+}  // namespace striper

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <striper/board/find_board.hpp>
+#include <striper/core/error.hpp>
+
+namespace striper {
+namespace {
+
+using Corners = std::vector<cv::Point2f>;
+
+// The shortest distance from a grid point to its neighbours in the picture.
+float nearest_neighbour_px(const Corners& corners, const Board& board, int index) {
+  const int column = index % board.columns;
+  const int row = index / board.columns;
+  float nearest = 1e9F;
+  const auto consider = [&](int c, int r) {
+    if (c < 0 || r < 0 || c >= board.columns || r >= board.rows) return;
+    const auto other = static_cast<std::size_t>(r * board.columns + c);
+    const cv::Point2f d = corners[other] - corners[static_cast<std::size_t>(index)];
+    nearest = std::min(nearest, std::hypot(d.x, d.y));
+  };
+  consider(column - 1, row);
+  consider(column + 1, row);
+  consider(column, row - 1);
+  consider(column, row + 1);
+  return nearest;
+}
+
+double median_square_px(const Corners& corners, const Board& board) {
+  std::vector<float> distances;
+  for (int i = 0; i < board.point_count(); ++i)
+    distances.push_back(nearest_neighbour_px(corners, board, i));
+  std::nth_element(distances.begin(), distances.begin() + distances.size() / 2, distances.end());
+  return distances[distances.size() / 2];
+}
+
+// Refines each corner in a window that stays inside its own squares: the perpendicular height of
+// the squares' parallelograms bounds it, not only their sides.
+void refine_corners(const cv::Mat& grey, const Board& board, Corners& corners) {
+  const cv::TermCriteria stop(cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 40, 0.001);
+  const Corners start = corners;
+  for (int i = 0; i < board.point_count(); ++i) {
+    const int c = std::clamp(i % board.columns, 1, board.columns - 2);
+    const int r = std::clamp(i / board.columns, 1, board.rows - 2);
+    const auto at = [&](int dc, int dr) {
+      return start[static_cast<std::size_t>((r + dr) * board.columns + c + dc)];
+    };
+    const cv::Point2f along = 0.5F * (at(1, 0) - at(-1, 0));
+    const cv::Point2f down = 0.5F * (at(0, 1) - at(0, -1));
+    const float area = std::abs(along.x * down.y - along.y * down.x);
+    const float height = area / std::max(std::hypot(along.x, along.y), std::hypot(down.x, down.y));
+    const int half = std::clamp(static_cast<int>(0.45F * height), 2, 10);
+    Corners one = {start[static_cast<std::size_t>(i)]};
+    cv::cornerSubPix(grey, one, {half, half}, {-1, -1}, stop);
+    const cv::Point2f moved = one[0] - start[static_cast<std::size_t>(i)];
+    // A corner that walks away has followed another edge; the finder's own answer is better.
+    if (std::hypot(moved.x, moved.y) < 0.5F * static_cast<float>(half) + 0.5F)
+      corners[static_cast<std::size_t>(i)] = one[0];
+  }
+}
+
+bool find_checkerboard(const cv::Mat& grey, const Board& board, Corners& corners, bool& classic) {
+  const cv::Size size(board.columns, board.rows);
+  const int sb_flags =
+      cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY;
+  classic = false;
+  if (cv::findChessboardCornersSB(grey, size, corners, sb_flags)) return true;
+  classic = true;
+  return cv::findChessboardCorners(
+      grey, size, corners,
+      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+}
+
+bool find_circles(const cv::Mat& grey, const Board& board, Corners& corners) {
+  cv::SimpleBlobDetector::Params params;
+  params.minArea = 12.0F;
+  params.maxArea = static_cast<float>(grey.total()) / 16.0F;
+  params.minDistBetweenBlobs = 4.0F;
+  const auto detector = cv::SimpleBlobDetector::create(params);
+  const cv::Size size(board.columns, board.rows);
+  return cv::findCirclesGrid(grey, size, corners, cv::CALIB_CB_SYMMETRIC_GRID, detector) ||
+         cv::findCirclesGrid(grey, size, corners,
+                             cv::CALIB_CB_SYMMETRIC_GRID | cv::CALIB_CB_CLUSTERING, detector);
+}
+
+float cross(cv::Point2f a, cv::Point2f b) { return a.x * b.y - a.y * b.x; }
+
+float mean_around(const cv::Mat& grey, cv::Point2f centre, int half) {
+  const cv::Rect window(cvRound(centre.x) - half, cvRound(centre.y) - half, 2 * half + 1,
+                        2 * half + 1);
+  const cv::Rect inside = window & cv::Rect(0, 0, grey.cols, grey.rows);
+  return inside.empty() ? 127.0F : static_cast<float>(cv::mean(grey(inside))[0]);
+}
+
+// True where the square inside of the first corner (between the first two rows and columns) is
+// darker than its neighbour: the colours tell the two ends of the board apart.
+bool first_inner_square_is_dark(const cv::Mat& grey, const Board& board, const Corners& c) {
+  const auto n = static_cast<std::size_t>(board.columns);
+  const cv::Point2f first = 0.25F * (c[0] + c[1] + c[n] + c[n + 1]);
+  const cv::Point2f second = 0.25F * (c[1] + c[2] + c[n + 1] + c[n + 2]);
+  return mean_around(grey, first, 1) < mean_around(grey, second, 1);
+}
+
+void mirror_rows(const Board& board, Corners& corners) {
+  for (int row = 0; row < board.rows; ++row)
+    std::reverse(corners.begin() + row * board.columns,
+                 corners.begin() + (row + 1) * board.columns);
+}
+
+// Makes the order right-handed and the first corner the same one in every picture.
+void make_order_consistent(const cv::Mat& grey, const Board& board, Corners& corners) {
+  const auto n = static_cast<std::size_t>(board.columns);
+  if (cross(corners[n - 1] - corners[0], corners[corners.size() - n] - corners[0]) < 0.0F)
+    mirror_rows(board, corners);
+  const bool ends_differ =
+      board.pattern == Board::Pattern::kCheckerboard && (board.columns + board.rows) % 2 == 1;
+  const bool turn =
+      ends_differ ? !first_inner_square_is_dark(grey, board, corners)
+                  : corners.back().x + corners.back().y < corners.front().x + corners.front().y;
+  if (turn) std::reverse(corners.begin(), corners.end());
+}
+
+std::string why_not_found(const cv::Mat& grey, const Board& board) {
+  cv::Scalar mean;
+  cv::Scalar deviation;
+  cv::meanStdDev(grey, mean, deviation);
+  if (mean[0] < 15.0) return fmt::format("too dark (mean {:.0f} of 255)", mean[0]);
+  if (mean[0] > 245.0) return fmt::format("over-exposed (mean {:.0f} of 255)", mean[0]);
+  if (deviation[0] < 5.0)
+    return fmt::format("no contrast (standard deviation {:.1f})", deviation[0]);
+  return fmt::format(
+      "no complete {} board: part of it outside the picture or covered, blurred, or too oblique",
+      to_string(board));
+}
+
+double edge_width_px(const cv::Mat& grey, const Board& board, const Corners& corners) {
+  if (board.pattern != Board::Pattern::kCheckerboard) return 0.0;
+  const cv::Scalar sharpness =
+      cv::estimateChessboardSharpness(grey, {board.columns, board.rows}, corners);
+  return std::isfinite(sharpness[0]) ? sharpness[0] : 0.0;
+}
+
+}  // namespace
+
+cv::Mat to_grey8(const cv::Mat& image) {
+  if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U) ||
+      (image.channels() != 1 && image.channels() != 3))
+    throw Error(ErrorKind::kBadValue,
+                fmt::format("image is {}x{} with {} channels of type {}; expected a picture of 8 "
+                            "or 16 bit, grey or colour",
+                            image.cols, image.rows, image.channels(), image.depth()));
+  cv::Mat grey;
+  if (image.channels() == 3)
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  else
+    grey = image;
+  if (grey.depth() == CV_8U) return grey;
+  double brightest = 0.0;
+  cv::minMaxLoc(grey, nullptr, &brightest);
+  cv::Mat grey8;
+  grey.convertTo(grey8, CV_8U, 255.0 / std::max(brightest, 255.0));
+  return grey8;
+}
+
+BoardView find_board(const cv::Mat& image, const Board& board) {
+  board.validate();
+  const cv::Mat grey = to_grey8(image);
+  BoardView view;
+  Corners corners;
+  const bool checkerboard = board.pattern == Board::Pattern::kCheckerboard;
+  view.found = checkerboard ? find_checkerboard(grey, board, corners, view.by_classic_finder)
+                            : find_circles(grey, board, corners);
+  if (!view.found) {
+    view.reason = why_not_found(grey, board);
+    return view;
+  }
+  make_order_consistent(grey, board, corners);
+  if (checkerboard) refine_corners(grey, board, corners);
+  view.square_px = median_square_px(corners, board);
+  view.edge_width_px = edge_width_px(grey, board, corners);
+  for (const cv::Point2f& corner : corners) view.corners_px.emplace_back(corner.x, corner.y);
+  return view;
+}
+
+std::string guess_board_size(const cv::Mat& image, const Board& board) {
+  if (board.pattern != Board::Pattern::kCheckerboard) return {};
+  const cv::Mat grey = to_grey8(image);
+  static constexpr std::array<std::array<int, 2>, 8> kSteps = {
+      {{-1, -1}, {1, 1}, {-1, 0}, {0, -1}, {1, 0}, {0, 1}, {-2, -2}, {-1, 1}}};
+  for (const auto& step : kSteps) {
+    Board other = board;
+    other.columns += step[0];
+    other.rows += step[1];
+    if (other.columns < 3 || other.rows < 3) continue;
+    Corners corners;
+    // A smaller board is found inside of a larger one too, so it proves nothing unless it is whole:
+    // CALIB_CB_LARGER makes the finder grow it as far as it goes.
+    cv::Mat meta;
+    const bool found = cv::findChessboardCornersSB(
+        grey, {other.columns, other.rows}, corners,
+        cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER, meta);
+    if (found && !meta.empty()) return fmt::format("{}x{}", meta.cols, meta.rows);
+  }
+  return {};
+}
+
+}  // namespace striper

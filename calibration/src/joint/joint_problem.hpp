@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <ceres/problem.h>
+
+#include <striper/joint/observations.hpp>
+#include <striper/joint/solve_joint.hpp>
+
+#include "cost_functions/board_pose.hpp"
+
+namespace striper::detail {
+
+/// The unknowns of an adjustment, laid out as the solver's blocks.
+struct JointState {
+  CameraModel camera;  ///< Says the lens and the image size; the numbers are in `parameters`.
+  std::vector<double> parameters;
+  std::vector<PoseBlock> poses;
+  std::array<double, 2> bend{};
+  std::vector<std::array<double, 3>> planes;  ///< w = n / d.
+
+  CameraModel camera_now() const;
+};
+
+/// Which points take part, and with what sigma.
+struct JointWeights {
+  double corner_sigma_px = 0.1;
+  double stripe_factor = 1.0;
+  std::vector<std::vector<char>> corner_used;
+  std::vector<std::vector<char>> stripe_used;
+};
+
+/// The plane as the solver has it, from normal and distance, and back with d > 0.
+std::array<double, 3> to_block(const LaserPlane& plane);
+LaserPlane to_plane(const std::array<double, 3>& block);
+
+/// Builds the least-squares problem on `state`'s memory.
+/// @param loss_sigmas residuals beyond it count less (Huber); 0: plain least squares.
+std::unique_ptr<ceres::Problem> make_problem(const Observations& observations,
+                                             const JointOptions& options,
+                                             const JointWeights& weights, double loss_sigmas,
+                                             JointState& state);
+
+/// The whitened normal matrix of what is common to all views (camera, bend, planes), the poses
+/// eliminated, at `state`. Rows of what is held are absent.
+struct ReducedInformation {
+  Eigen::MatrixXd matrix;
+  std::vector<int> parameter;  ///< Row -> camera parameter, then 2 bend, then 3 per plane.
+};
+ReducedInformation reduced_information(ceres::Problem& problem, JointState& state);
+
+/// Distance along the pixel's line from the predicted stripe: residual of one stripe pixel in px.
+/// Also the weight that makes the cost function so. Empty where the ray or the derivative fails.
+struct StripeResidual {
+  double residual_px;
+  double weight_px;  ///< |d across / d (w . P)|.
+  Eigen::Vector2d ray;
+};
+std::optional<StripeResidual> stripe_residual(const JointState& state, const BendShape& shape,
+                                              StripeAxis axis, const PoseBlock& pose,
+                                              const std::array<double, 3>& plane,
+                                              const Eigen::Vector2d& pixel);
+
+/// Projected minus observed corner, px; NaN behind the camera.
+Eigen::Vector2d corner_residual(const JointState& state, const BendShape& shape,
+                                const PoseBlock& pose, const Eigen::Vector2d& point_m,
+                                const Eigen::Vector2d& pixel);
+
+}  // namespace striper::detail
