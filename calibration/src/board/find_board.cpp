@@ -12,6 +12,8 @@
 #include <striper/board/find_board.hpp>
 #include <striper/core/error.hpp>
 
+#include "board/corner_model.hpp"
+
 namespace striper {
 namespace {
 
@@ -43,29 +45,60 @@ double median_square_px(const Corners& corners, const Board& board) {
   return distances[distances.size() / 2];
 }
 
-// Refines each corner in a window that stays inside its own squares: the perpendicular height of
-// the squares' parallelograms bounds it, not only their sides.
-void refine_corners(const cv::Mat& grey, const Board& board, Corners& corners) {
+// The board's axes in the picture at a corner, per square.
+struct LocalAxes {
+  cv::Point2f along;
+  cv::Point2f down;
+
+  // The height of the squares' parallelogram bounds a window, not only its sides.
+  float height() const {
+    const float area = std::abs(along.x * down.y - along.y * down.x);
+    return area / std::max(std::hypot(along.x, along.y), std::hypot(down.x, down.y));
+  }
+};
+
+LocalAxes local_axes(const Corners& corners, const Board& board, int index) {
+  const int c = std::clamp(index % board.columns, 1, board.columns - 2);
+  const int r = std::clamp(index / board.columns, 1, board.rows - 2);
+  const auto at = [&](int dc, int dr) {
+    return corners[static_cast<std::size_t>((r + dr) * board.columns + c + dc)];
+  };
+  return {0.5F * (at(1, 0) - at(-1, 0)), 0.5F * (at(0, 1) - at(0, -1))};
+}
+
+// Refines each corner by a fit of the blurred corner itself, in a circle that stays inside its own
+// squares, started from the usual refinement. What does not fit as well as on the rest of the
+// board (the stripe or a glare across it) is marked.
+void refine_corners(const cv::Mat& grey, const Board& board, Corners& corners, BoardView& view) {
   const cv::TermCriteria stop(cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 40, 0.001);
   const Corners start = corners;
+  std::vector<double> misfit(corners.size(), 1e9);
+  std::vector<double> blurs;
   for (int i = 0; i < board.point_count(); ++i) {
-    const int c = std::clamp(i % board.columns, 1, board.columns - 2);
-    const int r = std::clamp(i / board.columns, 1, board.rows - 2);
-    const auto at = [&](int dc, int dr) {
-      return start[static_cast<std::size_t>((r + dr) * board.columns + c + dc)];
-    };
-    const cv::Point2f along = 0.5F * (at(1, 0) - at(-1, 0));
-    const cv::Point2f down = 0.5F * (at(0, 1) - at(0, -1));
-    const float area = std::abs(along.x * down.y - along.y * down.x);
-    const float height = area / std::max(std::hypot(along.x, along.y), std::hypot(down.x, down.y));
-    const int half = std::clamp(static_cast<int>(0.45F * height), 2, 10);
-    Corners one = {start[static_cast<std::size_t>(i)]};
+    const auto k = static_cast<std::size_t>(i);
+    const LocalAxes axes = local_axes(start, board, i);
+    const float room = 0.45F * axes.height();
+    const int half = std::clamp(static_cast<int>(room), 2, 10);
+    Corners one = {start[k]};
     cv::cornerSubPix(grey, one, {half, half}, {-1, -1}, stop);
-    const cv::Point2f moved = one[0] - start[static_cast<std::size_t>(i)];
+    const cv::Point2f moved = one[0] - start[k];
     // A corner that walks away has followed another edge; the finder's own answer is better.
-    if (std::hypot(moved.x, moved.y) < 0.5F * static_cast<float>(half) + 0.5F)
-      corners[static_cast<std::size_t>(i)] = one[0];
+    if (std::hypot(moved.x, moved.y) < 0.5F * static_cast<float>(half) + 0.5F) corners[k] = one[0];
+    const auto fitted = detail::fit_corner(grey, {corners[k].x, corners[k].y},
+                                           {axes.along.x, axes.along.y}, {axes.down.x, axes.down.y},
+                                           std::clamp(static_cast<double>(room), 2.8, 9.0));
+    if (!fitted) continue;
+    corners[k] = {static_cast<float>(fitted->centre_px.x()),
+                  static_cast<float>(fitted->centre_px.y())};
+    misfit[k] = fitted->residual_dn / std::abs(fitted->amplitude_dn);
+    blurs.push_back(fitted->blur_px);
   }
+  std::vector<double> sorted = misfit;
+  std::sort(sorted.begin(), sorted.end());
+  const double usual = sorted[sorted.size() / 2];
+  for (const double m : misfit) view.reliable.push_back(m <= std::max(3.0 * usual, 0.05) ? 1 : 0);
+  std::sort(blurs.begin(), blurs.end());
+  view.blur_px = blurs.empty() ? 0.0 : blurs[blurs.size() / 2];
 }
 
 bool find_checkerboard(const cv::Mat& grey, const Board& board, Corners& corners, bool& classic) {
@@ -142,13 +175,6 @@ std::string why_not_found(const cv::Mat& grey, const Board& board) {
       to_string(board));
 }
 
-double edge_width_px(const cv::Mat& grey, const Board& board, const Corners& corners) {
-  if (board.pattern != Board::Pattern::kCheckerboard) return 0.0;
-  const cv::Scalar sharpness =
-      cv::estimateChessboardSharpness(grey, {board.columns, board.rows}, corners);
-  return std::isfinite(sharpness[0]) ? sharpness[0] : 0.0;
-}
-
 }  // namespace
 
 cv::Mat to_grey8(const cv::Mat& image) {
@@ -184,9 +210,11 @@ BoardView find_board(const cv::Mat& image, const Board& board) {
     return view;
   }
   make_order_consistent(grey, board, corners);
-  if (checkerboard) refine_corners(grey, board, corners);
+  if (checkerboard)
+    refine_corners(grey, board, corners, view);
+  else
+    view.reliable.assign(corners.size(), 1);
   view.square_px = median_square_px(corners, board);
-  view.edge_width_px = edge_width_px(grey, board, corners);
   for (const cv::Point2f& corner : corners) view.corners_px.emplace_back(corner.x, corner.y);
   return view;
 }

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that boards are read, drawn and refused as documented, that corners come out where a
+// plainly rendered board has them (so that pixel (0, 0) is the centre of the first pixel), in the
+// promised order, and that a picture without a board says why. Real pictures are in
+// real_boards_test.cpp.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <striper/board/board.hpp>
+#include <striper/board/find_board.hpp>
+#include <striper/core/error.hpp>
+
+#include "support/board_picture.hpp"
+#include "support/striper_session.hpp"
+
+namespace striper {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::SyntheticStriper;
+
+TEST(ParseBoard, ReadsCornersAndCircles) {
+  EXPECT_EQ("8x6", to_string(parse_board("8x6", 0.04)));
+  EXPECT_EQ("circles:7x7", to_string(parse_board("circles:7x7", 0.04)));
+  EXPECT_EQ(48, parse_board("8x6", 0.04).point_count());
+  EXPECT_EQ(Eigen::Vector2d(0.04, 0.08), parse_board("8x6", 0.04).point_m(17));
+}
+
+TEST(ParseBoard, RefusesWhatIsNoBoard) {
+  for (const char* text :
+       {"", "8", "8x", "x6", "8x6x2", "8 x 6", "-8x6", "circles:", "rings:7x7"}) {
+    try {
+      parse_board(text, 0.04);
+      ADD_FAILURE() << "'" << text << "' was taken";
+    } catch (const Error& error) {
+      EXPECT_TRUE(error.kind() == ErrorKind::kUsage || error.kind() == ErrorKind::kBadValue);
+    }
+  }
+  EXPECT_THROW(parse_board("2x6", 0.04), Error);
+  EXPECT_THROW(parse_board("8x6", 0.0), Error);
+  EXPECT_THROW(parse_board("8x6", std::nan("")), Error);
+}
+
+TEST(BoardSvg, DrawsEverySquareAtTrueScale) {
+  const std::string svg = board_svg(parse_board("8x6", 0.04));
+  EXPECT_THAT(svg, HasSubstr("width=\"440.0000mm\""));
+  EXPECT_THAT(svg, HasSubstr("8x6, square 40 mm"));
+  std::size_t squares = 0;
+  for (auto at = svg.find("<rect x="); at != std::string::npos; at = svg.find("<rect x=", at + 1))
+    ++squares;
+  EXPECT_EQ(9U * 7U / 2U + 1U, squares);
+}
+
+struct Attitude {
+  double u, v, depth, x, y, z;
+};
+
+class FindRenderedBoard : public ::testing::TestWithParam<Attitude> {};
+
+TEST_P(FindRenderedBoard, PutsCornersWhereTheyAre) {
+  SyntheticStriper striper;
+  const Attitude a = GetParam();
+  const auto T = testing::T_cam_board(striper, {a.u, a.v, a.depth, a.x, a.y, a.z});
+  testing::BoardPictureOptions options;
+  options.noise_dn = 2.0;
+  options.samples = 5;
+  const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
+  const BoardView view = find_board(picture, striper.board);
+  ASSERT_TRUE(view.found) << view.reason;
+  EXPECT_LT(view.blur_px, 1.2);
+  std::vector<Eigen::Vector2d> true_px;
+  for (const auto& p : striper.board.points_m())
+    true_px.push_back(striper.camera.project(T * Eigen::Vector3d(p.x(), p.y(), 0.0)).pixel);
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  double worst = 0.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < true_px.size(); ++i) {
+    const Eigen::Vector2d e = view.corners_px[i] - true_px[i];
+    mean += e / static_cast<double>(true_px.size());
+    worst = std::max(worst, e.norm());
+    sum += e.squaredNorm();
+  }
+  EXPECT_LT(mean.norm(), 0.01) << "a shift common to all corners is a slip of the pixel convention";
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(true_px.size())), 0.035);
+  EXPECT_LT(worst, 0.15) << "the first corner is the same physical one, whatever the attitude";
+}
+
+INSTANTIATE_TEST_SUITE_P(Attitudes, FindRenderedBoard,
+                         ::testing::Values(Attitude{320, 240, 1.0, 2, 3, 4},
+                                           Attitude{300, 260, 1.2, 35, 20, 8},
+                                           Attitude{340, 220, 1.1, -30, -35, 170},
+                                           Attitude{320, 240, 2.2, 25, 0, 95}));
+
+TEST(FindBoard, FindsCircles) {
+  SyntheticStriper striper;
+  striper.board = parse_board("circles:7x7", 0.06);
+  const auto T = testing::T_cam_board(striper, {320, 240, 1.0, 10, 5, 3});
+  testing::BoardPictureOptions options;
+  options.samples = 4;
+  const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
+  const BoardView view = find_board(picture, striper.board);
+  ASSERT_TRUE(view.found) << view.reason;
+  for (int i = 0; i < striper.board.point_count(); ++i) {
+    const auto p = striper.board.point_m(i);
+    const auto at = striper.camera.project(T * Eigen::Vector3d(p.x(), p.y(), 0.0)).pixel;
+    EXPECT_LT((view.corners_px[static_cast<std::size_t>(i)] - at).norm(), 0.3);
+  }
+}
+
+TEST(FindBoard, SaysWhyThereIsNone) {
+  const Board board = parse_board("8x6", 0.04);
+  EXPECT_THAT(find_board(cv::Mat(480, 640, CV_8UC1, cv::Scalar(3)), board).reason,
+              HasSubstr("too dark"));
+  EXPECT_THAT(find_board(cv::Mat(480, 640, CV_8UC1, cv::Scalar(254)), board).reason,
+              HasSubstr("over-exposed"));
+  EXPECT_THAT(find_board(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)), board).reason,
+              HasSubstr("no contrast"));
+  EXPECT_THROW(find_board(cv::Mat(), board), Error);
+  EXPECT_THROW(find_board(cv::Mat(48, 64, CV_32FC1, cv::Scalar(0)), board), Error);
+}
+
+TEST(FindBoard, GuessesTheSizeWhenSquaresWereCounted) {
+  SyntheticStriper striper;
+  const auto T = testing::T_cam_board(striper, {320, 240, 1.0, 10, 5, 3});
+  testing::BoardPictureOptions options;
+  options.samples = 3;
+  const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
+  const Board wrong = parse_board("10x7", 0.06);
+  EXPECT_FALSE(find_board(picture, wrong).found);
+  EXPECT_EQ("9x6", guess_board_size(picture, wrong));
+}
+
+}  // namespace
+}  // namespace striper

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Dense>
+#include <opencv2/core/mat.hpp>
+
+#include <striper/board/board.hpp>
+#include <striper/model/camera_model.hpp>
+#include <striper/model/laser_plane.hpp>
+
+#include "support/random.hpp"
+
+namespace striper::testing {
+
+/// What a rendered board picture holds besides the board.
+struct BoardPictureOptions {
+  double black_dn = 40.0;
+  double white_dn = 200.0;
+  double background_dn = 110.0;
+  double noise_dn = 0.0;
+  double margin_squares = 1.0;  ///< White beyond the print.
+  int samples = 6;              ///< Per pixel and axis.
+  std::optional<LaserPlane> laser;
+  double laser_dn = 180.0;      ///< Amplitude on white; black takes a fifth.
+  double laser_width_px = 1.5;  ///< Gaussian sigma across.
+};
+
+/// The reflectance of a board at a point of its plane: 1 white, 0 black, empty off the board.
+inline std::optional<double> board_reflectance(const Board& board, const Eigen::Vector2d& p_m,
+                                               double margin_squares) {
+  const double x = p_m.x() / board.square_m;
+  const double y = p_m.y() / board.square_m;
+  const bool checkerboard = board.pattern == Board::Pattern::kCheckerboard;
+  const double border = (checkerboard ? 1.0 : 0.5);
+  const double out = border + margin_squares;
+  if (x < -out || y < -out || x > board.columns - 1 + out || y > board.rows - 1 + out)
+    return std::nullopt;
+  if (!checkerboard) {
+    const double dx = x - std::clamp(std::round(x), 0.0, board.columns - 1.0);
+    const double dy = y - std::clamp(std::round(y), 0.0, board.rows - 1.0);
+    return std::hypot(dx, dy) < 0.25 ? 0.0 : 1.0;
+  }
+  if (x < -1.0 || y < -1.0 || x > board.columns || y > board.rows) return 1.0;
+  const auto parity = static_cast<int>(std::floor(x)) + static_cast<int>(std::floor(y));
+  return parity % 2 == 0 ? 0.0 : 1.0;
+}
+
+/// Renders a board by sampling every pixel: slow and plain, its pixel (0, 0) is the centre of the
+/// top-left pixel by construction.
+inline cv::Mat render_board(const CameraModel& camera, const Board& board,
+                            const Eigen::Isometry3d& T_cam_board,
+                            const BoardPictureOptions& options = {}) {
+  const Eigen::Isometry3d T_board_cam = T_cam_board.inverse();
+  const Eigen::Vector3d centre = T_board_cam.translation();
+  cv::Mat picture(camera.height(), camera.width(), CV_8UC1);
+  const int n = options.samples;
+  for (int row = 0; row < picture.rows; ++row)
+    for (int column = 0; column < picture.cols; ++column) {
+      double sum = 0.0;
+      for (int k = 0; k < n * n; ++k) {
+        const Eigen::Vector2d pixel(column - 0.5 + (k % n + 0.5) / n,
+                                    row - 0.5 + (k / n + 0.5) / n);
+        const auto ray = camera.unproject(pixel);
+        double value = options.background_dn;
+        if (ray.status == CameraStatus::kOk) {
+          const Eigen::Vector3d r_cam(ray.xy.x(), ray.xy.y(), 1.0);
+          const Eigen::Vector3d r = T_board_cam.linear() * r_cam;
+          const double along = -centre.z() / r.z();
+          const Eigen::Vector2d p = (centre + along * r).head<2>();
+          const auto white = board_reflectance(board, p, options.margin_squares);
+          if (along > 0.0 && white) {
+            value = options.black_dn + *white * (options.white_dn - options.black_dn);
+            if (options.laser) {
+              // Rows to the laser line, to first order in the pixel.
+              const auto height = [&](const Eigen::Vector2d& at) {
+                const auto other = camera.unproject(at);
+                const Eigen::Vector3d q =
+                    T_board_cam.linear() * Eigen::Vector3d(other.xy.x(), other.xy.y(), 1.0);
+                const double t = -centre.z() / q.z();
+                return options.laser->normal().dot(
+                           t * Eigen::Vector3d(other.xy.x(), other.xy.y(), 1.0)) -
+                       options.laser->distance_m();
+              };
+              const double e = height(pixel);
+              const double slope = height(pixel + Eigen::Vector2d(0.0, 0.5)) -
+                                   height(pixel - Eigen::Vector2d(0.0, 0.5));
+              const double rows = e / slope / options.laser_width_px;
+              value += (0.2 + 0.8 * *white) * options.laser_dn * std::exp(-0.5 * rows * rows);
+            }
+          }
+        }
+        sum += value;
+      }
+      const double noisy = sum / (n * n) + normal(0.0, options.noise_dn);
+      picture.at<std::uint8_t>(row, column) =
+          static_cast<std::uint8_t>(std::clamp(std::lround(noisy), 0L, 255L));
+    }
+  return picture;
+}
+
+}  // namespace striper::testing
