@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "laser_plane/straight_line.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace striper::detail {
+namespace {
+
+constexpr int kTrials = 300;
+constexpr std::size_t kFewest = 8;
+constexpr double kNormalMad = 1.4826;
+
+double distance(const StraightLine& line, const Eigen::Vector2d& p) {
+  return std::abs(p.y() - line.offset - line.slope * p.x());
+}
+
+// The value that a fraction of the distances stays below. Less than a half, so that a line holds
+// out against a majority of stray returns elsewhere.
+double quantile_distance(const StraightLine& line, const std::vector<Eigen::Vector2d>& points,
+                         double fraction) {
+  std::vector<double> distances;
+  distances.reserve(points.size());
+  for (const auto& p : points) distances.push_back(distance(line, p));
+  const auto at = distances.begin() +
+                  static_cast<std::ptrdiff_t>(fraction * static_cast<double>(points.size() - 1));
+  std::nth_element(distances.begin(), at, distances.end());
+  return *at;
+}
+
+void collect(const std::vector<Eigen::Vector2d>& points, double gate, StraightLine& line) {
+  line.inliers.clear();
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (distance(line, points[i]) <= gate) line.inliers.push_back(i);
+}
+
+void least_squares(const std::vector<Eigen::Vector2d>& points, StraightLine& line) {
+  const auto n = static_cast<double>(line.inliers.size());
+  double mx = 0.0;
+  double my = 0.0;
+  for (const std::size_t i : line.inliers) mx += points[i].x() / n, my += points[i].y() / n;
+  double xx = 0.0;
+  double xy = 0.0;
+  for (const std::size_t i : line.inliers) {
+    xx += (points[i].x() - mx) * (points[i].x() - mx);
+    xy += (points[i].x() - mx) * (points[i].y() - my);
+  }
+  line.slope = xx > 0.0 ? xy / xx : 0.0;
+  line.offset = my - line.slope * mx;
+  double sum = 0.0;
+  for (const std::size_t i : line.inliers) sum += std::pow(distance(line, points[i]), 2);
+  line.rms = std::sqrt(sum / std::max(n - 2.0, 1.0));
+}
+
+}  // namespace
+
+std::optional<StraightLine> fit_line(const std::vector<Eigen::Vector2d>& points,
+                                     double least_gate) {
+  if (points.size() < kFewest) return std::nullopt;
+  std::mt19937 generator(1984);  // NOLINT: the same draws every time is what is wanted.
+  StraightLine best;
+  double best_distance = std::numeric_limits<double>::infinity();
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Eigen::Vector2d& a = points[generator() % points.size()];
+    const Eigen::Vector2d& b = points[generator() % points.size()];
+    if (std::abs(b.x() - a.x()) < 5.0) continue;
+    StraightLine line;
+    line.slope = (b.y() - a.y()) / (b.x() - a.x());
+    line.offset = a.y() - line.slope * a.x();
+    const double d = quantile_distance(line, points, 0.4);
+    if (d < best_distance) best_distance = d, best = line;
+  }
+  if (!std::isfinite(best_distance)) return std::nullopt;
+  // The 40 % quantile of |normal| is 0.524 sigma.
+  double gate = std::max(least_gate, 3.0 * best_distance / 0.524);
+  for (int round = 0; round < 3; ++round) {
+    collect(points, gate, best);
+    if (best.inliers.size() < kFewest) return std::nullopt;
+    least_squares(points, best);
+    std::vector<double> distances;
+    for (const std::size_t i : best.inliers) distances.push_back(distance(best, points[i]));
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    gate = std::max(least_gate, 3.5 * kNormalMad * *middle);
+  }
+  return best;
+}
+
+}  // namespace striper::detail
