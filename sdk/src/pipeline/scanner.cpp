@@ -58,9 +58,9 @@ std::span<const PolarScan> Scanner::process(const Frame& frame) {
   return {s.scans.data(), s.scan_count};
 }
 
-Scanner::Scanner(StriperModel model) : Scanner(model, ScannerOptions::for_model(model)) {}
+Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions::for_model(model)) {}
 
-Scanner::Scanner(StriperModel model, const ScannerOptions& options)
+Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
     : stages_(std::make_unique<Stages>(ScanProjector(model, options.scan), options)) {
   stages_->model_size = cv::Size(model.camera.width(), model.camera.height());
 }

@@ -29,8 +29,7 @@ CalibrationSigmaTable::CalibrationSigmaTable(const Triangulator& triangulator) {
       if (ray.status != CameraStatus::kOk) continue;
       const double w = triangulator.homography().row(2).dot(ray.xy.homogeneous());
       if (!(w > 0.0)) continue;
-      scaled_[static_cast<std::size_t>(row * columns_ + column)] =
-          triangulator.sigma_cal_m(pixel) * w * w;
+      scaled_[at(column, row)] = triangulator.sigma_cal_m(pixel) * w * w;
     }
   }
 }
@@ -49,7 +48,7 @@ double CalibrationSigmaTable::sigma_m(double u_px, double v_px, double w) const 
   for (int corner = 0; corner < 4; ++corner) {
     const int di = corner & 1;
     const int dj = corner >> 1;
-    const double value = scaled_[static_cast<std::size_t>((j + dj) * columns_ + i + di)];
+    const double value = scaled_[at(i + di, j + dj)];
     const double weight = (di != 0 ? fs : 1.0 - fs) * (dj != 0 ? ft : 1.0 - ft);
     if (std::isnan(value)) continue;
     sum += weight * value;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include <striper/geometry/triangulator.hpp>
@@ -21,6 +22,11 @@ class CalibrationSigmaTable {
   double sigma_m(double u_px, double v_px, double w) const noexcept;
 
  private:
+  std::size_t at(int column, int row) const noexcept {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+
   int columns_ = 0;
   int rows_ = 0;
   std::vector<double> scaled_;

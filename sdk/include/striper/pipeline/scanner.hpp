@@ -41,8 +41,8 @@ struct ScannerStatistics {
 class Scanner {
  public:
   /// @throws Error{kBadValue} where the model has no laser or an option is out of its bounds.
-  explicit Scanner(StriperModel model);
-  Scanner(StriperModel model, const ScannerOptions& options);
+  explicit Scanner(const StriperModel& model);
+  Scanner(const StriperModel& model, const ScannerOptions& options);
 
   /// Without a model: scans carry what the image alone gives; the metric values are NaN.
   explicit Scanner(const ScannerOptions& options);
