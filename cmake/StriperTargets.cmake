@@ -33,6 +33,16 @@ function(striper_library name)
   set_property(GLOBAL APPEND PROPERTY STRIPER_HEADERS ${ARG_HEADERS})
 endfunction()
 
+# striper_sources(sdk HEADERS ... SOURCES ...): adds to a library what is built only where something is
+# installed.
+function(striper_sources name)
+  cmake_parse_arguments(ARG "" "" "HEADERS;SOURCES" ${ARGN})
+  list(TRANSFORM ARG_HEADERS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/include/)
+  target_sources(striper_${name} PRIVATE ${ARG_SOURCES})
+  target_sources(striper_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ARG_HEADERS})
+  set_property(GLOBAL APPEND PROPERTY STRIPER_HEADERS ${ARG_HEADERS})
+endfunction()
+
 # striper_test(name LABELS quick SOURCES ... LIBRARIES ...): one GoogleTest program, a ctest test per TEST.
 # Labels: quick (default), slow (run by ./test.sh --full), device (needs the virtual machine).
 function(striper_test name)

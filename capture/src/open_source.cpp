@@ -9,6 +9,9 @@
 #include <striper/images/image_source.hpp>
 #include <striper/simulator/simulated_source.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
+#ifdef STRIPER_HAS_ARAVIS
+#include <striper/gige/gige_source.hpp>
+#endif
 
 namespace striper {
 
@@ -18,6 +21,10 @@ std::unique_ptr<FrameSource> open_source(std::string_view uri_text) {
   if (uri.scheme() == "sim") return SimulatedSource::open(std::move(uri));
 #ifdef STRIPER_WITH_V4L2
   if (uri.scheme() == "v4l2") return open_v4l2(V4l2Options::from_uri(std::move(uri)));
+#ifdef STRIPER_HAS_ARAVIS
+  if (uri.scheme() == "gige" || uri.scheme() == "u3v") {
+    return std::make_unique<GigeSource>(std::move(uri));
+  }
 #endif
   throw Error(
       ErrorKind::kUnsupported,

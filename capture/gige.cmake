@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+# GigE Vision and USB3 Vision cameras, through Aravis, where it is installed.
+if(STRIPER_WITH_ARAVIS)
+  find_package(PkgConfig)
+  if(PKG_CONFIG_FOUND)
+    pkg_check_modules(ARAVIS IMPORTED_TARGET GLOBAL aravis-0.8)
+  endif()
+  if(NOT ARAVIS_FOUND)
+    message(STATUS "No Aravis (libaravis-dev and libusb-1.0-0-dev): gige: and u3v: are left out")
+  endif()
+endif()
+if(NOT ARAVIS_FOUND)
+  set(ARAVIS_FOUND 0)
+endif()
+if(ARAVIS_FOUND)
+  striper_sources(capture
+    HEADERS
+      striper/gige/gige_options.hpp
+      striper/gige/gige_source.hpp
+    SOURCES
+      src/gige/camera_setup.cpp
+      src/gige/feature_access.cpp
+      src/gige/find_camera.cpp
+      src/gige/frame_pool.cpp
+      src/gige/gige_options.cpp
+      src/gige/gige_source.cpp
+      src/gige/gvcp_client.cpp
+      src/gige/laser_lines.cpp
+      src/gige/pixel_layout.cpp
+      src/gige/session.cpp
+      src/gige/stream_socket.cpp)
+  target_link_libraries(striper_capture PRIVATE PkgConfig::ARAVIS)
+  target_compile_definitions(striper_capture PRIVATE STRIPER_HAS_ARAVIS)
+endif()
+set(ARAVIS_FOUND ${ARAVIS_FOUND} PARENT_SCOPE)

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/types.hpp>
+
+#include <striper/capture/source_uri.hpp>
+#include <striper/core/cadence.hpp>
+
+namespace striper {
+
+/// How the laser is switched where the cadence has dark exposures or several lasers.
+enum class LaserSwitching {
+  kAuto,       ///< In the camera where it can, otherwise by the host.
+  kSequencer,  ///< By the camera's own sequencer: full frame rate.
+  kHost,       ///< By the host between exposures, each one triggered by software.
+};
+
+/// How a GigE Vision or USB3 Vision camera is opened and set up. What is not given stays as the
+/// camera has it.
+struct GigeOptions {
+  std::string name;     ///< Serial, user name, IP, MAC, model or `vendor-serial`; empty: first.
+  bool is_usb = false;  ///< USB3 Vision instead of GigE Vision.
+  std::string uri = "gige:";  ///< For messages and SourceInfo.
+
+  std::optional<std::string>
+      pixel_format;  ///< `Mono8`, `Mono12Packed`; default: what is set, if it is understood.
+  std::optional<cv::Rect> region;  ///< In pixels of the picture, after binning.
+  std::optional<cv::Size> binning;
+  std::optional<double> exposure_us;
+  std::optional<double> gain;  ///< In the camera's own unit, usually dB.
+  std::optional<double> black_level;
+  std::optional<double> frame_rate_hz;
+  std::map<std::string, std::string> features;  ///< Any other feature by name, set last.
+
+  /// The output lines that fire laser 0, 1, ...; empty: lasers are not the camera's business.
+  std::vector<std::string> strobe_lines;
+  LaserSwitching switching = LaserSwitching::kAuto;
+  std::string trigger;  ///< Empty or `off`: free-running; `software`; or a TriggerSource.
+  Cadence cadence;      ///< From `laser=`.
+
+  int packet_bytes = 0;  ///< With IP and UDP headers; 0: the largest that arrives.
+  std::optional<double> packet_delay_us;
+  bool resend = true;
+  int buffers = 16;
+  int socket_buffer_mb = 32;
+  std::chrono::milliseconds heartbeat{3000};  ///< After which the camera lets a dead host go.
+  bool reconnect = true;
+  bool ptp = false;  ///< Timestamps are PTP time (IEEE 1588) and the host clock follows it too.
+
+  /// Takes all keys of a `gige:` or `u3v:` address that nobody took yet: the common ones
+  /// (`laser`, `fields`) are the caller's and go first.
+  /// @throws Error{kUsage} quoting key and value.
+  static GigeOptions take(SourceUri& uri);
+
+  /// @throws Error{kUsage} quoting what contradicts what.
+  void validate() const;
+};
+
+}  // namespace striper

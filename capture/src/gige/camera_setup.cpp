@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gige/camera_setup.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+
+#include "gige/gvcp.hpp"
+
+namespace striper::detail {
+namespace {
+
+void set_binning(const FeatureAccess& features, cv::Size binning) {
+  features.set_integer(features.need_one_of("binning", {"BinningHorizontal"}), binning.width);
+  features.set_integer(features.need_one_of("binning", {"BinningVertical"}), binning.height);
+}
+
+const PixelLayout* set_pixel_format(const FeatureAccess& features, const GigeOptions& options) {
+  if (options.pixel_format) {
+    if (find_layout(*options.pixel_format) == nullptr) {
+      std::vector<std::string_view> names;
+      for (const PixelLayout& layout : known_layouts()) names.push_back(layout.name);
+      throw Error(ErrorKind::kUsage,
+                  fmt::format("source '{}': pixel_format={} - expected one of {}", options.uri,
+                              *options.pixel_format, fmt::join(names, ", ")));
+    }
+    features.set("PixelFormat", *options.pixel_format);
+  }
+  const auto code = static_cast<std::uint32_t>(features.integer("PixelFormat"));
+  if (const PixelLayout* const layout = find_layout(code)) return layout;
+  for (const PixelLayout& layout : known_layouts()) {
+    const std::string name(layout.name);
+    if (!features.has_entry("PixelFormat", name)) continue;
+    features.set("PixelFormat", name);
+    return &layout;
+  }
+  throw Error(ErrorKind::kUnsupported,
+              fmt::format("{}: none of its pixel formats is understood: {}", features.device_name(),
+                          fmt::join(features.entries("PixelFormat"), ", ")));
+}
+
+/// The offsets limit the size and the size the offsets: so the offsets go to zero first.
+void set_region(const FeatureAccess& features, const cv::Rect& region) {
+  features.need_one_of("region of interest", {"OffsetX"});
+  features.need_one_of("region of interest", {"OffsetY"});
+  features.set_integer("OffsetX", 0);
+  features.set_integer("OffsetY", 0);
+  features.set_integer("Width", region.width);
+  features.set_integer("Height", region.height);
+  features.set_integer("OffsetX", region.x);
+  features.set_integer("OffsetY", region.y);
+}
+
+void set_exposure(const FeatureAccess& features, double exposure_us) {
+  features.try_set("ExposureAuto", "Off");
+  features.set_number(
+      features.need_one_of("exposure", {"ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"}),
+      exposure_us);
+}
+
+void set_rate(const FeatureAccess& features, double rate_hz) {
+  if (features.has("AcquisitionFrameRateEnable")) features.set("AcquisitionFrameRateEnable", "yes");
+  features.set_number(
+      features.need_one_of("frame rate", {"AcquisitionFrameRate", "AcquisitionFrameRateAbs"}),
+      rate_hz);
+}
+
+void set_light(const FeatureAccess& features, const GigeOptions& options) {
+  if (options.exposure_us) set_exposure(features, *options.exposure_us);
+  if (options.gain) {
+    features.try_set("GainAuto", "Off");
+    features.set_number(features.need_one_of("gain", {"Gain", "GainAbs", "GainRaw"}),
+                        *options.gain);
+  }
+  if (options.black_level) {
+    features.try_set("BlackLevelAuto", "Off");
+    features.set_number(features.need_one_of("black level", {"BlackLevel", "BlackLevelRaw"}),
+                        *options.black_level);
+  }
+  if (options.frame_rate_hz) set_rate(features, *options.frame_rate_hz);
+}
+
+/// Binning averages pixels, decimation leaves some out: both make the step, binning moves the
+/// centre.
+AxisGrid axis_grid(const FeatureAccess& features, const char* offset, const char* binning,
+                   const char* decimation) {
+  const auto bins = static_cast<double>(features.find_integer(binning).value_or(1));
+  const auto skips = static_cast<double>(features.find_integer(decimation).value_or(1));
+  const auto first = static_cast<double>(features.find_integer(offset).value_or(0));
+  const double step = bins * skips;
+  return {first * step + 0.5 * (bins - 1.0), step};
+}
+
+int sensor_extent(const FeatureAccess& features, const char* sensor, const char* largest,
+                  double step) {
+  if (const auto pixels = features.find_integer(sensor)) return static_cast<int>(*pixels);
+  if (const auto pixels = features.find_integer(largest)) {
+    return static_cast<int>(std::llround(static_cast<double>(*pixels) * step));
+  }
+  throw Error(ErrorKind::kUnsupported,
+              fmt::format("{}: the size of its sensor is unknown: it has no "
+                          "feature {} or {}",
+                          features.device_name(), sensor, largest));
+}
+
+void check_rows_are_whole_bytes(const FeatureAccess& features, const PictureSetup& setup) {
+  const std::size_t bits =
+      static_cast<std::size_t>(setup.size.width) * setup.layout->bits_per_pixel();
+  if (bits % 8 == 0) return;
+  throw Error(
+      ErrorKind::kUsage,
+      fmt::format("{}: Width={} - expected a multiple of {} with {}: its rows must be whole "
+                  "bytes",
+                  features.device_name(), setup.size.width,
+                  setup.layout->bits_per_pixel() == 12 ? 2 : 4, setup.layout->name));
+}
+
+}  // namespace
+
+PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options) {
+  features.try_set("AcquisitionMode", "Continuous");
+  if (options.binning) set_binning(features, *options.binning);
+  PictureSetup setup;
+  setup.layout = set_pixel_format(features, options);
+  if (options.region) set_region(features, *options.region);
+  set_light(features, options);
+  if (options.ptp) {
+    features.set(features.need_one_of("PTP", {"PtpEnable", "GevIEEE1588"}), "yes");
+  }
+  for (const auto& [name, value] : options.features) features.set(name.c_str(), value);
+  if (!options.pixel_format) setup.layout = set_pixel_format(features, options);
+
+  setup.size = cv::Size(static_cast<int>(features.integer("Width")),
+                        static_cast<int>(features.integer("Height")));
+  setup.grid.u = axis_grid(features, "OffsetX", "BinningHorizontal", "DecimationHorizontal");
+  setup.grid.v = axis_grid(features, "OffsetY", "BinningVertical", "DecimationVertical");
+  setup.sensor_size = {sensor_extent(features, "SensorWidth", "WidthMax", setup.grid.u.step),
+                       sensor_extent(features, "SensorHeight", "HeightMax", setup.grid.v.step)};
+  check_rows_are_whole_bytes(features, setup);
+
+  if (const char* const name = features.first_of({"ExposureTime", "ExposureTimeAbs"})) {
+    setup.exposure_ns = std::llround(1e3 * features.number(name));
+  }
+  if (const char* const name =
+          features.first_of({"ResultingFrameRate", "ResultingFrameRateAbs", "AcquisitionFrameRate",
+                             "AcquisitionFrameRateAbs"})) {
+    setup.rate_hz = features.number(name);
+  }
+  return setup;
+}
+
+void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, bool by_host) {
+  features.try_set("TriggerSelector", "FrameStart");
+  const bool is_free = !by_host && (options.trigger.empty() || options.trigger == "off");
+  if (is_free) {
+    features.try_set("TriggerMode", "Off");
+    return;
+  }
+  features.need_one_of("trigger", {"TriggerMode"});
+  features.set("TriggerSource", by_host ? "Software" : options.trigger);
+  features.set("TriggerMode", "On");
+}
+
+int set_up_transport(ArvCamera* camera, const FeatureAccess& features, const GigeOptions& options) {
+  if (arv_camera_is_gv_device(camera) == FALSE) return 0;
+  CallError error;
+  arv_device_write_register(features.device(), gvcp::kHeartbeatTimeout,
+                            static_cast<guint32>(options.heartbeat.count()), error.slot());
+  if (error) {
+    log(LogLevel::kInfo, fmt::format("{}: its heartbeat timeout stays as it is: {}",
+                                     features.device_name(), error.message()));
+  }
+  arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+  if (options.packet_bytes > 0) {
+    arv_camera_gv_set_packet_size(camera, options.packet_bytes, error.slot());
+  } else {
+    arv_camera_gv_auto_packet_size(camera, error.slot());
+  }
+  const int packet_bytes = static_cast<int>(arv_camera_gv_get_packet_size(camera, nullptr));
+  if (error || (options.packet_bytes > 0 && packet_bytes != options.packet_bytes)) {
+    throw Error(ErrorKind::kDevice,
+                fmt::format("{}: packet_size={} - the camera took {} {}", features.device_name(),
+                            options.packet_bytes, packet_bytes, error.message()));
+  }
+  if (options.packet_delay_us) {
+    arv_camera_gv_set_packet_delay(camera, std::llround(1e3 * *options.packet_delay_us),
+                                   error.slot());
+    if (error) {
+      throw Error(ErrorKind::kDevice,
+                  fmt::format("{}: packet_delay_us={}: {}", features.device_name(),
+                              *options.packet_delay_us, error.message()));
+    }
+  }
+  return packet_bytes;
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include <opencv2/core/types.hpp>
+
+#include <striper/core/pixel_grid.hpp>
+#include <striper/gige/gige_options.hpp>
+
+#include "gige/feature_access.hpp"
+#include "gige/pixel_layout.hpp"
+
+namespace striper::detail {
+
+/// What the camera gives once it is set up, read back from it.
+struct PictureSetup {
+  const PixelLayout* layout = nullptr;
+  cv::Size size;
+  cv::Size sensor_size;
+  PixelGrid grid;
+  std::int64_t exposure_ns = 0;  ///< 0 if unknown.
+  double rate_hz = 0.0;          ///< 0 if unknown.
+};
+
+/// Writes everything that the options ask for and reads it back: pictures, light, rate, features.
+/// @throws Error quoting the feature, the value and what is allowed.
+PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options);
+
+/// Free-running, or triggered by what the options name. @param by_host each frame is triggered by
+/// software.
+void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, bool by_host);
+
+/// Packet size and delay, heartbeat. @return the packet size that is in force, bytes.
+int set_up_transport(ArvCamera* camera, const FeatureAccess& features, const GigeOptions& options);
+
+}  // namespace striper::detail

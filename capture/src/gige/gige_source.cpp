@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <future>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+#include <striper/gige/gige_source.hpp>
+
+#include "common_keys.hpp"
+#include "gige/frame_numbers.hpp"
+#include "gige/host_clock.hpp"
+#include "gige/session.hpp"
+
+namespace striper {
+namespace {
+
+using namespace std::chrono_literals;
+using detail::PoolSlot;
+using detail::Session;
+
+constexpr auto kRound = 100ms;                   // of the supervisor
+constexpr std::int64_t kQuiet_ns = 500'000'000;  // without a picture: ask the camera
+constexpr std::int64_t kClockEvery_ns = 1'000'000'000;
+constexpr auto kLongestPause = 2000ms;
+
+/// What the stream says of a picture that is not whole.
+struct Verdict {
+  FrameStatus status;
+  const char* detail;
+};
+
+Verdict verdict_of(ArvBufferStatus status) {
+  switch (status) {
+    case ARV_BUFFER_STATUS_SUCCESS:
+      return {FrameStatus::kOk, ""};
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return {FrameStatus::kIncomplete, "packets did not arrive in time"};
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return {FrameStatus::kIncomplete, "packets are missing"};
+    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
+      return {FrameStatus::kWrongSize, "more data than the picture has"};
+    case ARV_BUFFER_STATUS_ABORTED:
+      return {FrameStatus::kIncomplete, "the stream was stopped"};
+    default:
+      return {FrameStatus::kCorrupt, "a packet that does not belong there"};
+  }
+}
+
+}  // namespace
+
+struct GigeSource::State {
+  explicit State(SourceUri given);
+
+  void begin();
+  void end();
+  void wake();
+  bool wait_for_news(std::uint64_t seen, std::chrono::steady_clock::time_point deadline);
+
+  void supervise();
+  bool pause(std::chrono::milliseconds time);
+  void look_after(Session& camera);
+  void lay_to_rest(std::shared_ptr<Session> camera);
+  bool try_reopen();
+
+  bool give_next(Frame& frame);
+  void fill(Frame& frame, PoolSlot& slot);
+  void fill_image(Frame& frame, PoolSlot& slot);
+  void count(const Frame& frame, ArvBufferStatus status, std::uint64_t missing);
+
+  SourceUri uri;
+  CommonKeys common;
+  GigeOptions options;
+  SourceInfo info;
+
+  std::mutex lifecycle;  // one start or stop at a time
+
+  // News are what `next` waits for: a picture, or the end. Their mutex is held for moments only,
+  // since the stream's thread takes it.
+  std::mutex news_mutex;
+  std::condition_variable news_came;
+  std::uint64_t news = 0;
+  std::atomic<bool> is_running = false;
+
+  mutable std::mutex mutex;          // of all that follows
+  std::shared_ptr<Session> session;  // null while the camera is lost
+  detail::FrameNumbers numbers;
+  std::uint64_t next_arrival = 0;
+  bool is_parity_known = true;
+  SourceStatistics statistics;
+  GigeStatistics causes;
+
+  std::thread supervisor;  // and what only it uses
+  std::future<void> burial;
+  std::int64_t last_clock_ns = 0;
+  std::int64_t lost_at_ns = 0;
+};
+
+GigeSource::State::State(SourceUri given)
+    : uri(std::move(given)), common(CommonKeys::take(uri)), options(GigeOptions::take(uri)) {
+  options.cadence = common.cadence;
+  options.validate();
+  session = std::make_shared<Session>(options);
+
+  const detail::PictureSetup& setup = session->setup();
+  info.uri = uri.text();
+  info.description = fmt::format("{}, {} {}x{}", session->description(), setup.layout->name,
+                                 setup.size.width, setup.size.height);
+  info.image_size = setup.size;
+  info.sensor_size = setup.sensor_size;
+  info.bit_depth = setup.layout->bit_depth;
+  info.channels = setup.layout->channels();
+  info.is_live = true;
+  info.has_clock = true;
+  info.picture_rate_hz = setup.rate_hz;
+  common.apply(info);
+}
+
+GigeSource::GigeSource(SourceUri uri) : state_(std::make_unique<State>(std::move(uri))) {}
+
+GigeSource::~GigeSource() { state_->end(); }
+
+SourceInfo GigeSource::info() const { return state_->info; }
+
+void GigeSource::start() { state_->begin(); }
+
+void GigeSource::stop() { state_->end(); }
+
+void GigeSource::State::begin() {
+  const std::lock_guard one_at_a_time(lifecycle);
+  if (is_running) return;
+  if (!session) session = std::make_shared<Session>(options);
+  numbers = detail::FrameNumbers(std::max<std::size_t>(common.cadence.pattern().size(), 1));
+  next_arrival = 0;
+  is_parity_known = true;
+  statistics = {};
+  causes = {};
+  session->start([this] { wake(); });
+  is_running = true;
+  supervisor = std::thread(&State::supervise, this);
+}
+
+void GigeSource::State::end() {
+  const std::lock_guard one_at_a_time(lifecycle);
+  if (!is_running) return;
+  is_running = false;
+  wake();
+  supervisor.join();
+  const std::lock_guard lock(mutex);
+  if (session) session->stop();
+}
+
+void GigeSource::State::wake() {
+  {
+    const std::lock_guard lock(news_mutex);
+    ++news;
+  }
+  news_came.notify_all();
+}
+
+/// @return false when the time is over.
+bool GigeSource::State::wait_for_news(std::uint64_t seen,
+                                      std::chrono::steady_clock::time_point deadline) {
+  std::unique_lock lock(news_mutex);
+  return news_came.wait_until(lock, deadline, [&] { return news != seen; });
+}
+
+NextStatus GigeSource::next(Frame& frame, std::chrono::milliseconds timeout) {
+  State& s = *state_;
+  frame.image = cv::Mat();
+  frame.lease.reset();
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  while (s.is_running) {
+    std::uint64_t seen = 0;
+    {
+      const std::lock_guard lock(s.news_mutex);
+      seen = s.news;
+    }
+    if (s.give_next(frame)) return NextStatus::kFrame;
+    if (!s.wait_for_news(seen, deadline)) {
+      return s.is_running ? NextStatus::kTimeout : NextStatus::kStopped;
+    }
+  }
+  return NextStatus::kStopped;
+}
+
+bool GigeSource::State::give_next(Frame& frame) {
+  const std::lock_guard lock(mutex);
+  if (!is_running || !session) return false;
+  PoolSlot* const slot = session->pop();
+  if (slot == nullptr) return false;
+  fill(frame, *slot);
+  return true;
+}
+
+void GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
+  const ArvBufferStatus status = arv_buffer_get_status(slot.buffer.get());
+  const Verdict verdict = verdict_of(status);
+  const detail::PictureSetup& setup = session->setup();
+
+  const std::uint64_t id =
+      session->numbers_by_trigger() ? slot.trigger + 1 : arv_buffer_get_frame_id(slot.buffer.get());
+  const detail::FrameNumbers::Number number = numbers.next(id);
+  const std::uint64_t discarded = slot.arrival - next_arrival;
+  next_arrival = slot.arrival + 1;
+
+  frame.status = verdict.status;
+  frame.status_detail = verdict.detail;
+  frame.bit_depth = setup.layout->bit_depth;
+  frame.sensor_size = setup.sensor_size;
+  frame.grid = setup.grid;
+  frame.sequence = number.sequence;
+  frame.exposure_in_picture = 0;
+  frame.exposures_per_picture = 1;
+  frame.field = Field::kProgressive;
+  frame.field_period_ns = 0;
+  frame.exposure_ns = setup.exposure_ns;
+  frame.time.monotonic_ns = session->exposure_start_ns(slot) + setup.exposure_ns / 2;
+  frame.time.utc_offset_ns = detail::utc_offset_now_ns();
+  frame.illumination = Illumination::unknown();
+  const double period_ns = setup.rate_hz > 0.0 ? 1e9 / setup.rate_hz : 0.0;
+  common.apply(frame, static_cast<std::int64_t>(period_ns));
+  if (!options.strobe_lines.empty()) {
+    frame.illumination = frame.status == FrameStatus::kOk
+                             ? session->illumination(slot, number.since_start)
+                             : Illumination::unknown();
+  } else if (!is_parity_known) {
+    frame.illumination = Illumination::unknown();
+  }
+
+  if (frame.status == FrameStatus::kOk) fill_image(frame, slot);
+  if (!frame.lease) session->pool().give_back(slot);
+  count(frame, status, number.missing > discarded ? number.missing - discarded : 0);
+}
+
+void GigeSource::State::fill_image(Frame& frame, PoolSlot& slot) {
+  const detail::PictureSetup& setup = session->setup();
+  ArvBuffer* const buffer = slot.buffer.get();
+  const cv::Size size(arv_buffer_get_image_width(buffer), arv_buffer_get_image_height(buffer));
+  const auto format = static_cast<std::uint32_t>(arv_buffer_get_image_pixel_format(buffer));
+  std::size_t bytes = 0;
+  const void* const data = arv_buffer_get_image_data(buffer, &bytes);
+  const std::size_t needed =
+      setup.layout->row_bytes(setup.size.width) * static_cast<std::size_t>(setup.size.height);
+  if (size != setup.size || format != setup.layout->code || bytes < needed || data == nullptr) {
+    frame.status = FrameStatus::kWrongSize;
+    frame.status_detail = fmt::format("{}x{} pixels of format 0x{:08x}, {} bytes", size.width,
+                                      size.height, format, bytes);
+    return;
+  }
+  if (setup.layout->is_direct()) {
+    // OpenCV wants a mutable pointer; frames are read-only by agreement.
+    frame.image = detail::wrap(*setup.layout, size, const_cast<void*>(data));
+  } else {
+    detail::unpack(*setup.layout, size, static_cast<const std::uint8_t*>(data), slot.scratch,
+                   slot.unpacked);
+    frame.image = slot.unpacked;
+  }
+  frame.lease = session->pool().lease(slot);
+}
+
+void GigeSource::State::count(const Frame& frame, ArvBufferStatus status, std::uint64_t missing) {
+  ++statistics.delivered;
+  statistics.dropped += missing;
+  if (frame.status == FrameStatus::kCorrupt) ++statistics.corrupt;
+  if (frame.status == FrameStatus::kIncomplete) ++statistics.incomplete;
+  if (frame.status == FrameStatus::kWrongSize) ++statistics.wrong_size;
+  if (status == ARV_BUFFER_STATUS_TIMEOUT) ++causes.timeouts;
+  if (status == ARV_BUFFER_STATUS_MISSING_PACKETS) ++causes.missing_packets;
+  if (status == ARV_BUFFER_STATUS_ABORTED) ++causes.aborted;
+  if (frame.status == FrameStatus::kWrongSize) ++causes.size_mismatch;
+}
+
+SourceStatistics GigeSource::statistics() const {
+  const std::lock_guard lock(state_->mutex);
+  SourceStatistics result = state_->statistics;
+  if (state_->session) result.overrun += state_->session->overrun();
+  return result;
+}
+
+GigeStatistics GigeSource::stream_statistics() const {
+  const std::lock_guard lock(state_->mutex);
+  GigeStatistics result = state_->causes;
+  if (state_->session) state_->session->add_to(result);
+  return result;
+}
+
+/// @return false at the end.
+bool GigeSource::State::pause(std::chrono::milliseconds time) {
+  const auto until = std::chrono::steady_clock::now() + time;
+  while (is_running && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::min<std::chrono::milliseconds>(time, 20ms));
+  }
+  return is_running;
+}
+
+void GigeSource::State::supervise() {
+  auto retry_after = kRound;
+  while (pause(kRound)) {
+    const std::shared_ptr<Session> camera = [&] {
+      const std::lock_guard lock(mutex);
+      return session;
+    }();
+    if (camera) {
+      look_after(*camera);
+      retry_after = kRound;
+      if (camera->is_lost() && options.reconnect) lay_to_rest(camera);
+    } else if (!try_reopen()) {
+      if (!pause(retry_after)) return;
+      retry_after = std::min<std::chrono::milliseconds>(2 * retry_after, kLongestPause);
+    }
+  }
+}
+
+void GigeSource::State::look_after(Session& camera) {
+  const std::int64_t now_ns = detail::monotonic_now_ns();
+  if (now_ns - camera.last_arrival_ns() > kQuiet_ns) {
+    camera.check_alive();
+  } else if (now_ns - last_clock_ns > kClockEvery_ns) {
+    last_clock_ns = now_ns;
+    camera.follow_clock();
+  }
+}
+
+/// Closing a camera that does not answer takes seconds: nobody waits for that.
+void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
+  log(LogLevel::kWarning, fmt::format("camera {} is lost: {}; trying to open it again",
+                                      camera->description(), camera->loss()));
+  lost_at_ns = detail::monotonic_now_ns();
+  {
+    const std::lock_guard lock(mutex);
+    statistics.overrun += session->overrun();
+    session->add_to(causes);
+    session.reset();
+  }
+  burial = std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });
+}
+
+bool GigeSource::State::try_reopen() {
+  try {
+    auto camera = std::make_shared<Session>(options);
+    camera->start([this] { wake(); });
+    const double gone_s = 1e-9 * static_cast<double>(detail::monotonic_now_ns() - lost_at_ns);
+    const std::lock_guard lock(mutex);
+    numbers.restart(static_cast<std::uint64_t>(gone_s * info.picture_rate_hz));
+    next_arrival = 0;
+    // Which exposure is lit is known again only where the camera's own line decides it.
+    is_parity_known = common.cadence.pattern().size() <= 1;
+    ++statistics.reconnects;
+    session = std::move(camera);
+    log(LogLevel::kInfo,
+        fmt::format("camera {} is back after {:.1f} s", session->description(), gone_s));
+    return true;
+  } catch (const Error& failure) {
+    log(LogLevel::kDebug, fmt::format("not yet: {}", failure.what()));
+    return false;
+  }
+}
+
+}  // namespace striper

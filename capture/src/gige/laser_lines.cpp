@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gige/laser_lines.hpp"
+
+#include <charconv>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+
+namespace striper::detail {
+namespace {
+
+/// Line2 is bit 2 of LineStatusAll (GenICam SFNC 2.7, LineStatusAll).
+int bit_of_line(const std::string& line) {
+  int bit = 0;
+  const std::size_t digits = line.find_first_of("0123456789");
+  if (digits == std::string::npos) return 0;
+  std::from_chars(line.data() + digits, line.data() + line.size(), bit);
+  return bit;
+}
+
+bool is_constant(const Cadence& cadence) { return cadence.pattern().size() == 1; }
+
+}  // namespace
+
+LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options)
+    : features_(features), cadence_(options.cadence), lines_(options.strobe_lines) {
+  if (lines_.empty()) return;
+  if (cadence_.is_automatic()) cadence_ = Cadence({Illumination::laser(0)});
+  features_.need_one_of("strobe line", {"LineSelector"});
+  features_.need_one_of("source of the strobe line", {"LineSource"});
+  for (const std::string& line : lines_) {
+    features_.set("LineSelector", line);
+    if (features_.has("LineMode")) features_.set("LineMode", "Output");
+    for (const char* source : {"ExposureActive", "Off"}) {
+      if (features_.has_entry("LineSource", source)) continue;
+      throw Error(
+          ErrorKind::kUnsupported,
+          fmt::format("{}: {} cannot be {}: its LineSource knows only {}", features_.device_name(),
+                      line, source, fmt::join(features_.entries("LineSource"), ", ")));
+    }
+    line_bits_.push_back(bit_of_line(line));
+  }
+  fires_.assign(lines_.size(), true);  // unknown: `off` writes them all
+  choose_method(options);
+  off();
+}
+
+void LaserLines::choose_method(const GigeOptions& options) {
+  if (is_constant(cadence_)) {
+    method_ = Method::kConstant;
+    return;
+  }
+  const bool has_sequencer = features_.first_of({"SequencerConfigurationMode"}) != nullptr &&
+                             features_.has("SequencerSetSave");
+  const bool has_software_trigger =
+      features_.has("TriggerSoftware") && features_.has_entry("TriggerSource", "Software");
+  if (has_sequencer && options.switching != LaserSwitching::kHost) {
+    method_ = Method::kSequencer;
+  } else if (has_software_trigger && options.switching != LaserSwitching::kSequencer) {
+    method_ = Method::kHost;
+    if (!options.trigger.empty() && options.trigger != "off" && options.trigger != "software") {
+      throw Error(ErrorKind::kUsage,
+                  fmt::format("source '{}': trigger={} - expected software: this camera has no "
+                              "sequencer, so the host switches the laser and triggers",
+                              options.uri, options.trigger));
+    }
+  } else {
+    throw Error(ErrorKind::kUnsupported,
+                fmt::format("{}: cannot switch the laser for laser={}: this camera has {} "
+                            "(sequencer: SequencerConfigurationMode; by the host: TriggerSoftware)",
+                            features_.device_name(), cadence_.to_string(),
+                            options.switching == LaserSwitching::kAuto
+                                ? "neither a sequencer nor a software trigger"
+                                : "no such way of switching"));
+  }
+}
+
+void LaserLines::put(std::size_t line, bool fires) {
+  if (fires_[line] == fires) return;
+  features_.set("LineSelector", lines_[line]);
+  features_.set("LineSource", fires ? "ExposureActive" : "Off");
+  fires_[line] = fires;
+}
+
+void LaserLines::off() {
+  if (lines_.empty()) return;
+  // A sequencer that runs owns the lines: it goes first.
+  if (method_ == Method::kSequencer) features_.set("SequencerMode", "Off");
+  fires_.assign(lines_.size(), true);
+  for (std::size_t i = 0; i < lines_.size(); ++i) put(i, false);
+}
+
+bool LaserLines::try_off() noexcept {
+  try {
+    off();
+    return true;
+  } catch (const std::exception& failure) {
+    log(LogLevel::kError, fmt::format("cannot command the laser off: {}", failure.what()));
+    return false;
+  }
+}
+
+void LaserLines::arm() {
+  if (method_ == Method::kConstant) {
+    put(static_cast<std::size_t>(cadence_.pattern().front().laser_index()), true);
+  } else if (method_ == Method::kSequencer) {
+    program_sequencer();
+  }
+}
+
+void LaserLines::program_sequencer() {
+  features_.set("SequencerMode", "Off");
+  features_.set("SequencerConfigurationMode", "On");
+  const auto& pattern = cadence_.pattern();
+  for (std::size_t n = 0; n < pattern.size(); ++n) {
+    features_.set_integer("SequencerSetSelector", static_cast<std::int64_t>(n));
+    for (std::size_t line = 0; line < lines_.size(); ++line) {
+      put(line, pattern[n].is_lit() && static_cast<std::size_t>(pattern[n].laser_index()) == line);
+    }
+    if (features_.has("SequencerPathSelector")) features_.set_integer("SequencerPathSelector", 0);
+    features_.set_integer("SequencerSetNext", static_cast<std::int64_t>((n + 1) % pattern.size()));
+    features_.try_set("SequencerTriggerSource", "FrameStart");
+    features_.execute("SequencerSetSave");
+  }
+  if (features_.has("SequencerSetStart")) features_.set_integer("SequencerSetStart", 0);
+  features_.set("SequencerConfigurationMode", "Off");
+  features_.set("SequencerMode", "On");
+}
+
+void LaserLines::command(Illumination light) {
+  for (std::size_t line = 0; line < lines_.size(); ++line) {
+    if (!light.is_lit() || static_cast<std::size_t>(light.laser_index()) != line) put(line, false);
+  }
+  if (light.is_lit()) put(static_cast<std::size_t>(light.laser_index()), true);
+}
+
+Illumination LaserLines::at(std::uint64_t n) const noexcept {
+  const bool is_ours = method_ == Method::kConstant || method_ == Method::kSequencer;
+  return is_ours ? cadence_.at(n) : Illumination::unknown();
+}
+
+bool LaserLines::enable_line_chunk() {
+  if (lines_.empty() || !features_.has("ChunkModeActive") || !features_.has("ChunkSelector")) {
+    return false;
+  }
+  features_.set("ChunkModeActive", "yes");
+  if (!features_.has_entry("ChunkSelector", "LineStatusAll")) return false;
+  features_.set("ChunkSelector", "LineStatusAll");
+  features_.set("ChunkEnable", "yes");
+  return true;
+}
+
+Illumination LaserLines::from_line_status(std::int64_t status_all) const noexcept {
+  for (std::size_t i = 0; i < line_bits_.size(); ++i) {
+    if (((status_all >> line_bits_[i]) & 1) != 0) {
+      return Illumination::laser(static_cast<int>(i));
+    }
+  }
+  return Illumination::dark();
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gige/session.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+
+#include "gige/gvcp.hpp"
+#include "gige/host_clock.hpp"
+#include "gige/stream_socket.hpp"
+
+namespace striper::detail {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kProbeWithin = 200ms;
+constexpr auto kPictureWithin = 500ms;  // after the exposure, for a software trigger
+constexpr std::int64_t kSurelyWrong_ns = 2'000'000'000;
+
+// A late thread loses packets. Without the right to ask for it this does nothing.
+void raise_priority() {
+  sched_param priority{};
+  priority.sched_priority = 10;
+  if (pthread_setschedparam(pthread_self(), SCHED_RR, &priority) != 0) {
+    log(LogLevel::kInfo,
+        "the stream thread is not real-time: give the program CAP_SYS_NICE (`setcap "
+        "cap_sys_nice+ep`) if pictures are lost");
+  }
+}
+
+// A program that died may have left the camera streaming: then it takes no settings.
+const FeatureAccess& at_rest(const FeatureAccess& features) {
+  if (features.has("AcquisitionStop")) features.execute("AcquisitionStop");
+  return features;
+}
+
+}  // namespace
+
+Session::Session(const GigeOptions& options)
+    : options_(options),
+      opened_(open_camera(options)),
+      features_(arv_camera_get_device(opened_.camera.get()), "camera " + opened_.description),
+      lasers_(at_rest(features_), options) {
+  try {
+    setup_ = set_up_pictures(features_, options);
+    is_triggered_by_host_ = lasers_.is_host_switched() || options.trigger == "software";
+    set_up_trigger(features_, options, is_triggered_by_host_);
+    has_line_chunk_ = lasers_.enable_line_chunk();
+    packet_bytes_ = set_up_transport(opened_.camera.get(), features_, options);
+  } catch (...) {
+    lasers_.try_off();
+    throw;
+  }
+  if (has_line_chunk_) chunks_.reset(arv_camera_create_chunk_parser(opened_.camera.get()));
+  control_lost_handler_ = g_signal_connect(features_.device(), "control-lost",
+                                           G_CALLBACK(&Session::on_control_lost), this);
+}
+
+Session::~Session() {
+  stop();
+  g_signal_handler_disconnect(features_.device(), control_lost_handler_);
+  // Ends the heartbeat thread while everything that it may still call is here.
+  opened_.camera.reset();
+}
+
+void Session::on_control_lost(ArvDevice*, void* self) {
+  static_cast<Session*>(self)->lose("control of it was lost");
+}
+
+void Session::lose(const std::string& why) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_lost_) return;
+    is_lost_ = true;
+    loss_ = why;
+  }
+  buffer_done_.notify_all();
+  if (wake_) wake_();
+}
+
+std::string Session::loss() const {
+  const std::lock_guard lock(mutex_);
+  return loss_;
+}
+
+void Session::start(std::function<void()> wake) {
+  wake_ = std::move(wake);
+  CallError error;
+  const guint payload = arv_camera_get_payload(opened_.camera.get(), error.slot());
+  if (!error) {
+    stream_.reset(arv_camera_create_stream(opened_.camera.get(), &Session::on_stream_event, this,
+                                           error.slot()));
+  }
+  if (error || !stream_) {
+    throw Error(ErrorKind::kDevice,
+                fmt::format("camera {}: cannot stream: {}", description(), error.message()));
+  }
+  tune_stream();
+  pool_ = std::make_shared<FramePool>(options_.buffers, payload);
+  pool_->attach(stream_.get());
+  start_clock();
+  lasers_.arm();
+  arv_camera_start_acquisition(opened_.camera.get(), error.slot());
+  if (error) {
+    const std::string message = error.message();
+    stop();
+    throw Error(ErrorKind::kDevice,
+                fmt::format("camera {}: cannot start: {}", description(), message));
+  }
+  if (is_triggered_by_host_) {
+    is_conducting_ = true;
+    conductor_ = std::thread(&Session::conduct, this);
+  }
+}
+
+void Session::tune_stream() {
+  if (arv_camera_is_gv_device(opened_.camera.get()) == FALSE) return;
+  // Aravis leaves the socket's buffer alone then: we set it, past net.core.rmem_max where we may.
+  g_object_set(
+      stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size", 0,
+      "packet-resend",
+      options_.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
+      nullptr);
+  const int port = arv_gv_stream_get_port(ARV_GV_STREAM(stream_.get()));
+  const int wanted = options_.socket_buffer_mb << 20;
+  socket_buffer_bytes_ = set_receive_buffer(port, wanted);
+  if (wanted > 0 && socket_buffer_bytes_ < wanted) {
+    log(LogLevel::kWarning,
+        fmt::format(
+            "camera {}: the socket's buffer is {} kB instead of {} kB, packets may be lost: "
+            "`sysctl -w net.core.rmem_max={}`",
+            description(), socket_buffer_bytes_ >> 10, wanted >> 10, wanted));
+  }
+}
+
+void Session::stop() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    is_conducting_ = false;
+  }
+  buffer_done_.notify_all();
+  if (conductor_.joinable()) conductor_.join();
+  if (!is_lost_) {
+    // Light first: an acquisition that does not stop must not keep a laser on.
+    CallError error;
+    if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), error.slot());
+    lasers_.try_off();
+  }
+  if (pool_) pool_->detach();
+  // Ends its thread, which calls us and finds `stream_` as it was.
+  if (stream_) g_object_unref(stream_.get());
+  static_cast<void>(stream_.release());
+}
+
+PoolSlot* Session::pop() {
+  if (!stream_) return nullptr;
+  ArvBuffer* const buffer = arv_stream_try_pop_buffer(stream_.get());
+  if (buffer == nullptr) return nullptr;
+  PoolSlot& slot = FramePool::slot_of(buffer);
+  g_object_unref(buffer);  // the slot holds a reference of its own
+  return &slot;
+}
+
+void Session::on_stream_event(void* self, ArvStreamCallbackType type, ArvBuffer* buffer) {
+  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) raise_priority();
+  if (type == ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE && buffer != nullptr) {
+    static_cast<Session*>(self)->on_buffer_done(buffer);
+  }
+}
+
+void Session::on_buffer_done(ArvBuffer* buffer) {
+  PoolSlot& slot = FramePool::slot_of(buffer);
+  const std::int64_t now_ns = monotonic_now_ns();
+  const auto first_packet_ns =
+      static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer)) - utc_offset_now_ns();
+  const bool is_plausible = first_packet_ns <= now_ns && now_ns - first_packet_ns < kSurelyWrong_ns;
+  slot.arrival_ns = is_plausible ? first_packet_ns : now_ns;
+  slot.arrival = arrivals_++;
+  last_arrival_ns_ = now_ns;
+  {
+    const std::lock_guard lock(mutex_);
+    slot.trigger = trigger_;
+    slot.commanded = is_awaiting_ ? commanded_ : Illumination::unknown();
+    is_awaiting_ = false;
+  }
+  buffer_done_.notify_all();
+
+  // Nobody asks in time: the oldest picture makes room for the next.
+  gint to_fill = 0;
+  gint filled = 0;
+  arv_stream_get_n_buffers(stream_.get(), &to_fill, &filled);
+  if (to_fill < 2 && filled > 1) {
+    if (PoolSlot* const oldest = pop()) {
+      ++overrun_;
+      pool_->give_back(*oldest);
+    }
+  }
+  wake_();
+}
+
+void Session::check_alive() {
+  if (is_lost_ || opened_.address == 0) return;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const auto privilege = read_register(opened_.address, gvcp::kControlPrivilege, kProbeWithin);
+    if (!privilege) continue;
+    if ((*privilege & (gvcp::kControl | gvcp::kExclusive)) == 0) {
+      lose("it has forgotten us (it was restarted, or our heartbeats did not arrive)");
+    }
+    return;
+  }
+  lose("it does not answer");
+}
+
+bool Session::latch_clock(std::int64_t& device_ns, std::int64_t& host_ns,
+                          std::int64_t& uncertainty_ns) {
+  constexpr guint32 kLatch = 2;
+  CallError error;
+  const std::int64_t before_ns = monotonic_now_ns();
+  arv_device_write_register(features_.device(), gvcp::kTimestampControl, kLatch, error.slot());
+  const std::int64_t after_ns = monotonic_now_ns();
+  guint32 high = 0;
+  guint32 low = 0;
+  if (!error) {
+    arv_device_read_register(features_.device(), gvcp::kTimestampHigh, &high, error.slot());
+  }
+  if (!error) {
+    arv_device_read_register(features_.device(), gvcp::kTimestampLow, &low, error.slot());
+  }
+  if (error) return false;
+  const std::uint64_t ticks = (static_cast<std::uint64_t>(high) << 32) | low;
+  const std::uint64_t f = tick_frequency_hz_;
+  constexpr std::uint64_t kNs = 1'000'000'000;
+  device_ns = static_cast<std::int64_t>(ticks / f * kNs + (ticks % f) * kNs / f);
+  host_ns = before_ns + (after_ns - before_ns) / 2;
+  uncertainty_ns = after_ns - before_ns;
+  return true;
+}
+
+void Session::start_clock() {
+  clock_.reset();
+  has_latch_ = false;
+  if (opened_.address == 0) return;
+  CallError error;
+  tick_frequency_hz_ =
+      arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(features_.device()), error.slot());
+  if (error || tick_frequency_hz_ == 0 || tick_frequency_hz_ > 1'000'000'000) return;
+  std::int64_t first_device = 0;
+  std::int64_t first_host = 0;
+  std::int64_t device = 0;
+  std::int64_t host = 0;
+  std::int64_t uncertainty = 0;
+  if (!latch_clock(first_device, first_host, uncertainty)) return;
+  std::this_thread::sleep_for(20ms);
+  if (!latch_clock(device, host, uncertainty)) return;
+  // A latch that does not run with the time is not implemented.
+  const double rate =
+      static_cast<double>(device - first_device) / static_cast<double>(host - first_host);
+  if (rate < 0.9 || rate > 1.1) return;
+  has_latch_ = true;
+  smallest_round_trip_ns_ = uncertainty;
+  for (int i = 0; i < 4; ++i) follow_clock();
+}
+
+void Session::follow_clock() {
+  if (!has_latch_ || is_lost_) return;
+  std::int64_t device = 0;
+  std::int64_t host = 0;
+  std::int64_t uncertainty = 0;
+  if (!latch_clock(device, host, uncertainty)) return;
+  const std::lock_guard lock(mutex_);
+  smallest_round_trip_ns_ = std::min(smallest_round_trip_ns_, uncertainty);
+  // A slow round trip tells little; the first one must do, though.
+  const bool is_good = uncertainty < 2 * smallest_round_trip_ns_ + 50'000;
+  if (is_good || !clock_.is_ready()) clock_.observe(device, host);
+}
+
+std::int64_t Session::exposure_start_ns(const PoolSlot& slot) {
+  const auto device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(slot.buffer.get()));
+  const std::lock_guard lock(mutex_);
+  if (has_latch_ && clock_.is_ready()) {
+    const std::int64_t start_ns = clock_.to_host(device_ns);
+    const bool agrees =
+        start_ns <= slot.arrival_ns + 1'000'000 && slot.arrival_ns - start_ns < kSurelyWrong_ns;
+    if (agrees) return start_ns;
+    if (++disagreements_ < 4) return slot.arrival_ns - setup_.exposure_ns;
+    log(LogLevel::kWarning,
+        fmt::format("camera {}: its pictures' timestamps are not of the clock that it latches; "
+                    "times are taken from the packets' arrival",
+                    opened_.description));
+    has_latch_ = false;
+    clock_.reset();
+  }
+  if (device_ns == 0) return slot.arrival_ns - setup_.exposure_ns;
+  clock_.observe(device_ns, slot.arrival_ns - setup_.exposure_ns);
+  return clock_.to_host(device_ns);
+}
+
+Illumination Session::illumination(const PoolSlot& slot, std::uint64_t since_start) {
+  if (has_line_chunk_) {
+    CallError error;
+    const gint64 lines = arv_chunk_parser_get_integer_value(chunks_.get(), slot.buffer.get(),
+                                                            "ChunkLineStatusAll", error.slot());
+    if (!error) return lasers_.from_line_status(lines);
+  }
+  return lasers_.is_host_switched() ? slot.commanded : lasers_.at(since_start);
+}
+
+void Session::trigger_once(std::uint64_t number) {
+  const Illumination light = options_.cadence.at(number);
+  if (lasers_.is_host_switched()) lasers_.command(light);
+  {
+    const std::lock_guard lock(mutex_);
+    trigger_ = number;
+    commanded_ = light;
+    is_awaiting_ = true;
+  }
+  features_.execute("TriggerSoftware");
+}
+
+void Session::conduct() {
+  using Clock = std::chrono::steady_clock;
+  const auto period = std::chrono::nanoseconds(
+      options_.frame_rate_hz ? static_cast<std::int64_t>(1e9 / *options_.frame_rate_hz) : 0);
+  auto due = Clock::now();
+  try {
+    for (std::uint64_t number = 0; !is_lost_; ++number) {
+      {
+        std::unique_lock lock(mutex_);
+        buffer_done_.wait_until(lock, due, [this] { return !is_conducting_; });
+        if (!is_conducting_) return;
+      }
+      trigger_once(number);
+      std::unique_lock lock(mutex_);
+      const auto patience = std::chrono::nanoseconds(setup_.exposure_ns) + kPictureWithin;
+      buffer_done_.wait_for(lock, patience,
+                            [this] { return !is_awaiting_ || !is_conducting_ || is_lost_; });
+      is_awaiting_ = false;
+      due = std::max(due + period, Clock::now());
+    }
+  } catch (const std::exception& failure) {
+    lose(fmt::format("it does not take triggers: {}", failure.what()));
+  }
+}
+
+void Session::add_to(GigeStatistics& sum) const {
+  sum.packet_bytes = packet_bytes_;
+  sum.socket_buffer_bytes = socket_buffer_bytes_;
+  {
+    const std::lock_guard lock(mutex_);
+    sum.clock_rate = clock_.rate();
+  }
+  if (!stream_) return;
+  const auto info = [&](const char* name) {
+    return arv_stream_get_info_uint64_by_name(stream_.get(), name);
+  };
+  sum.underrun += info("n_underruns");
+  if (!ARV_IS_GV_STREAM(stream_.get())) return;
+  sum.resend_requests += info("n_resend_requests");
+  sum.resent_packets += info("n_resent_packets");
+  const int port = arv_gv_stream_get_port(ARV_GV_STREAM(stream_.get()));
+  sum.socket_drops += receive_drops(port).value_or(0);
+}
+
+}  // namespace striper::detail

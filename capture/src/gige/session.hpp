@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <striper/capture/clock_map.hpp>
+#include <striper/gige/gige_options.hpp>
+#include <striper/gige/gige_source.hpp>
+
+#include "gige/camera_setup.hpp"
+#include "gige/find_camera.hpp"
+#include "gige/frame_pool.hpp"
+#include "gige/laser_lines.hpp"
+
+namespace striper::detail {
+
+/// One camera from opening to closing: set up, streaming, its clock and its lasers. It does not
+/// heal: when the camera is lost another session is opened.
+///
+/// Threads: Aravis' stream thread fills buffers; a conductor thread triggers, where the host does;
+/// `pop` is called by one thread, `check_alive` and `follow_clock` by another.
+class Session {
+ public:
+  /// Opens the camera, turns its lasers off and sets it up. @throws Error.
+  explicit Session(const GigeOptions& options);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  ~Session();
+
+  const PictureSetup& setup() const noexcept { return setup_; }
+  const std::string& description() const noexcept { return opened_.description; }
+
+  /// Begins to stream. @param wake is called when a buffer is ready or the camera is lost, from
+  /// any thread. @throws Error.
+  void start(std::function<void()> wake);
+
+  /// Stops streaming and turns the lasers off, unless the camera is lost.
+  void stop() noexcept;
+
+  /// The next buffer, whatever is in it; nullptr if there is none. The caller gives it back to the
+  /// pool or leases it.
+  PoolSlot* pop();
+  FramePool& pool() noexcept { return *pool_; }
+
+  /// Asks the camera whether it is there and ours. Blocks at most half a second.
+  void check_alive();
+  bool is_lost() const noexcept { return is_lost_; }
+  std::string loss() const;
+
+  /// Compares the camera's clock with ours; about a millisecond. Once a second is enough.
+  void follow_clock();
+
+  /// Start of the exposure on CLOCK_MONOTONIC.
+  std::int64_t exposure_start_ns(const PoolSlot& slot);
+
+  /// What lit a picture. @param since_start number of its exposure since acquisition start.
+  Illumination illumination(const PoolSlot& slot, std::uint64_t since_start);
+
+  /// Number of the exposure since start, where the host triggers and so knows better than the
+  /// camera's block id.
+  bool numbers_by_trigger() const noexcept { return is_triggered_by_host_; }
+
+  /// Adds this session's share.
+  void add_to(GigeStatistics& sum) const;
+  std::uint64_t overrun() const noexcept { return overrun_; }
+
+  std::int64_t last_arrival_ns() const noexcept { return last_arrival_ns_; }
+
+ private:
+  static void on_stream_event(void* self, ArvStreamCallbackType type, ArvBuffer* buffer);
+  static void on_control_lost(ArvDevice* device, void* self);
+  void on_buffer_done(ArvBuffer* buffer);
+  void tune_stream();
+  void start_clock();
+  bool latch_clock(std::int64_t& device_ns, std::int64_t& host_ns, std::int64_t& uncertainty_ns);
+  void conduct();
+  void trigger_once(std::uint64_t number);
+  void lose(const std::string& why);
+
+  GigeOptions options_;
+  OpenCamera opened_;
+  FeatureAccess features_;
+  LaserLines lasers_;
+  PictureSetup setup_;
+  bool is_triggered_by_host_ = false;
+  bool has_line_chunk_ = false;
+  int packet_bytes_ = 0;
+  gulong control_lost_handler_ = 0;
+
+  std::shared_ptr<FramePool> pool_;
+  GPtr<ArvStream> stream_;
+  GPtr<ArvChunkParser> chunks_;
+  std::function<void()> wake_;
+  int socket_buffer_bytes_ = 0;
+
+  mutable std::mutex mutex_;
+  std::condition_variable buffer_done_;
+  std::thread conductor_;
+  bool is_conducting_ = false;
+  bool is_awaiting_ = false;  // a trigger was sent and its picture has not come
+  std::uint64_t trigger_ = 0;
+  Illumination commanded_;
+  std::string loss_;
+
+  ClockMap clock_;
+  std::uint64_t tick_frequency_hz_ = 0;
+  bool has_latch_ = false;
+  int disagreements_ = 0;
+  std::int64_t smallest_round_trip_ns_ = 0;
+
+  std::atomic<bool> is_lost_ = false;
+  std::atomic<std::uint64_t> arrivals_ = 0;
+  std::atomic<std::uint64_t> overrun_ = 0;
+  std::atomic<std::int64_t> last_arrival_ns_ = 0;
+};
+
+}  // namespace striper::detail

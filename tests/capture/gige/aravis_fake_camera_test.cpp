@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that the GigE source works with a camera that is not ours: the fake one of Aravis
+// (arv-fake-gv-camera-0.8 runs the same), over real packets on loopback. It has few features and
+// neither resend nor strobe: those are proved with the virtual camera.
+#include <chrono>
+#include <filesystem>
+
+#include <arv.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <striper/capture/open_source.hpp>
+#include <striper/core/error.hpp>
+
+namespace striper {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+constexpr const char* kSerial = "STRIPERFAKE";
+
+/// The fake camera is always at 127.0.0.1, so there can be one on a machine at a time.
+class AravisFakeCamera : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto lock = std::filesystem::temp_directory_path() / "striper-aravis-fake-camera.lock";
+    lock_ = open(lock.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666);
+    ASSERT_EQ(flock(lock_, LOCK_EX), 0);
+    camera_ = arv_gv_fake_camera_new("lo", kSerial);
+    ASSERT_TRUE(arv_gv_fake_camera_is_running(camera_));
+  }
+  void TearDown() override {
+    if (camera_ != nullptr) g_object_unref(camera_);
+    close(lock_);
+  }
+
+  static std::string refusal(const std::string& query) {
+    try {
+      open_source(std::string("gige:127.0.0.1?") + query);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  int lock_ = -1;
+  ArvGvFakeCamera* camera_ = nullptr;
+};
+
+TEST_F(AravisFakeCamera, IsFoundBySerialAndStreams) {
+  const auto source = open_source(std::string("gige:") + kSerial + "?fps=50&exposure_us=1000");
+  const SourceInfo info = source->info();
+  EXPECT_THAT(info.description, HasSubstr(kSerial));
+  EXPECT_EQ(info.sensor_size, cv::Size(2048, 2048));
+  EXPECT_NEAR(info.picture_rate_hz, 50.0, 0.1);
+  source->start();
+  Frame frame;
+  std::int64_t last_ns = 0;
+  for (std::uint64_t n = 0; n < 10; ++n) {
+    ASSERT_EQ(source->next(frame, 2000ms), NextStatus::kFrame);
+    EXPECT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
+    EXPECT_EQ(frame.sequence, n);
+    EXPECT_EQ(frame.image.size(), info.image_size);
+    EXPECT_EQ(frame.exposure_ns, 1'000'000);
+    EXPECT_GT(frame.time.monotonic_ns, last_ns);
+    last_ns = frame.time.monotonic_ns;
+  }
+  source->stop();
+  EXPECT_EQ(source->next(frame, 10ms), NextStatus::kStopped);
+  EXPECT_EQ(source->statistics().delivered, 10u);
+}
+
+TEST_F(AravisFakeCamera, RegionAndPixelFormatAreSet) {
+  const auto source = open_source("gige:127.0.0.1?roi=16,32,320,240&pixel_format=Mono16&fps=50");
+  EXPECT_EQ(source->info().bit_depth, 16);
+  source->start();
+  Frame frame;
+  ASSERT_EQ(source->next(frame, 2000ms), NextStatus::kFrame);
+  EXPECT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
+  EXPECT_EQ(frame.image.size(), cv::Size(320, 240));
+  EXPECT_EQ(frame.image.type(), CV_16UC1);
+  EXPECT_EQ(frame.grid, PixelGrid::region(16, 32));
+}
+
+TEST_F(AravisFakeCamera, WhatItCannotDoIsRefusedWithWhatItCan) {
+  EXPECT_THAT(refusal("fps=2000"), HasSubstr("AcquisitionFrameRate=2000 - expected 0.1 to 1000"));
+  EXPECT_THAT(refusal("pixel_format=Mono12"), HasSubstr("PixelFormat=Mono12 - expected one of"));
+  EXPECT_THAT(refusal("strobe=Line2"), HasSubstr("cannot set the strobe line"));
+  EXPECT_THAT(refusal("NoSuchThing=3"), HasSubstr("no feature 'NoSuchThing'"));
+  EXPECT_THAT(refusal("exposure_us=fast"), HasSubstr("exposure_us=fast - expected a number"));
+}
+
+TEST_F(AravisFakeCamera, ASecondProgramIsToldThatItIsHeld) {
+  const auto source = open_source("gige:127.0.0.1");
+  EXPECT_THAT(refusal("fps=10"), HasSubstr("held by another program"));
+}
+
+TEST_F(AravisFakeCamera, AnUnknownNameIsAnsweredWithThoseThatAreThere) {
+  try {
+    open_source("gige:NOBODY");
+    FAIL() << "opened";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
+    EXPECT_THAT(error.what(), HasSubstr(kSerial));
+  }
+}
+
+}  // namespace
+}  // namespace striper
