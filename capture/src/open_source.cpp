@@ -21,6 +21,7 @@ std::unique_ptr<FrameSource> open_source(std::string_view uri_text) {
   if (uri.scheme() == "sim") return SimulatedSource::open(std::move(uri));
 #ifdef STRIPER_WITH_V4L2
   if (uri.scheme() == "v4l2") return open_v4l2(V4l2Options::from_uri(std::move(uri)));
+#endif
 #ifdef STRIPER_HAS_ARAVIS
   if (uri.scheme() == "gige" || uri.scheme() == "u3v") {
     return std::make_unique<GigeSource>(std::move(uri));
