@@ -296,7 +296,7 @@ std::string format_frame_table_header() {
     if (!line.empty()) line += ',';
     line += column.name;
   }
-  return line + "\r\n";
+  return line + "\n";
 }
 
 std::string format_frame_row(const FrameRow& row) {
@@ -305,7 +305,7 @@ std::string format_frame_row(const FrameRow& row) {
     if (&column != &kColumns.front()) line += ',';
     line += quoted(column.format(row));
   }
-  return line + "\r\n";
+  return line + "\n";
 }
 
 std::vector<FrameRow> read_frame_table(const std::filesystem::path& path,

@@ -95,17 +95,25 @@ void CsvSink::write_bytes() {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
       const int error = errno;
-      // What did not fit ends in half a line: keep the whole ones (a pipe cannot be cut; it reads
-      // to its end).
-      const std::size_t whole = buffer_.rfind('\n', done == 0 ? 0 : done - 1);
-      const std::size_t kept = done == 0 || whole == std::string::npos ? 0 : whole + 1;
-      if (::ftruncate(file_, static_cast<off_t>(written_ + kept)) != 0) errno = error;
+      cut_back_to_whole_lines(done);
       errno = error;
       fail(path_, "write");
     }
     done += static_cast<std::size_t>(count);
   }
-  written_ += done;
+}
+
+// What did not fit ends in half a line: takes that off again. Counted from where the file stands,
+// since the standard output may have been redirected to the end of a file; a pipe cannot be cut,
+// its reader has had what there was.
+void CsvSink::cut_back_to_whole_lines(std::size_t done) {
+  const std::size_t last_end = done == 0 ? std::string::npos : buffer_.rfind('\n', done - 1);
+  const std::size_t whole = last_end == std::string::npos ? 0 : last_end + 1;
+  const off_t end = ::lseek(file_, 0, SEEK_CUR);
+  const auto excess = static_cast<off_t>(done - whole);
+  if (excess > 0 && end >= excess) {
+    [[maybe_unused]] const int ignored = ::ftruncate(file_, end - excess);
+  }
 }
 
 void CsvSink::close() {

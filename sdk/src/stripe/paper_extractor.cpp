@@ -39,8 +39,15 @@ double mean_between(const LitLine<Pixel>& line, int first, int last) {
   return sum / (last - first + 1);
 }
 
+template <typename Pixel>
+double darkest_pixel(const LitLine<Pixel>& line) {
+  int darkest = line.value(0);
+  for (int k = 1; k < line.length(); ++k) darkest = std::min(darkest, line.value(k));
+  return darkest;
+}
+
 // The darker of the two sides just outside the peak [first, last]; the frame's edge may leave one
-// side only.
+// side only, or none where the peak is as long as the line.
 template <typename Pixel>
 double local_background(const LitLine<Pixel>& line, int first, int last) {
   double background = std::numeric_limits<double>::infinity();
@@ -53,7 +60,7 @@ double local_background(const LitLine<Pixel>& line, int first, int last) {
     const int end = std::min(line.length() - 1, above + kBackgroundPixels - 1);
     background = std::min(background, mean_between(line, above, end));
   }
-  return std::isfinite(background) ? background : 0.0;
+  return std::isfinite(background) ? background : darkest_pixel(line);
 }
 
 // Distance in pixels from the plateau's end to where the profile falls to half, by linear

@@ -39,11 +39,11 @@ class CsvSink {
 
  private:
   void write_bytes();
+  void cut_back_to_whole_lines(std::size_t done);
 
   std::string path_;
   CsvOptions options_;
   int file_ = -1;
-  std::uint64_t written_ = 0;  // Bytes of whole lines, for cutting back.
   std::uint64_t lines_ = 0;
   std::string buffer_;
 };
