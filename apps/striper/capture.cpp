@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// striper capture: from a source of pictures to polar scans as CSV.
+#include <span>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <striper/capture/open_source.hpp>
+#include <striper/core/error.hpp>
+#include <striper/sinks/csv_sink.hpp>
+
+#include "frame_loop.hpp"
+#include "program.hpp"
+#include "scanner_arguments.hpp"
+#include "summary.hpp"
+#include "terminal.hpp"
+
+namespace striper::program {
+namespace {
+
+struct CaptureArguments {
+  std::string source;
+  std::string output = "-";
+  ScannerArguments scanner;
+  FrameLimits limits;
+  CsvOptions csv;
+  bool json = false;
+};
+
+constexpr const char* kDescription =
+    "Scan: every lit picture becomes polar scans, as CSV with error bars.";
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  striper capture sim:data/scenes/room.yaml --frames 10 -o scans.csv\n"
+    "      ten pictures of a simulated room; no model, so only where the stripe is in the picture\n"
+    "  striper capture images:shots --model striper.yaml -o scans.csv\n"
+    "      a directory of pictures, calibrated\n"
+    "  striper capture 'v4l2:/dev/video0?standard=ntsc&laser=0,dark' -m striper.yaml --seconds 60\n"
+    "      a minute of a grabber whose laser fires in every other field\n"
+    "  striper capture 'images:*.png?fps=30' --axis rows --channel green --missing | head\n\n"
+    "Columns: frame,time_s,laser,u_px,v_px,bearing_rad,range_m,range_near_m,range_far_m,sigma_m,\n"
+    "sigma_cal_m,x_m,y_m,intensity,width_px,row_sigma_px,confidence,status. Only returns of "
+    "status\n"
+    "'ok' are written unless --doubtful or --missing say otherwise. The exit code is 1 where any\n"
+    "picture was corrupt or of wrong size; the others are scanned all the same.";
+
+void define(CLI::App& command, CaptureArguments& arguments) {
+  add_source(command, arguments.source);
+  add_scanner_arguments(command, arguments.scanner);
+  command
+      .add_option("-o,--output", arguments.output,
+                  "Where the scans go; '-', the default, is the standard output")
+      ->type_name("FILE");
+  add_frame_limits(command, arguments.limits);
+  command.add_flag("--doubtful", arguments.csv.doubtful,
+                   "Also write returns that are not to be trusted");
+  command.add_flag(
+      "--missing", arguments.csv.missing,
+      "Write a line for every column (or row), with the reason where nothing is there");
+  command.add_flag("--json", arguments.json,
+                   "A summary for programs on the standard output (needs -o FILE)");
+  command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
+}
+
+nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
+                         const ReturnCounts& returns, const CsvSink& sink,
+                         const std::string& output) {
+  nlohmann::json summary = to_json(result);
+  summary["output"] = output;
+  summary["lines"] = sink.lines();
+  summary["scans"] = scanner.statistics().scans;
+  summary["dark"] = scanner.statistics().dark;
+  summary["refused"] = scanner.statistics().refused;
+  summary["returns"] = returns.to_json();
+  summary["decisions"] = scanner.decisions();
+  return summary;
+}
+
+void say_summary(const FrameLoopResult& result, const Scanner& scanner, const ReturnCounts& returns,
+                 const CsvSink& sink, const std::string& output) {
+  say(fmt::format("read {}", describe(result)));
+  say(fmt::format("wrote {} scans, {} lines, to {}", scanner.statistics().scans, sink.lines(),
+                  output == "-" ? "the standard output" : output));
+  say(fmt::format("returns: {}", returns.describe()));
+  if (!scanner.decisions().empty()) say(scanner.decisions());
+}
+
+// The source's own bad frames have been reported; these fit the stream and not the model.
+void say_refusal(const Frame& frame, const Scanner& scanner, std::uint64_t refused_before) {
+  const bool is_new = scanner.statistics().refused > refused_before;
+  if (is_new && frame.status == FrameStatus::kOk) {
+    say(fmt::format("frame {}: {}", frame.sequence, scanner.last_refusal()));
+  }
+}
+
+ExitCode capture(const CaptureArguments& arguments) {
+  if (arguments.json && arguments.output == "-") {
+    throw Error(ErrorKind::kUsage,
+                "--json needs -o FILE: the standard output carries the scans themselves");
+  }
+  const auto source = open_source(arguments.source);
+  Scanner scanner = make_scanner(arguments.scanner, source->info());
+  CsvOptions csv = arguments.csv;
+  csv.doubtful = csv.doubtful || csv.missing;  // A line for every column.
+  CsvSink sink(arguments.output, csv);
+
+  ReturnCounts returns;
+  const auto keep = [&](std::span<const PolarScan> scans) {
+    for (const PolarScan& scan : scans) {
+      sink.write(scan);
+      returns.add(scan);
+    }
+  };
+  const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
+    const std::uint64_t refused_before = scanner.statistics().refused;
+    keep(scanner.process(frame));
+    say_refusal(frame, scanner, refused_before);
+  });
+  keep(scanner.finish());
+  sink.close();
+
+  say_summary(result, scanner, returns, sink, arguments.output);
+  if (arguments.json) {
+    print_json(summarize(result, scanner, returns, sink, arguments.output));
+  }
+  const bool has_misfits = scanner.statistics().refused > result.statistics.incomplete;
+  return result.has_bad_pictures() || has_misfits ? ExitCode::kFailed : ExitCode::kDone;
+}
+
+}  // namespace
+
+void add_capture(CLI::App& striper, Action& action) {
+  add_command<CaptureArguments>(striper, action, "capture", kDescription, define, capture);
+}
+
+}  // namespace striper::program

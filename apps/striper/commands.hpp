@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace striper::program {
+
+/// How the program ends, for scripts.
+enum class ExitCode {
+  kDone = 0,
+  kFailed = 1,         ///< It could not be done, or not with every picture.
+  kWrongUsage = 2,     ///< The command line asks for something that makes no sense.
+  kUntrustworthy = 3,  ///< Refused, because the result would not be trustworthy.
+};
+
+/// What `main` runs once the whole command line is understood. May throw Error.
+using Action = std::function<ExitCode()>;
+
+// Each adds its subcommand to the program and, when that is chosen, sets `action`. One line here
+// and one in main.cpp per subcommand, in the order of `striper --help`.
+void add_capture(CLI::App& striper, Action& action);
+void add_record(CLI::App& striper, Action& action);
+void add_simulate(CLI::App& striper, Action& action);
+
+}  // namespace striper::program

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <exception>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
+
+#include "terminal.hpp"
+
+namespace striper::program {
+namespace {
+
+std::atomic<bool> stop_flag = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+
+void request_stop(int /*signal*/) { stop_flag = true; }
+
+void handle(int signal, void (*handler)(int), int flags) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = flags;
+  ::sigaction(signal, &action, nullptr);
+}
+
+void show_library_message(LogLevel level, std::string_view message) {
+  if (level < LogLevel::kWarning) return;
+  say(fmt::format("{}: {}", level == LogLevel::kError ? "error" : "warning", message));
+}
+
+ExitCode exit_code_of(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::kUsage:
+    case ErrorKind::kBadValue:
+      return ExitCode::kWrongUsage;
+    case ErrorKind::kUntrustworthy:
+      return ExitCode::kUntrustworthy;
+    case ErrorKind::kNotFound:
+    case ErrorKind::kBadFile:
+    case ErrorKind::kUnsupported:
+    case ErrorKind::kDevice:
+    case ErrorKind::kIo:
+      return ExitCode::kFailed;
+  }
+  return ExitCode::kFailed;
+}
+
+std::string command_name(const CLI::App& striper) {
+  const std::vector<CLI::App*> chosen = striper.get_subcommands();
+  return chosen.empty() ? striper.get_name() : "striper " + chosen.front()->get_name();
+}
+
+// A misspelt command is only known as something left over.
+std::string explain(const CLI::App& striper, const CLI::ParseError& error) {
+  const std::vector<std::string> rest = striper.remaining();
+  if (!striper.get_subcommands().empty() || rest.empty()) return error.what();
+  std::vector<std::string> known;
+  for (const CLI::App* command : striper.get_subcommands({})) known.push_back(command->get_name());
+  return fmt::format("no command '{}'; there are {}", rest.front(), fmt::join(known, ", "));
+}
+
+ExitCode execute(const CLI::App& striper, const Action& action) {
+  const std::string name = command_name(striper);
+  try {
+    return action();
+  } catch (const Error& error) {
+    say(fmt::format("{}: {}", name, error.what()));
+    return exit_code_of(error.kind());
+  } catch (const std::exception& error) {
+    say(fmt::format("{}: unexpected: {}", name, error.what()));
+    return ExitCode::kFailed;
+  }
+}
+
+}  // namespace
+
+const char* const kSourceHelp =
+    "SOURCE names where the pictures come from (quote it: the shell knows ? & and * too):\n"
+    "  images:DIR  images:'shots/*.png'   pictures in natural order, or a recording\n"
+    "      ?fps=30  ?bits=12              their rate; significant bits of 16-bit pictures\n"
+    "  sim:SCENE.yaml                     the simulated striper\n"
+    "  v4l2:/dev/video0?standard=ntsc     a V4L2 camera or grabber\n"
+    "  gige:SERIAL-or-IP?exposure_us=20   a GigE Vision camera\n"
+    "  and for all of them\n"
+    "      ?laser=0,dark                  the lasers' cadence, an entry per exposure; 'auto' finds "
+    "it\n"
+    "      ?fields=split-top              each picture is two fields, top (or split-bottom) first";
+
+void prepare_process() {
+  handle(SIGINT, request_stop, SA_RESTART | SA_RESETHAND);
+  handle(SIGTERM, request_stop, SA_RESTART | SA_RESETHAND);
+  handle(SIGPIPE, SIG_IGN, 0);
+  handle(SIGXFSZ, SIG_IGN, 0);
+  set_log_callback(show_library_message);
+}
+
+ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action) {
+  try {
+    striper.parse(argc, argv);
+  } catch (const CLI::Success& help_or_version) {
+    striper.exit(help_or_version);
+    return ExitCode::kDone;
+  } catch (const CLI::ParseError& error) {
+    const std::string name = command_name(striper);
+    say(fmt::format("{}: {}\nSee {} --help", name, explain(striper, error), name));
+    return ExitCode::kWrongUsage;
+  }
+  return execute(striper, action);
+}
+
+bool stop_requested() noexcept { return stop_flag; }
+
+CLI::Validator one_of(std::initializer_list<std::string_view> words) {
+  const std::vector<std::string_view> known(words);
+  CLI::Validator validator;
+  validator.operation([known](const std::string& word) -> std::string {
+    if (std::find(known.begin(), known.end(), word) != known.end()) return {};
+    return fmt::format("'{}' is none of {}", word, fmt::join(known, ", "));
+  });
+  return validator;
+}
+
+CLI::Validator above_zero() { return CLI::Validator(CLI::PositiveNumber).description(""); }
+
+CLI::Option* add_source(CLI::App& command, std::string& source) {
+  return command.add_option("SOURCE", source, "Where the pictures come from, see below")
+      ->required();
+}
+
+}  // namespace striper::program

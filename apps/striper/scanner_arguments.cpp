@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scanner_arguments.hpp"
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/model/model_yaml.hpp>
+
+#include "program.hpp"
+
+namespace striper::program {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, ExtractMethod>, 3> kMethods{{
+    {"paper", ExtractMethod::kPaper},
+    {"fast", ExtractMethod::kFast},
+    {"refined", ExtractMethod::kRefined},
+}};
+
+constexpr std::array<std::pair<std::string_view, AmbientMethod>, 5> kAmbientMethods{{
+    {"auto", AmbientMethod::kAuto},
+    {"none", AmbientMethod::kNone},
+    {"alternate", AmbientMethod::kAlternate},
+    {"fields", AmbientMethod::kFields},
+    {"temporal", AmbientMethod::kTemporal},
+}};
+
+// The command line has checked the word.
+template <typename Value, std::size_t N>
+void set_from_word(const std::optional<std::string>& word,
+                   const std::array<std::pair<std::string_view, Value>, N>& words, Value& value) {
+  for (const auto& [known, meaning] : words) {
+    if (word == known) value = meaning;
+  }
+}
+
+StriperModel load_model_for(const SourceInfo& source, const std::string& path) {
+  StriperModel model = load_model(path);
+  if (model.lasers.empty()) {
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("'{}': lasers: is empty: a camera alone gives no ranges", path));
+  }
+  const cv::Size camera(model.camera.width(), model.camera.height());
+  if (!source.sensor_size.empty() && source.sensor_size != camera) {
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("'{}' is of a camera of {}x{} pixels, but source '{}' has {}x{}", path,
+                            camera.width, camera.height, source.uri, source.sensor_size.width,
+                            source.sensor_size.height));
+  }
+  return model;
+}
+
+void apply(const ScannerArguments& arguments, ScannerOptions& options) {
+  set_from_word(arguments.method, kMethods, options.stripe.method);
+  set_from_word(arguments.ambient, kAmbientMethods, options.ambient.method);
+  if (arguments.axis) options.stripe.axis = *stripe_axis_from_string(*arguments.axis);
+  if (arguments.channel) options.ambient.channel = *channel_from_string(*arguments.channel);
+  if (arguments.threshold_dn) options.stripe.threshold_dn = arguments.threshold_dn;
+  if (arguments.min_range_m) options.scan.min_range_m = *arguments.min_range_m;
+  if (arguments.max_range_m) options.scan.max_range_m = *arguments.max_range_m;
+}
+
+}  // namespace
+
+void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
+  command
+      .add_option(
+          "-m,--model", arguments.model,
+          "The calibrated striper (striper.yaml); without it there are no ranges, only where "
+          "the stripe is in the picture")
+      ->type_name("FILE");
+  command
+      .add_option("--method", arguments.method,
+                  "How the stripe is found: paper (the brightest pixel and its two neighbours), "
+                  "fast or refined")
+      ->type_name("NAME")
+      ->check(one_of({"paper", "fast", "refined"}));
+  command
+      .add_option("--axis", arguments.axis,
+                  "One return per image line: columns (the stripe runs from left to right) or rows")
+      ->type_name("NAME")
+      ->check(one_of({"columns", "rows"}));
+  command
+      .add_option("--channel", arguments.channel,
+                  "What of a colour picture is searched: auto, grey, red, green, blue, green-red "
+                  "or red-green")
+      ->type_name("NAME")
+      ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
+  command
+      .add_option("--ambient", arguments.ambient,
+                  "How daylight is taken off: auto, none, alternate (dark pictures), fields (dark "
+                  "fields) or temporal (a standing sensor)")
+      ->type_name("NAME")
+      ->check(one_of({"auto", "none", "alternate", "fields", "temporal"}));
+  command
+      .add_option("--threshold", arguments.threshold_dn,
+                  "A stripe rises this far above the background; default: from the noise")
+      ->type_name("DN");
+  command.add_option("--min-range", arguments.min_range_m, "Nearer returns are out_of_range")
+      ->type_name("M");
+  command.add_option("--max-range", arguments.max_range_m, "Farther returns are out_of_range")
+      ->type_name("M");
+}
+
+Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source) {
+  std::optional<StriperModel> model;
+  ScannerOptions options;
+  if (arguments.model) {
+    model = load_model_for(source, *arguments.model);
+    options = ScannerOptions::for_model(*model);
+  }
+  apply(arguments, options);
+  options.ambient.cadence = source.cadence;
+  return model ? Scanner(std::move(*model), options) : Scanner(options);
+}
+
+}  // namespace striper::program

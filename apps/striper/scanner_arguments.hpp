@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include <striper/core/frame_source.hpp>
+#include <striper/pipeline/scanner.hpp>
+
+namespace striper::program {
+
+/// The options of every command that turns frames into scans. An option beats the model file, which
+/// beats the default.
+struct ScannerArguments {
+  std::optional<std::string> model;
+  std::optional<std::string> method;
+  std::optional<std::string> axis;
+  std::optional<std::string> channel;
+  std::optional<std::string> ambient;
+  std::optional<double> threshold_dn;
+  std::optional<double> min_range_m;
+  std::optional<double> max_range_m;
+};
+
+void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments);
+
+/// The scanner for a source, with or without a model; the cadence is the source's.
+/// @throws Error as `load_model` and Scanner do; Error{kBadFile} where the model is of another
+///         camera than the source's or has no laser.
+Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source);
+
+}  // namespace striper::program

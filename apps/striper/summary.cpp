@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "summary.hpp"
+
+#include <cerrno>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <striper/core/error.hpp>
+
+namespace striper::program {
+
+void ReturnCounts::add(const PolarScan& scan) noexcept {
+  for (const Return& r : scan.returns) ++counts_[static_cast<std::size_t>(r.status)];
+}
+
+std::string ReturnCounts::describe() const {
+  std::string text;
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    if (counts_[i] == 0) continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", counts_[i],
+                        to_string(static_cast<ReturnStatus>(i)));
+  }
+  return text.empty() ? "none" : text;
+}
+
+nlohmann::json ReturnCounts::to_json() const {
+  nlohmann::json json;
+  for (std::size_t i = 0; i < counts_.size(); ++i) {
+    json[std::string(to_string(static_cast<ReturnStatus>(i)))] = counts_[i];
+  }
+  return json;
+}
+
+nlohmann::json to_json(const FrameLoopResult& result) {
+  const SourceStatistics& source = result.statistics;
+  return {
+      {"pictures", result.pictures},     {"frames", result.frames},
+      {"seconds", result.elapsed_s},     {"interrupted", result.interrupted},
+      {"dropped", source.dropped},       {"overrun", source.overrun},
+      {"corrupt", source.corrupt},       {"incomplete", source.incomplete},
+      {"wrong_size", source.wrong_size}, {"reconnects", source.reconnects},
+  };
+}
+
+void print_json(const nlohmann::json& summary) {
+  const std::string text = summary.dump(2) + "\n";
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t count = ::write(STDOUT_FILENO, text.data() + done, text.size() - done);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) {
+      throw Error(ErrorKind::kIo, fmt::format("cannot write the summary to the standard output: {}",
+                                              std::generic_category().message(errno)));
+    }
+    done += static_cast<std::size_t>(count);
+  }
+}
+
+}  // namespace striper::program

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <striper/core/return_status.hpp>
+#include <striper/pipeline/scanner.hpp>
+
+#include "frame_loop.hpp"
+
+namespace striper::program {
+
+/// Counts returns by their status, for the end of a run.
+class ReturnCounts {
+ public:
+  void add(const PolarScan& scan) noexcept;
+
+  /// "1912 ok, 3 saturated, 5 no_stripe"; what there is none of is left out.
+  std::string describe() const;
+  nlohmann::json to_json() const;
+
+ private:
+  std::array<std::uint64_t, kReturnStatusCount> counts_{};
+};
+
+/// The members that every summary has: pictures, frames, seconds, interrupted and the source's
+/// counts.
+nlohmann::json to_json(const FrameLoopResult& result);
+
+/// Writes a summary to the standard output, for `--json`. @throws Error{kIo}.
+void print_json(const nlohmann::json& summary);
+
+}  // namespace striper::program

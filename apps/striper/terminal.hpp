@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace striper::program {
+
+/// Writes a message for people, and a line end, to the standard error stream; a progress line that
+/// stands there makes way for it. Thread-safe.
+void say(std::string_view message);
+
+/// A line on the terminal that shows how far long work is; nothing where the standard error stream
+/// is no terminal. Goes away when destroyed. One at a time.
+class Progress {
+ public:
+  /// @param what is counted, in the plural: "pictures". @param total empty where it is not known.
+  Progress(std::string_view what, std::optional<std::uint64_t> total);
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress();
+
+  /// Draws at most ten times a second.
+  void update(std::uint64_t done);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string_view what_;
+  std::optional<std::uint64_t> total_;
+  bool is_shown_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_drawn_;
+};
+
+}  // namespace striper::program

@@ -1,0 +1,476 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves what the striper program promises to the shell: exit codes, messages, whole lines in the CSV
+whatever happens, help that teaches. The pictures are made here by hand, so that nothing but the
+program is needed. Does not prove that the ranges are right: the library's own tests do.
+
+Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 command_line_test.py
+"""
+import base64
+import csv
+import io
+import json
+import math
+import os
+import resource
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+STRIPER = os.environ["STRIPER"]
+COLUMNS = (
+    "frame,time_s,laser,u_px,v_px,bearing_rad,range_m,range_near_m,range_far_m,sigma_m,sigma_cal_m,"
+    "x_m,y_m,intensity,width_px,row_sigma_px,confidence,status"
+).split(",")
+WIDTH, HEIGHT, STRIPE_ROW = 64, 48, 30.25
+
+# A camera with the laser 0.5 m below it, the plane level: y = 0.5 in the camera frame.
+MODEL = """striper_model: 1
+camera:
+  image_width: 64
+  image_height: 48
+  camera_matrix: {rows: 3, cols: 3, data: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]}
+  distortion_model: plumb_bob
+  distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
+lasers:
+  - normal: [0, 1, 0]
+    distance_m: 0.5
+stripe: {axis: columns, channel: grey}
+"""
+
+# The same kind of picture (64x48, stripe in row 30) as a JPEG.
+JPEG = base64.b64decode(
+    "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAoHBwgHBgoICAgLCgoLDhgQDg0NDh0VFhEYIx8lJCIfIiEmKzcvJik0KSEi"
+    "MEExNDk7Pj4+JS5ESUM8SDc9Pjv/wAALCAAwAEABAREA/8QAHwAAAQUBAQEBAQEAAAAAAAAAAAECAwQFBgcICQoL/8QA"
+    "tRAAAgEDAwIEAwUFBAQAAAF9AQIDAAQRBRIhMUEGE1FhByJxFDKBkaEII0KxwRVS0fAkM2JyggkKFhcYGRolJicoKSo0"
+    "NTY3ODk6Q0RFRkdISUpTVFVWV1hZWmNkZWZnaGlqc3R1dnd4eXqDhIWGh4iJipKTlJWWl5iZmqKjpKWmp6ipqrKztLW2"
+    "t7i5usLDxMXGx8jJytLT1NXW19jZ2uHi4+Tl5ufo6erx8vP09fb3+Pn6/9oACAEBAAA/APIaKKKKKKKKKKKKKKKKKKKK"
+    "KKK6/wD4Vvqn/P7p/wD4ErR/wrfVP+f3T/8AwJWj/hW+qf8AP7p//gStH/Ct9U/5/dP/APAlaP8AhW+qf8/un/8AgStH"
+    "/Ct9U/5/dP8A/AlaP+Fb6p/z+6f/AOBK0f8ACt9U/wCf3T//AAJWuS86X/no350edL/z0b86POl/56N+dHnS/wDPRvzo"
+    "86X/AJ6N+dHnS/8APRvzo86X/no350edL/z0b86bRRRRRRRX/9k="
+)
+
+
+def pgm(row=STRIPE_ROW, width=WIDTH, height=HEIGHT):
+    """A grey picture with a Gaussian stripe across it."""
+    profile = [10 + 200 * math.exp(-0.5 * ((v - row) / 0.8) ** 2) for v in range(height)]
+    pixels = b"".join(bytes([round(value)]) * width for value in profile)
+    return b"P5 %d %d 255\n" % (width, height) + pixels
+
+
+def limit_file_size(count):
+    """For preexec_fn: no file may grow beyond `count` bytes, which stands for a full disk."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (count, count))
+
+
+class EndToEnd(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
+        self.addCleanup(scratch.cleanup)
+        self.scratch = scratch.name
+        self.shots = self.path("shots")
+        os.mkdir(self.shots)
+        for number in (1, 2, 3, 10):
+            self.write(f"shots/shot{number}.pgm", pgm())
+        self.model = self.write("striper.yaml", MODEL.encode())
+
+    def path(self, *names):
+        return os.path.join(self.scratch, *names)
+
+    def write(self, name, content):
+        with open(self.path(name), "wb") as file:
+            file.write(content)
+        return self.path(name)
+
+    def read(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+    def striper(self, *arguments, code=0, **options):
+        """Runs the program and returns it finished, its output as text."""
+        done = subprocess.run(
+            [STRIPER, *arguments], capture_output=True, text=True, timeout=60, check=False, **options
+        )
+        self.assertEqual(done.returncode, code, f"{arguments}\n{done.stdout[-2000:]}\n{done.stderr}")
+        return done
+
+    def capture(self, *arguments, code=0, **options):
+        return self.striper("capture", *arguments, code=code, **options)
+
+    def rows(self, text):
+        """The lines of a CSV; fails where one is not whole."""
+        self.assertTrue(text.endswith("\n"), f"cut off: {text[-200:]!r}")
+        rows = list(csv.DictReader(io.StringIO(text)))
+        self.assertEqual(text.split("\n", 1)[0], ",".join(COLUMNS))
+        for row in rows:
+            self.assertEqual(len(row), len(COLUMNS), row)
+            self.assertNotIn(None, row, "more fields than the header")
+            self.assertNotIn(None, row.values(), "fewer fields than the header")
+            self.assertTrue(row["status"], "the last field is missing")
+        return rows
+
+    def long_recording(self, pictures=100000):
+        """A recording that lasts: every line of its table is the same picture."""
+        os.mkdir(self.path("long"))
+        self.write("long/0.pgm", pgm())
+        self.write("long/frames.csv", b"file\n" + b"0.pgm\n" * pictures)
+        return "images:" + self.path("long")
+
+
+class Help(EndToEnd):
+    def test_every_command_teaches(self):
+        overview = self.striper("--help").stdout
+        for command in ("capture", "record", "simulate"):
+            with self.subTest(command=command):
+                self.assertIn(f"  {command} ", overview)
+                done = self.striper(command, "--help")
+                self.assertEqual(done.stderr, "")
+                self.assertIn("Examples:", done.stdout)
+                self.assertIn(f"  striper {command} ", done.stdout.split("Examples:")[1])
+
+    def test_lines_fit_a_terminal(self):
+        for arguments in (["--help"], ["capture", "--help"], ["record", "--help"]):
+            for line in self.striper(*arguments).stdout.splitlines():
+                self.assertLessEqual(len(line), 100, line)
+
+    def test_version(self):
+        self.assertRegex(self.striper("--version").stdout, r"^striper \d+\.\d+\.\d+\n$")
+
+    def test_nothing_asked_for_is_wrong_usage(self):
+        self.assertIn("See striper --help", self.striper(code=2).stderr)
+
+
+class WrongUsage(EndToEnd):
+    def check(self, expected, *arguments):
+        done = self.striper(*arguments, code=2)
+        self.assertIn(expected, done.stderr)
+        self.assertEqual(done.stdout, "")
+
+    def test_command_that_does_not_exist(self):
+        self.check("no command 'captur'; there are capture, record", "captur", self.shots)
+
+    def test_option_that_does_not_exist(self):
+        self.check("--speed", "capture", self.shots, "--speed", "3")
+
+    def test_no_source(self):
+        self.check("SOURCE is required", "capture")
+
+    def test_words_are_listed(self):
+        self.check("'best' is none of paper, fast, refined", "capture", self.shots, "--method", "best")
+        self.check("'u' is none of columns, rows", "capture", self.shots, "--axis", "u")
+        self.check("'sun' is none of auto, none", "capture", self.shots, "--ambient", "sun")
+
+    def test_numbers_have_bounds(self):
+        self.check("--frames", "capture", self.shots, "--frames", "0")
+        self.check("--frames", "capture", self.shots, "--frames", "many")
+        self.check("--seconds", "capture", self.shots, "--seconds", "-1")
+        self.check("threshold", "capture", self.shots, "--threshold", "-3")
+
+    def test_address_with_a_misspelt_key(self):
+        self.check("unknown key 'fsp'; images: knows fps", "capture", self.shots + "?fsp=3")
+
+    def test_address_of_unknown_kind(self):
+        self.check("unknown kind 'film'", "capture", "film:x")
+
+    def test_json_needs_a_file(self):
+        self.check("--json needs -o FILE", "capture", self.shots, "--json")
+
+
+class BadInput(EndToEnd):
+    def test_no_such_source(self):
+        done = self.capture(self.path("nowhere"), code=1)
+        self.assertIn("nowhere': no such file or directory", done.stderr)
+        self.assertEqual(done.stdout, "")
+
+    def test_empty_directory(self):
+        os.mkdir(self.path("empty"))
+        self.assertIn("holds no pictures", self.capture(self.path("empty"), code=1).stderr)
+
+    def test_pattern_without_a_match(self):
+        done = self.capture(self.path("*.png"), code=1)
+        self.assertIn("no file matches the pattern", done.stderr)
+
+    def test_missing_model_leaves_the_output_alone(self):
+        output = self.write("scans.csv", b"precious")
+        done = self.capture(self.shots, "-m", self.path("none.yaml"), "-o", output, code=1)
+        self.assertIn("none.yaml", done.stderr)
+        self.assertEqual(self.read("scans.csv"), b"precious")
+
+    def test_not_a_number_in_the_model(self):
+        self.write("striper.yaml", MODEL.replace("distance_m: 0.5", "distance_m: .nan").encode())
+        done = self.capture(self.shots, "-m", self.model, code=1)
+        self.assertIn("striper.yaml", done.stderr)
+        self.assertIn("distance_m", done.stderr)
+        self.assertIn("nan", done.stderr.lower())
+
+    def test_model_without_a_laser(self):
+        text = MODEL.replace("""lasers:
+  - normal: [0, 1, 0]
+    distance_m: 0.5
+""", "lasers: []\n")
+        self.write("striper.yaml", text.encode())
+        self.assertIn("lasers", self.capture(self.shots, "-m", self.model, code=1).stderr)
+
+    def test_model_of_another_camera(self):
+        self.write("striper.yaml", MODEL.replace("image_width: 64", "image_width: 65").encode())
+        done = self.capture(self.shots, "-m", self.model, code=1)
+        self.assertIn("65x48", done.stderr)
+        self.assertIn("64x48", done.stderr)
+
+    def check_one_bad_picture(self, reason, **options):
+        done = self.capture(self.shots, "-m", self.model, code=1, **options)
+        self.assertIn(reason, done.stderr)
+        self.assertEqual({row["frame"] for row in self.rows(done.stdout)}, {"0", "2", "3"})
+        return done
+
+    def test_truncated_picture_is_named_and_the_rest_is_scanned(self):
+        self.write("shots/shot2.pgm", pgm()[:-100])
+        done = self.check_one_bad_picture("shot2.pgm' is a truncated PGM")
+        self.assertIn("1 corrupt", done.stderr)
+
+    def test_truncated_jpeg_is_never_scanned(self):
+        for length in range(0, len(JPEG), 7):
+            self.write("cut.jpg", JPEG[:length])
+            done = self.capture(self.path("cut.jpg"), code=1)
+            self.assertIn("cut.jpg' is ", done.stderr)
+            self.assertEqual(self.rows(done.stdout), [], f"{length} of {len(JPEG)} bytes")
+        self.write("whole.jpg", JPEG)
+        self.assertEqual(len(self.rows(self.capture(self.path("whole.jpg")).stdout)), WIDTH)
+
+    def test_picture_of_another_size_is_named_and_the_rest_is_scanned(self):
+        self.write("shots/shot2.pgm", pgm(width=32))
+        done = self.check_one_bad_picture("shot2.pgm' is 32x48 grey")
+        self.assertIn("1 of wrong size", done.stderr)
+
+    def test_many_bad_pictures_do_not_flood_the_terminal(self):
+        for number in range(11, 60):
+            self.write(f"shots/shot{number}.pgm", b"P5")
+        done = self.capture(self.shots, code=1)
+        self.assertIn("49 corrupt", done.stderr)
+        self.assertLess(len(done.stderr.splitlines()), 20)
+
+
+class Scans(EndToEnd):
+    def test_without_a_model_only_what_the_picture_gives(self):
+        rows = self.rows(self.capture(self.shots + "?fps=4").stdout)
+        self.assertEqual(len(rows), 4 * WIDTH)
+        self.assertEqual([row["u_px"] for row in rows[:WIDTH]], [str(u) for u in range(WIDTH)])
+        for row in rows:
+            self.assertAlmostEqual(float(row["v_px"]), STRIPE_ROW, delta=0.15)
+            self.assertEqual(row["range_m"] + row["bearing_rad"] + row["x_m"] + row["sigma_m"], "")
+            self.assertEqual(row["status"], "ok")
+        self.assertEqual(rows[-1]["frame"], "3")
+        self.assertEqual(float(rows[-1]["time_s"]), 0.75)
+
+    def test_with_a_model_the_range_is_within_its_bar(self):
+        rows = self.rows(self.capture(self.shots, "-m", self.model, "--frames", "1").stdout)
+        self.assertEqual(len(rows), WIDTH)
+        depth_m = 0.5 * 60 / (STRIPE_ROW - 23.5)
+        for row in rows:
+            near, range_m, far = (float(row[f"range{what}_m"]) for what in ("_near", "", "_far"))
+            self.assertLess(near, range_m)
+            self.assertLess(range_m, far)
+            true_m = math.hypot(depth_m, (float(row["u_px"]) - 31.5) / 60 * depth_m)
+            self.assertLess(near, true_m)
+            self.assertLess(true_m, far)
+
+    def test_frames_and_seconds_limit_what_is_read(self):
+        frames = {row["frame"] for row in self.rows(self.capture(self.shots, "--frames", "2").stdout)}
+        self.assertEqual(frames, {"0", "1"})
+        done = self.capture(self.shots + "?fps=2", "--seconds", "1.5")
+        self.assertEqual({row["frame"] for row in self.rows(done.stdout)}, {"0", "1", "2"})
+
+    def test_missing_writes_a_line_for_every_column(self):
+        blank = b"P5 64 48 255\n" + bytes([10]) * (64 * 48)
+        self.write("blank.pgm", blank)
+        self.assertEqual(self.rows(self.capture(self.path("blank.pgm")).stdout), [])
+        rows = self.rows(self.capture(self.path("blank.pgm"), "--missing").stdout)
+        self.assertEqual(len(rows), WIDTH)
+        self.assertEqual({row["status"] for row in rows}, {"no_stripe"})
+        self.assertEqual({row["v_px"] for row in rows}, {""})
+
+    def test_axis_rows_gives_a_return_per_row(self):
+        rows = self.rows(self.capture(self.path("shots/shot1.pgm"), "--axis", "rows", "--missing").stdout)
+        self.assertEqual([row["v_px"] for row in rows], [str(v) for v in range(HEIGHT)])
+
+    def test_summary_for_programs(self):
+        done = self.capture(self.shots, "-m", self.model, "-o", self.path("scans.csv"), "--json")
+        summary = json.loads(done.stdout)
+        self.assertEqual(summary["pictures"], 4)
+        self.assertEqual(summary["scans"], 4)
+        self.assertEqual(summary["lines"], 4 * WIDTH)
+        self.assertEqual(summary["returns"]["ok"], 4 * WIDTH)
+        self.assertEqual(summary["corrupt"], 0)
+        self.assertEqual(len(self.rows(self.read("scans.csv").decode())), 4 * WIDTH)
+
+    def test_nothing_but_data_on_the_standard_output(self):
+        done = self.capture(self.shots)
+        self.rows(done.stdout)
+        self.assertIn("read 4 pictures", done.stderr)
+        self.assertNotIn("\r", done.stderr, "no progress line where there is no terminal")
+
+
+class Output(EndToEnd):
+    def test_full_device(self):
+        done = self.capture(self.shots, "-o", "/dev/full", code=1)
+        self.assertIn("/dev/full': No space left on device", done.stderr)
+
+    def test_full_device_as_the_standard_output(self):
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run(
+                [STRIPER, "capture", self.shots],
+                stdout=full, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+            )
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("No space left on device", done.stderr)
+
+    def test_disk_that_fills_up_keeps_whole_lines(self):
+        for limit in (50, 3000, 12345):
+            with self.subTest(limit=limit):
+                output = self.path(f"scans{limit}.csv")
+                done = self.capture(
+                    self.shots, "-o", output, code=1, preexec_fn=limit_file_size(limit)
+                )
+                self.assertIn("File too large", done.stderr)
+                text = self.read(output).decode()
+                if text:  # Not even the header went in with the smallest limit.
+                    self.rows(text)
+                    self.assertGreater(len(text), limit - 500, "as much as fits was kept")
+
+    def test_small_tmpfs(self):
+        mount = self.path("small")
+        os.mkdir(mount)
+        command = ["mount", "-t", "tmpfs", "-o", "size=16k", "striper-test", mount]
+        if subprocess.run(command, capture_output=True, check=False).returncode != 0:
+            self.skipTest("mounting a tmpfs is not permitted here")
+        try:
+            output = os.path.join(mount, "scans.csv")
+            done = self.capture(self.shots, "-o", output, code=1)
+            self.assertIn("No space left on device", done.stderr)
+            self.rows(self.read(output).decode())
+        finally:
+            subprocess.run(["umount", mount], check=True)
+
+    def test_disk_that_fills_up_under_a_redirection_keeps_what_was_there(self):
+        output = self.write("log.csv", b"earlier line\n")
+        with open(output, "ab") as file:
+            done = subprocess.run(
+                [STRIPER, "capture", self.shots],
+                stdout=file, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+                preexec_fn=limit_file_size(3000),
+            )
+        self.assertEqual(done.returncode, 1)
+        text = self.read("log.csv").decode()
+        self.assertTrue(text.startswith("earlier line\n"), text[:100])
+        self.rows(text.split("\n", 1)[1])
+
+    def test_pipe_that_closes(self):
+        program = subprocess.Popen(
+            [STRIPER, "capture", self.long_recording()],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )
+        self.assertTrue(program.stdout.readline().startswith(b"frame,time_s"))
+        program.stdout.close()
+        message = program.stderr.read().decode()
+        program.stderr.close()
+        self.assertEqual(program.wait(timeout=60), 1, message)
+        self.assertIn("cannot write 'standard output': Broken pipe", message)
+
+    def test_pipe_that_is_closed_from_the_start(self):
+        reading, writing = os.pipe()
+        os.close(reading)
+        with os.fdopen(writing, "wb") as pipe:
+            done = subprocess.run(
+                [STRIPER, "capture", self.shots],
+                stdout=pipe, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+            )
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("Broken pipe", done.stderr)
+
+    def test_output_that_cannot_be_opened(self):
+        done = self.capture(self.shots, "-o", self.path("none/scans.csv"), code=1)
+        self.assertIn("none/scans.csv': No such file or directory", done.stderr)
+
+    def test_interrupt_ends_cleanly_with_whole_lines(self):
+        for signal_number in (signal.SIGINT, signal.SIGTERM):
+            with self.subTest(signal=signal_number):
+                output = self.path(f"scans{int(signal_number)}.csv")
+                source = self.path("long")
+                if not os.path.exists(source):
+                    self.long_recording()
+                program = subprocess.Popen(
+                    [STRIPER, "capture", source, "-o", output], stderr=subprocess.PIPE, text=True
+                )
+                self.wait_until_it_writes(output)
+                program.send_signal(signal_number)
+                _, message = program.communicate(timeout=10)
+                self.assertEqual(program.returncode, 0, message)
+                self.assertIn("interrupted", message)
+                rows = self.rows(self.read(output).decode())
+                self.assertEqual(len(rows) % WIDTH, 0, "whole scans")
+                self.assertGreater(len(rows), 0)
+
+    def wait_until_it_writes(self, path, size=10000):
+        deadline = time.monotonic() + 20
+        while not os.path.exists(path) or os.path.getsize(path) < size:
+            self.assertLess(time.monotonic(), deadline, "nothing was written")
+            time.sleep(0.01)
+
+
+class Record(EndToEnd):
+    def test_recording_replays_to_the_same_scans(self):
+        expected = self.capture(self.shots + "?fps=7", "-m", self.model, "--missing").stdout
+        self.striper("record", self.shots + "?fps=7", "-o", self.path("rec"))
+        again = self.capture(self.path("rec"), "-m", self.model, "--missing").stdout
+        self.assertEqual(again, expected)
+
+    def test_bad_pictures_are_recorded_as_such(self):
+        self.write("shots/shot2.pgm", pgm()[:-1])
+        done = self.striper("record", self.shots, "-o", self.path("rec"), "--json", code=1)
+        self.assertEqual(json.loads(done.stdout)["recorded"], 4)
+        self.assertEqual(json.loads(done.stdout)["corrupt"], 1)
+        done = self.capture(self.path("rec"), code=1)
+        self.assertIn("shot2.pgm' is a truncated PGM", done.stderr)
+
+    def test_every_keeps_pictures_that_far_apart(self):
+        self.striper("record", self.shots + "?fps=10", "-o", self.path("rec"), "--every", "0.2")
+        table = csv.DictReader(io.StringIO(self.read("rec/frames.csv").decode()))
+        self.assertEqual([row["sequence"] for row in table], ["0", "2"])
+
+    def test_never_into_a_directory_with_pictures(self):
+        done = self.striper("record", self.shots, "-o", self.shots, code=2)
+        self.assertIn("already holds a recording or pictures", done.stderr)
+
+    def test_full_disk_keeps_what_was_recorded(self):
+        source = self.long_recording(1000)
+        done = self.striper(
+            "record", source, "-o", self.path("rec"), code=1, preexec_fn=limit_file_size(5000)
+        )
+        self.assertIn("frames.csv': File too large", done.stderr)
+        summary = json.loads(
+            self.capture(self.path("rec"), "-o", self.path("scans.csv"), "--json").stdout
+        )
+        self.assertGreater(summary["pictures"], 20)
+
+    def test_interrupt_keeps_what_was_recorded(self):
+        program = subprocess.Popen(
+            [STRIPER, "record", self.long_recording(), "-o", self.path("rec")],
+            stderr=subprocess.PIPE, text=True,
+        )
+        deadline = time.monotonic() + 20
+        while not os.path.exists(self.path("rec/00000010.png")):
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.01)
+        program.send_signal(signal.SIGINT)
+        _, message = program.communicate(timeout=10)
+        self.assertEqual(program.returncode, 0, message)
+        table = self.read("rec/frames.csv").decode()
+        self.assertTrue(table.endswith("\n"))
+        for row in csv.DictReader(io.StringIO(table)):
+            self.assertTrue(os.path.exists(self.path("rec", row["file"])), row)
+        self.capture(self.path("rec"))
+
+
+if __name__ == "__main__":
+    unittest.main()

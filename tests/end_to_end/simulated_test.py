@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves with the simulated striper that a recording gives the same scans as its source, byte for
+byte, whatever the fields and the laser do; that `striper simulate` writes what can be scanned, with a
+truth that the scans agree with; and that the first example runs.
+
+Run by ctest; by hand: STRIPER=.../striper STRIPER_EXAMPLE=.../01_stream_scans python3 simulated_test.py
+"""
+import csv
+import os
+import signal
+import subprocess
+import tempfile
+import unittest
+
+STRIPER = os.environ["STRIPER"]
+EXAMPLE = os.environ["STRIPER_EXAMPLE"]
+SOURCE_DIR = os.environ.get(
+    "STRIPER_SOURCE_DIR", os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
+)
+WALL = os.path.join(SOURCE_DIR, "data/scenes/wall.yaml")
+
+
+def run(*arguments, code=0):
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False)
+    if done.returncode != code:
+        raise AssertionError(f"{arguments} gave {done.returncode}\n{done.stderr}")
+    return done
+
+
+class Simulated(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
+        cls.room = os.path.join(cls.scratch.name, "wall")
+        run(STRIPER, "simulate", WALL, "-o", cls.room, "--frames", "3")
+        cls.model = os.path.join(cls.room, "model.yaml")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.scratch.cleanup()
+
+    def path(self, name):
+        return os.path.join(self.scratch.name, name)
+
+
+class Replay(Simulated):
+    def check(self, name, query, *options, scene=WALL):
+        source = f"sim:{scene}?frames=5{query}"
+        live = run(STRIPER, "capture", source, *options).stdout
+        run(STRIPER, "record", source, "-o", self.path(name))
+        again = run(STRIPER, "capture", "images:" + self.path(name), *options).stdout
+        self.assertEqual(again, live)
+        self.assertGreater(len(live.splitlines()), 500, "there is something to compare")
+
+    def test_every_column(self):
+        self.check("plain", "", "-m", self.model, "--missing")
+
+    def test_without_a_model(self):
+        self.check("bare", "")
+
+    def test_twelve_bits(self):
+        scene = self.path("twelve.yaml")
+        with open(WALL, encoding="utf-8") as wall, open(scene, "w", encoding="utf-8") as file:
+            text = wall.read()
+            self.assertIn("imager: {", text)
+            file.write(text.replace("imager: {", "imager: {bits: 12, dn_per_electron: 0.8, "))
+        self.check("bits", "", "-m", self.model, "--doubtful", scene=scene)
+        with open(self.path("bits/frames.csv"), encoding="utf-8") as file:
+            self.assertEqual({row["bit_depth"] for row in csv.DictReader(file)}, {"12"})
+
+    def test_laser_in_every_other_picture(self):
+        self.check("alternate", "&laser=0,dark", "-m", self.model)
+
+    def test_laser_in_the_top_field(self):
+        self.check("woven", "&fields=split-top&laser=0,dark", "-m", self.model)
+
+    def test_a_frame_per_field(self):
+        self.check("fields", "&fields=alternate-bottom&laser=0", "-m", self.model)
+
+    def test_cadence_to_be_found(self):
+        self.check("unknown", "&laser=0,dark&illumination=unknown", "-m", self.model)
+
+
+class Simulate(Simulated):
+    def test_scans_agree_with_the_truth(self):
+        scans = run(STRIPER, "capture", self.room, "-m", self.model).stdout
+        with open(os.path.join(self.room, "truth.csv"), encoding="utf-8") as file:
+            truth = {(r["frame"], r["u_px"]): r for r in csv.DictReader(file)}
+        self.assertEqual(len(truth), 3 * 640)
+        inside = total = 0
+        for row in csv.DictReader(scans.splitlines()):
+            true = truth[row["frame"], row["u_px"]]
+            self.assertEqual(true["status"], "ok")
+            total += 1
+            near, far = float(row["range_near_m"]), float(row["range_far_m"])
+            inside += near <= float(true["range_m"]) <= far
+        self.assertGreater(total, 1800)
+        self.assertGreater(inside, 0.95 * total)
+
+    def test_same_seed_same_files(self):
+        again = self.path("again")
+        run(STRIPER, "simulate", WALL, "-o", again, "--frames", "3")
+        for name in sorted(os.listdir(self.room)):
+            with open(os.path.join(self.room, name), "rb") as a, open(
+                os.path.join(again, name), "rb"
+            ) as b:
+                self.assertEqual(a.read(), b.read(), name)
+
+    def test_missing_scene(self):
+        done = run(STRIPER, "simulate", "none.yaml", "-o", self.path("x"), code=1)
+        self.assertIn("none.yaml", done.stderr)
+
+    def test_wrong_key(self):
+        done = run(STRIPER, "simulate", WALL + "?sead=1", "-o", self.path("y"), code=2)
+        self.assertIn("sead", done.stderr)
+
+    def test_endless_source_ends_with_ctrl_c(self):
+        program = subprocess.Popen(
+            [STRIPER, "capture", "sim:" + WALL, "-m", self.model],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )
+        self.assertTrue(program.stdout.readline().startswith("frame,"))
+        program.stdout.readline()  # It is at work.
+        program.send_signal(signal.SIGINT)
+        scans, message = program.communicate(timeout=20)
+        self.assertEqual(program.returncode, 0, message)
+        self.assertTrue(scans.endswith("\n"))
+        self.assertIn("interrupted", message)
+
+
+class Example(Simulated):
+    def test_streams_a_line_per_return(self):
+        lines = run(EXAMPLE, f"sim:{WALL}?frames=2", self.model).stdout.splitlines()
+        self.assertGreater(len(lines), 2 * 600)
+        bearing_rad, range_m, _, sigma_m = lines[320].split()
+        self.assertAlmostEqual(float(bearing_rad), 0.0, delta=0.01)
+        self.assertAlmostEqual(float(range_m), 2.0, delta=0.01)
+        self.assertGreater(float(sigma_m), 0.0)
+
+    def test_says_what_is_wrong(self):
+        self.assertIn("none.yaml", run(EXAMPLE, WALL, "none.yaml", code=1).stderr)
+        self.assertIn("usage", run(EXAMPLE, code=1).stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
