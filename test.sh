@@ -7,12 +7,17 @@ cd "$(dirname "$0")"
 
 usage() {
   cat <<'TXT'
-usage: ./test.sh [--deps | --full]
+usage: ./test.sh [--deps | --full | --only STAGE]
 
-  (nothing)   release build and the quick tests
-  --full      also: formatting, clang-tidy, AddressSanitizer + UndefinedBehaviorSanitizer, ThreadSanitizer and
-              the slow tests (large Monte Carlo, soak)
-  --deps      only install the Debian packages that all of this needs
+  (nothing)      release build, the quick tests and the device tests (virtual machine, virtual camera)
+  --full         all of that and every stage below
+  --only STAGE   one stage: format, asan, tsan, tidy or slow
+                   format  clang-format 14 has nothing to change
+                   asan    the quick tests under AddressSanitizer and UndefinedBehaviorSanitizer
+                   tsan    the quick tests of everything with threads under ThreadSanitizer
+                   tidy    clang-tidy 14 has nothing to say
+                   slow    large Monte Carlo and soak tests of the release build
+  --deps         only install the Debian packages that all of this needs
 
 Set STRIPER_BUILD to build somewhere else than in ./build.
 TXT
@@ -28,34 +33,48 @@ configure_and_build() { # preset
   cmake --build "$build/$1"
 }
 
-run_quick() {
+stage_quick() {
   configure_and_build release
   ctest --test-dir "$build/release" --output-on-failure -LE slow
 }
 
-run_full() {
-  tests/lint/format.sh
-  ctest --test-dir "$build/release" --output-on-failure -L slow --no-tests=ignore
-  local sanitizer
-  for sanitizer in asan tsan; do
-    configure_and_build "$sanitizer"
-    ctest --test-dir "$build/$sanitizer" --output-on-failure -L quick
-  done
-  configure_and_build tidy
+stage_format() { tests/lint/format.sh; }
+
+stage_asan() {
+  configure_and_build asan
+  ctest --test-dir "$build/asan" --output-on-failure -L quick -LE device
+}
+
+stage_tsan() {
+  configure_and_build tsan
+  ctest --test-dir "$build/tsan" --output-on-failure -L threads -LE device
+}
+
+stage_tidy() { configure_and_build tidy; }
+
+stage_slow() {
+  configure_and_build release
+  ctest --test-dir "$build/release" --output-on-failure -L slow
 }
 
 mkdir -p "$build"
+all_packages=("${packages_to_build[@]}" "${packages_to_test[@]}" "${packages_to_test_fully[@]}")
 case "${1:-}" in
-  --deps) install_packages "${packages_to_build[@]}" "${packages_to_test[@]}" "${packages_to_test_fully[@]}" ;;
-  --full)
-    install_packages "${packages_to_build[@]}" "${packages_to_test[@]}" "${packages_to_test_fully[@]}"
-    run_quick
-    run_full
-    ;;
   "")
     install_packages "${packages_to_build[@]}" "${packages_to_test[@]}"
-    run_quick
+    stage_quick
     ;;
+  --full)
+    install_packages "${all_packages[@]}"
+    for stage in quick format asan tsan tidy slow; do "stage_$stage"; done
+    ;;
+  --only)
+    case "${2:-}" in
+      format | asan | tsan | tidy | slow) install_packages "${all_packages[@]}"; "stage_$2" ;;
+      *) usage >&2; exit 2 ;;
+    esac
+    ;;
+  --deps) install_packages "${all_packages[@]}" ;;
   -h | --help) usage ;;
   *) usage >&2; exit 2 ;;
 esac
