@@ -48,7 +48,8 @@ std::string SceneField::place() const {
 
 void SceneField::refuse(std::string_view expected) const {
   throw Error(ErrorKind::kBadFile,
-              fmt::format("{}: {}: {} - expected {}", place(), path_, quote(node_), expected));
+              fmt::format("{}: {}: {} - expected {}", place(), path_.empty() ? "the file" : path_,
+                          quote(node_), expected));
 }
 
 void SceneField::require_map(std::initializer_list<std::string_view> known) const {

@@ -171,10 +171,10 @@ class Simulator::Impl {
     frame.sequence = picture;
     frame.exposure_in_picture = part;
     frame.exposures_per_picture = exposures_per_picture();
-    frame.time.monotonic_ns = std::llround(1e9 * time_s(picture, part));
     if (is_interlaced(scan)) {
       frame.field_period_ns = std::llround(0.5e9 / scene_.timing.picture_rate_hz);
     }
+    frame.time.monotonic_ns = std::llround(1e9 * time_s(picture, 0)) + part * frame.field_period_ns;
     frame.exposure_ns = std::llround(1e9 * scene_.imager.shutter_s);
     frame.illumination = illumination(picture, part);
     frame.field = exposure_field(part);
