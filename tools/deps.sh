@@ -9,7 +9,7 @@ packages_to_build=(
   libaravis-dev libusb-1.0-0-dev
 )
 packages_to_test=(
-  libgtest-dev libgmock-dev libbenchmark-dev git python3
+  libgtest-dev libgmock-dev libbenchmark-dev git python3 gnuplot-nox
   qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
 )
 packages_to_test_fully=(clang clang-format clang-tidy)

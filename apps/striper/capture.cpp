@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper capture: from a source of pictures to polar scans as CSV.
 #include <span>
+#include <sstream>
 #include <string>
 
 #include <fmt/format.h>
@@ -81,10 +82,11 @@ nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
 void say_summary(const FrameLoopResult& result, const Scanner& scanner, const ReturnCounts& returns,
                  const CsvSink& sink, const std::string& output) {
   say(fmt::format("read {}", describe(result)));
-  say(fmt::format("wrote {} scans, {} lines, to {}", scanner.statistics().scans, sink.lines(),
-                  output == "-" ? "the standard output" : output));
+  say(fmt::format("wrote {}, {}, to {}", count(scanner.statistics().scans, "scan"),
+                  count(sink.lines(), "line"), output == "-" ? "the standard output" : output));
   say(fmt::format("returns: {}", returns.describe()));
-  if (!scanner.decisions().empty()) say(scanner.decisions());
+  std::istringstream decisions(scanner.decisions());
+  for (std::string line; std::getline(decisions, line);) say("decided: " + line);
 }
 
 // The source's own bad frames have been reported; these fit the stream and not the model.

@@ -143,13 +143,13 @@ FrameLoopResult read_frames(FrameSource& source, const FrameLimits& limits,
 }
 
 std::string describe(const FrameLoopResult& result) {
-  std::string text = fmt::format("{} picture{} in {:.1f} s", result.pictures,
-                                 result.pictures == 1 ? "" : "s", result.elapsed_s);
+  std::string text =
+      fmt::format("{} in {:.1f} s", count(result.pictures, "picture"), result.elapsed_s);
   if (result.elapsed_s > 0.0) {
     text += fmt::format(" ({:.1f}/s)", static_cast<double>(result.pictures) / result.elapsed_s);
   }
-  const auto add = [&text](std::uint64_t count, const char* what) {
-    if (count > 0) text += fmt::format(", {} {}", count, what);
+  const auto add = [&text](std::uint64_t number, const char* what) {
+    if (number > 0) text += fmt::format(", {} {}", number, what);
   };
   add(result.statistics.dropped, "dropped");
   add(result.statistics.overrun, "discarded because this machine was too slow");

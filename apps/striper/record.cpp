@@ -88,8 +88,8 @@ ExitCode record(const RecordArguments& arguments) {
   });
 
   say(fmt::format("read {}", describe(result)));
-  say(fmt::format("recorded {} frames in {}; replay: striper capture images:{}", recorder.frames(),
-                  arguments.directory, arguments.directory));
+  say(fmt::format("recorded {} in {}; replay: striper capture images:{}",
+                  count(recorder.frames(), "frame"), arguments.directory, arguments.directory));
   if (arguments.json) {
     nlohmann::json summary = to_json(result);
     summary["output"] = arguments.directory;

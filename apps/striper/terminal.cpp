@@ -36,6 +36,10 @@ void say(std::string_view message) {
   line_is_open = false;
 }
 
+std::string count(std::uint64_t number, std::string_view what) {
+  return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
+}
+
 Progress::Progress(std::string_view what, std::optional<std::uint64_t> total)
     : what_(what), total_(total), is_shown_(::isatty(STDERR_FILENO) == 1) {}
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace striper::program {
@@ -11,6 +12,9 @@ namespace striper::program {
 /// Writes a message for people, and a line end, to the standard error stream; a progress line that
 /// stands there makes way for it. Thread-safe.
 void say(std::string_view message);
+
+/// "1 scan", "2 scans". @param what in the singular, with a regular plural.
+std::string count(std::uint64_t number, std::string_view what);
 
 /// A line on the terminal that shows how far long work is; nothing where the standard error stream
 /// is no terminal. Goes away when destroyed. One at a time.

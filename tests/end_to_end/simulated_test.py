@@ -128,6 +128,43 @@ class Simulate(Simulated):
         self.assertIn("interrupted", message)
 
 
+class Plot(Simulated):
+    """The pictures that ./demo.sh draws. That one recognises the scene in them is for people."""
+
+    SCRIPTS = os.path.join(SOURCE_DIR, "apps/plot")
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.scans = os.path.join(cls.scratch.name, "scans.csv")
+        run(STRIPER, "capture", cls.room, "-m", cls.model, "-o", cls.scans)
+
+    def gnuplot(self, script, *arguments, code=0):
+        return run("gnuplot", "-c", os.path.join(self.SCRIPTS, script), *arguments, code=code)
+
+    def test_scan_from_above(self):
+        done = self.gnuplot("scan.gp", self.scans, self.path("scan.svg"), "1")
+        self.assertEqual(done.stderr, "")
+        with open(self.path("scan.svg"), encoding="utf-8") as file:
+            drawing = file.read()
+        self.assertIn("Frame 1: 640 returns", drawing)
+        self.assertTrue(drawing.rstrip().endswith("</svg>"))
+
+    def test_stripe_in_the_picture(self):
+        camera = os.path.join(self.room, "00000000.png")
+        done = self.gnuplot("picture.gp", camera, self.scans, self.path("camera.png"))
+        self.assertEqual(done.stderr, "")
+        with open(self.path("camera.png"), "rb") as file:
+            header = file.read(24)
+        self.assertEqual(header[16:24], (760).to_bytes(4, "big") + (610).to_bytes(4, "big"))
+
+    def test_scan_without_ranges_is_refused(self):
+        bare = self.path("bare.csv")
+        run(STRIPER, "capture", self.room, "-o", bare)
+        done = self.gnuplot("scan.gp", bare, self.path("none.svg"), code=1)
+        self.assertIn("has no ranges (was there a model?)", done.stderr)
+
+
 class Example(Simulated):
     def test_streams_a_line_per_return(self):
         lines = run(EXAMPLE, f"sim:{WALL}?frames=2", self.model).stdout.splitlines()
