@@ -29,6 +29,7 @@ int scan_all(FrameSource& source, Scanner& scanner, const Action& action) {
     ++pictures;
     for (const PolarScan& scan : scanner.process(frame)) action(scan);
   }
+  for (const PolarScan& scan : scanner.finish()) action(scan);
   return pictures;
 }
 

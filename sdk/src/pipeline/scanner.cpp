@@ -14,6 +14,7 @@ ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
   ScannerOptions options;
   options.ambient.channel = model.channel;
   options.ambient.axis = model.axis;
+  options.ambient.lasers = static_cast<int>(model.lasers.size());
   options.stripe.axis = model.axis;
   options.stripe.noise = model.noise;
   return options;
@@ -26,6 +27,7 @@ struct Scanner::Stages {
         projector(std::move(projector_in)) {}
 
   bool accepts(const Frame& frame);
+  std::span<const PolarScan> scan_what_is_ready();
   PolarScan& next_scan(const LitFrame& lit);
 
   AmbientStage ambient;
@@ -48,14 +50,20 @@ std::span<const PolarScan> Scanner::process(const Frame& frame) {
   ++s.statistics.frames;
   if (!s.accepts(frame)) return {};
 
-  for (const LitFrame& lit : s.ambient.push(frame)) {
-    s.extractor->extract(lit, s.stripe);
-    s.projector.project(s.stripe, lit.laser, s.next_scan(lit));
+  s.ambient.push(frame);
+  return s.scan_what_is_ready();
+}
+
+std::span<const PolarScan> Scanner::Stages::scan_what_is_ready() {
+  while (const LitFrame* const lit = ambient.next()) {
+    extractor->extract(*lit, stripe);
+    projector.project(stripe, lit->laser, next_scan(*lit));
   }
 
-  s.statistics.dark = s.ambient.dark_exposures();
-  s.statistics.scans += s.scan_count;
-  return {s.scans.data(), s.scan_count};
+  statistics.dark = ambient.dark_exposures();
+  statistics.unpaired = ambient.unpaired_exposures();
+  statistics.scans += scan_count;
+  return {scans.data(), scan_count};
 }
 
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions::for_model(model)) {}
@@ -72,7 +80,11 @@ Scanner::Scanner(Scanner&&) noexcept = default;
 Scanner& Scanner::operator=(Scanner&&) noexcept = default;
 Scanner::~Scanner() = default;
 
-std::span<const PolarScan> Scanner::finish() { return {}; }
+std::span<const PolarScan> Scanner::finish() {
+  stages_->scan_count = 0;
+  stages_->ambient.finish();
+  return stages_->scan_what_is_ready();
+}
 
 const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->statistics; }
 const std::string& Scanner::last_refusal() const noexcept { return stages_->refusal; }

@@ -33,6 +33,7 @@ Frame picture_of_wall(const StriperModel& model, double range_m) {
 ScannerOptions paper_options() {
   ScannerOptions options;
   options.stripe.method = ExtractMethod::kPaper;
+  options.ambient.cadence = Cadence::parse("0");
   return options;
 }
 
@@ -68,6 +69,7 @@ TEST(Scanner, CadenceDecidesWhichExposuresAreLit) {
     frame.sequence = sequence;
     scans += scanner.process(frame).size();
   }
+  scans += scanner.finish().size();
   EXPECT_EQ(scans, 3U);
   EXPECT_EQ(scanner.statistics().dark, 3U);
 }
@@ -100,12 +102,26 @@ TEST(Scanner, WovenPictureGivesOneScanPerLitField) {
   Frame frame = picture_of_wall(model, 1.6);
   frame.field = Field::kInterlacedBottomFirst;
   frame.exposures_per_picture = 2;
+  for (int row = 0; row < frame.image.rows; row += 2) frame.image.row(row).setTo(10);
   const auto scans = scanner.process(frame);
   ASSERT_EQ(scans.size(), 1U);
   EXPECT_EQ(scans[0].field, Field::kBottom);
   const Return& ahead = scans[0].returns[320];
   EXPECT_LT(ahead.range_near_m, 1.6);
   EXPECT_GT(ahead.range_far_m, 1.6);
+}
+
+TEST(Scanner, PicturesHeldForTheCadenceComeOutAtTheEnd) {
+  const StriperModel model = testing::paper_model();
+  ScannerOptions options = paper_options();
+  options.ambient.cadence = {};
+  Scanner scanner(model, options);
+  EXPECT_TRUE(scanner.process(picture_of_wall(model, 2.0)).empty());
+  const auto scans = scanner.finish();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_EQ(scans[0].returns[320].status, ReturnStatus::kOk);
+  EXPECT_EQ(scanner.statistics().scans, 1U);
+  EXPECT_THAT(scanner.decisions(), HasSubstr("cadence 0 (no dark exposure seen)"));
 }
 
 TEST(Scanner, MovesWithoutLosingItsState) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string_view>
+
 #include <striper/core/cadence.hpp>
 #include <striper/core/channel.hpp>
 #include <striper/core/stripe_axis.hpp>
@@ -9,19 +11,32 @@ namespace striper {
 
 /// How ambient light is taken off.
 enum class AmbientMethod {
-  kAuto,       ///< The best that the frames allow; `Scanner::decisions` says which.
+  kAuto,       ///< kFields or kAlternate where there are dark exposures, else kNone.
   kNone,       ///< Nothing is subtracted.
-  kAlternate,  ///< Lit minus dark pictures.
-  kFields,     ///< Lit minus dark fields of interlaced pictures.
-  kTemporal,   ///< A static sensor: minus what does not change over time.
+  kAlternate,  ///< Lit minus dark pictures, or dark fields of the same rows.
+  kFields,     ///< Lit minus dark fields, interpolated where their rows lie between the lit ones.
+  kTemporal,   ///< A static sensor: minus what does not change over time, a standing stripe
+               ///< included. Never chosen by kAuto.
 };
+
+/// `auto`, `none`, `alternate`, `fields`, `temporal`. Static storage.
+std::string_view to_string(AmbientMethod method) noexcept;
 
 struct AmbientOptions {
   AmbientMethod method = AmbientMethod::kAuto;
-  Cadence
-      cadence;  ///< Which exposures are lit; automatic by default. A frame's own illumination wins.
+
+  /// Which exposures are lit; automatic by default: found from the frames. A frame's own
+  /// illumination wins.
+  Cadence cadence;
+
+  /// How many lasers there are, for numbering them where the cadence is found; 0 if unknown.
+  int lasers = 0;
+
   Channel channel = Channel::kAuto;
-  StripeAxis axis = StripeAxis::kColumns;  ///< How the stripe runs, for choosing the channel.
+  StripeAxis axis = StripeAxis::kColumns;  ///< How the stripe runs.
+
+  /// @throws Error{kBadValue} where the method needs dark exposures and the cadence has none.
+  void validate() const;
 };
 
 }  // namespace striper

@@ -2,43 +2,58 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <memory>
 #include <string>
-#include <vector>
 
 #include <striper/ambient/ambient_options.hpp>
-#include <striper/ambient/channel_choice.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/core/lit_frame.hpp>
 
 namespace striper {
 
-/// Turns frames into lit frames: takes interlaced pictures apart, knows which exposure is lit and
-/// by which laser, picks the channel. One stage serves one stream, in order; not thread-safe.
+/// Turns frames into lit frames: takes interlaced pictures apart, finds out which exposures are lit
+/// and by which laser, pairs each with the dark exposures before and after, picks the channel.
+///
+///     stage.push(frame);
+///     while (const LitFrame* lit = stage.next()) ...
+///
+/// A lit exposure is given when the dark one after it has arrived or is known to be lost; while the
+/// cadence is unknown all are held, at most six pictures. A lit exposure whose dark neighbours are
+/// all lost gives nothing and is counted in `unpaired_exposures`.
+///
+/// Frames are kept by reference where cv::Mat or a lease keeps their pixels, so those must not be
+/// written to later on; other pixels are copied. One stage serves one stream, in order; not
+/// thread-safe. No allocation after the first frames of a stream.
 class AmbientStage {
  public:
-  /// @throws Error{kUnsupported} for a method that this build lacks.
+  /// @throws Error{kBadValue} where a method needs dark exposures and the cadence has none.
   explicit AmbientStage(const AmbientOptions& options);
+  AmbientStage(AmbientStage&&) noexcept;
+  AmbientStage& operator=(AmbientStage&&) noexcept;
+  ~AmbientStage();
 
-  /// Returns the lit exposures that this frame completes: none for a dark one, two for two lit
-  /// fields. They are valid until the next call and only as long as `frame` is. Precondition:
-  /// frame.status is kOk and the image is not empty.
-  std::span<const LitFrame> push(const Frame& frame);
+  /// Takes the next frame. Precondition: frame.status is kOk and the image is not empty.
+  void push(const Frame& frame);
 
-  std::uint64_t dark_exposures() const noexcept { return dark_; }
+  /// Says that no more frames will come: what is held is given by `next`.
+  void finish();
 
-  /// What was decided, for people: the channel, the cadence. One line each; empty before the first
-  /// frame.
+  /// The next lit exposure that is complete, in order; null if there is none. Valid until the next
+  /// call of anything here.
+  const LitFrame* next();
+
+  std::uint64_t dark_exposures() const noexcept;
+
+  /// Lit exposures that could not be given because every dark neighbour was lost.
+  std::uint64_t unpaired_exposures() const noexcept;
+
+  /// What was decided, for people: channel, cadence, method, and what is wrong with what was given.
+  /// One line each; empty before anything was decided.
   std::string decisions() const;
 
  private:
-  void push_exposure(const Frame& exposure);
-
-  AmbientOptions options_;
-  bool channel_is_chosen_ = false;
-  std::vector<ChannelImages> channels_;  // One per exposure of a picture.
-  std::vector<LitFrame> lit_;
-  std::uint64_t dark_ = 0;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace striper

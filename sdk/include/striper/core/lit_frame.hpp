@@ -18,10 +18,15 @@ namespace striper {
 ///
 /// The pixels are read-only and shared; a LitFrame is valid as long as its images are.
 struct LitFrame {
-  cv::Mat lit;            ///< CV_8UC1 or CV_16UC1.
-  cv::Mat dark;           ///< Same size and type as `lit`, or empty: nothing to subtract.
-  cv::Mat variance;       ///< CV_32FC1, DN^2: what `dark` adds to a pixel's variance; may be empty.
-  cv::Mat blind;          ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.
+  cv::Mat lit;       ///< CV_8UC1 or CV_16UC1.
+  cv::Mat dark;      ///< Same size and type as `lit`, or empty: nothing to subtract.
+  cv::Mat variance;  ///< CV_32FC1, DN^2: what motion and edges leave in `lit - dark`, beyond
+                     ///< noise; may be empty.
+  cv::Mat blind;     ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.
+  /// The noise of `dark`, as a fraction of a single exposure's noise variance: 1 for an exposure, a
+  /// half for the mean of two; 0 where it is not known or nothing is subtracted. A noise estimated
+  /// from `lit - dark` itself has it already.
+  float dark_noise_gain = 0.0F;
   int full_scale_dn = 0;  ///< A pixel of `lit` at or above this is clipped.
   PixelGrid grid;
 

@@ -29,9 +29,10 @@ struct ScannerOptions {
 
 /// Counts since the scanner was made.
 struct ScannerStatistics {
-  std::uint64_t frames = 0;   ///< Given to `process`.
-  std::uint64_t scans = 0;    ///< Returned.
-  std::uint64_t dark = 0;     ///< Exposures without a laser.
+  std::uint64_t frames = 0;    ///< Given to `process`.
+  std::uint64_t scans = 0;     ///< Returned.
+  std::uint64_t dark = 0;      ///< Exposures without a laser.
+  std::uint64_t unpaired = 0;  ///< Lit exposures without a scan: every dark neighbour was lost.
   std::uint64_t refused = 0;  ///< Frames whose own status is not kOk, or that do not fit the model.
 };
 

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/cadence.hpp>
+#include <striper/core/frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+namespace striper {
+
+/// Finds out from the pictures themselves which exposures a laser lights.
+///
+/// Of two exposures the one with the laser on has a narrow bright line that the other lacks. What
+/// else differs - noise, motion, the half line between two fields - differs both ways, so only the
+/// surplus of one direction counts: for exposures i and j, n_ij is how strongly a line that runs
+/// across the whole picture shows in i over j, less how strongly one shows in j over i. A cadence
+/// of period P explains n_ij by V(i mod P) - V(j mod P); the V follow by least squares, and the
+/// shortest period that explains the pictures wins. The number of the exposure, not the order of
+/// arrival, is the position, so lost pictures do no harm.
+///
+/// Not thread-safe. Cost per exposure: about one reading of the picture.
+class CadenceFinder {
+ public:
+  /// So many pictures are enough; two exposures are the least.
+  static constexpr int kPictures = 6;
+
+  /// What the exposures seen so far say.
+  struct Finding {
+    Cadence cadence;            ///< Automatic where no dark exposure can be shown to exist.
+    bool always_lit = false;    ///< Every exposure shows a clear line.
+    double surplus = 0.0;       ///< How much more line lit exposures show than dark ones, 0 to 1.
+    double residual_rms = 0.0;  ///< What the best period leaves unexplained of it.
+  };
+
+  /// @param lasers how many there are, 0 if unknown: with one, every lit exposure is laser 0; with
+  /// more, lasers are numbered in the order in which they fire after a dark exposure.
+  explicit CadenceFinder(StripeAxis axis, int lasers = 0);
+  CadenceFinder(CadenceFinder&&) noexcept;
+  CadenceFinder& operator=(CadenceFinder&&) noexcept;
+  ~CadenceFinder();
+
+  /// Takes one exposure into account. @param number its place in time, gaps included.
+  /// Precondition: `exposure.image` has the size and type of the first one; a field may differ by a
+  /// row.
+  void add(const Frame& exposure, std::uint64_t number);
+
+  std::size_t exposures() const noexcept;
+
+  /// Whether `kPictures` pictures have been seen.
+  bool is_full() const noexcept;
+
+  Finding find() const;
+
+  /// How wrongly the two fields of each picture are ordered: near 0 where the order given is right,
+  /// near 2 where it is the other way round (less, down to about a half, where things move by more
+  /// than their own size); empty where nothing moves or no fields were seen.
+  ///
+  /// In the right order the second field of a picture is as far in time from the first field of the
+  /// next one as from the first of its own; in the wrong order it is three times as far.
+  std::optional<double> field_disorder() const;
+
+  void clear() noexcept;
+
+ private:
+  struct Profile;
+  struct Strength {
+    double forth = 0.0;  // Of a line in the first over the second.
+    double back = 0.0;
+  };
+  Strength compare(const Profile& a, const Profile& b) const;
+  bool every_exposure_shows_a_line() const;
+  Cadence pattern_of(const std::vector<double>& level) const;
+  void number_the_lasers(std::vector<Illumination>& pattern, std::size_t after_dark) const;
+  bool shows_another_line(std::size_t p, std::size_t q,
+                          const std::vector<Illumination>& pattern) const;
+
+  StripeAxis axis_;
+  int lasers_;
+  int bands_ = 0;
+  int most_jump_ = 0;
+  std::vector<Profile> profiles_;
+  mutable std::vector<float> scratch_;
+};
+
+}  // namespace striper

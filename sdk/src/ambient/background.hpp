@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/lit_frame.hpp>
+
+namespace striper::detail {
+
+/// The dark exposures that a lit one is compared with. At least one is there.
+struct DarkPair {
+  const cv::Mat* before = nullptr;  ///< Null where it is missing.
+  const cv::Mat* after = nullptr;
+  double weight_after = 0.5;  ///< Of `after` in the interpolation in time.
+
+  /// The dark rows lie half-way between the lit rows: fields of the other parity.
+  bool is_between_rows = false;
+  int row_above = 0;  ///< Dark row just above lit row 0: -1 or 0. Only if `is_between_rows`.
+
+  bool has_both() const noexcept { return before != nullptr && after != nullptr; }
+};
+
+/// Fills in what a lit exposure is to be freed of: `dark`, `dark_noise_gain`, `variance`, `blind`.
+///
+/// - `dark` is the one dark exposure where there is only one, without a copy; else the mean of both
+///   weighted by time, which cancels what changes linearly. Between field rows it is interpolated
+///   with the 4 taps (-1, 9, 9, -1) / 16.
+/// - `variance`: where before and after differ by more than noise, what the texture that passes by
+///   may leave; and, between field rows, what the interpolation may leave at edges. Empty where
+///   both are nothing.
+/// - `blind`: saturated in a dark exposure, or in the lit one where no stripe can be so (a long
+/// run,
+///   or near a lamp), and a few pixels around. Empty where nothing is.
+///
+/// One read of each image, one write of `dark` where it is not an exposure itself. No allocation
+/// after the first frames of a size. Not thread-safe.
+class Background {
+ public:
+  /// `frame.lit` and `frame.full_scale_dn` are set; the rest points into this object and into the
+  /// images of `pair` until the next call.
+  void subtract(const DarkPair& pair, LitFrame& frame);
+
+ private:
+  template <typename Pixel>
+  void subtract_pixels(const DarkPair& pair, LitFrame& frame);
+  template <typename Pixel>
+  void read_strips(const DarkPair& pair, const LitFrame& frame);
+  template <typename Pixel>
+  void interpolate_between_rows(const DarkPair& pair, cv::Size size);
+  template <typename Pixel>
+  void measure_motion(const cv::Mat& before, const cv::Mat& after, int block_row);
+  template <typename Pixel>
+  bool mark_blind(const DarkPair& pair, const LitFrame& frame);
+  template <typename Pixel>
+  void mark_dark_row(const Pixel* pixels, int row, int full_scale_dn);
+  template <typename Pixel>
+  bool mark_lit_rows(const LitFrame& frame);
+  template <typename Action>
+  void for_block_rows(int block_row, int block_col, const Action& action);
+
+  void prepare(const cv::Mat& lit);
+  double quietest_blocks();
+  template <typename Pixel>
+  double noise_of_neighbours(const cv::Mat& image, int full_scale_dn);
+  void clear_motion();
+  bool spread_motion(double factor);
+  float most_motion_around(int block_row, int block_col) const;
+  bool is_near_lamp(int row, int col) const;
+  void dilate_blind();
+
+  cv::Mat dark_;
+  cv::Mat variance_;
+  bool has_edges_ = false;  // variance_ holds more than motion.
+  cv::Mat blind_;
+  cv::Mat marked_;  // Saturated pixels before dilation.
+
+  int block_rows_ = 0;
+  int block_cols_ = 0;
+  std::vector<float> motion_;               // Per block: mean square of after - before.
+  bool knows_motion_ = false;               // From this or an earlier pair.
+  double motion_noise_ = 0.0;               // What noise alone makes of it.
+  std::vector<float> sorted_;               // Scratch.
+  std::vector<std::uint8_t> has_variance_;  // Per block: motion was added to variance_.
+  std::vector<std::uint8_t> lamps_;         // Per block: a dark exposure saturates.
+  std::vector<std::uint8_t> saturated_;     // Per row: in the lit, in a dark exposure.
+  std::vector<std::int32_t> rows_;          // Four dark rows, interpolated in time, 1/16 DN.
+  std::vector<int> run_;  // Per column: length of the saturated run that ends here.
+};
+
+}  // namespace striper::detail

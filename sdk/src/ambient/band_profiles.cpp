@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ambient/band_profiles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace striper::detail {
+namespace {
+
+constexpr int kMostBands = 96;
+constexpr int kBandWidth = 8;  // Lines averaged; a stripe rarely climbs more than a line over them.
+
+// Noise alone seldom makes more of a third difference.
+constexpr float kEdgeSigmas = 4.0F;
+
+// The path of a line from band to band: no sample counts for more than kClearLine or for less than
+// a gap may cost, and climbing costs a little, or noise would find its own way.
+constexpr int kLongestPath = 512;
+constexpr int kSideDistance = 7;
+constexpr float kGap = -1.0F;
+constexpr float kTollPerJump = 0.2F;
+
+// A step of height h has a third difference of 2 h. Interpolated half-way it is wrong by up to h /
+// 2, of which smoothing leaves a quarter.
+constexpr float kVarianceOfThirdDifference = 1.0F / 192.0F;
+
+template <typename Pixel>
+void average_columns(const cv::Mat& image, int channels, int first, int width, float* profile) {
+  for (int row = 0; row < image.rows; ++row) {
+    const auto* const pixels = image.ptr<Pixel>(row);
+    int sum = 0;
+    for (int i = 0; i < width; ++i) sum += pixels[first + i * channels];
+    profile[row] = static_cast<float>(sum) / static_cast<float>(width);
+  }
+}
+
+template <typename Pixel>
+void average_rows(const cv::Mat& image, int channels, int first, int width, float* profile) {
+  const int row = first / channels;
+  const int channel = first % channels;
+  for (int col = 0; col < image.cols; ++col) {
+    int sum = 0;
+    for (int i = 0; i < width; ++i) sum += image.ptr<Pixel>(row + i)[col * channels + channel];
+    profile[col] = static_cast<float>(sum) / static_cast<float>(width);
+  }
+}
+
+template <typename Pixel>
+cv::Mat averages(const cv::Mat& image, StripeAxis axis) {
+  const bool columns = axis == StripeAxis::kColumns;
+  const int channels = image.channels();
+  const int lines = columns ? image.cols : image.rows;
+  const int length = columns ? image.rows : image.cols;
+  const int width = std::min(kBandWidth, lines);
+  const int bands = std::min(kMostBands, lines / width);
+  cv::Mat profiles(bands * channels, length, CV_32F);
+  for (int channel = 0; channel < channels; ++channel) {
+    for (int band = 0; band < bands; ++band) {
+      const int line = static_cast<int>(static_cast<std::int64_t>(lines - width) * band /
+                                        std::max(1, bands - 1));
+      auto* const profile = profiles.ptr<float>(channel * bands + band);
+      if (columns) {
+        average_columns<Pixel>(image, channels, line * channels + channel, width, profile);
+      } else {
+        average_rows<Pixel>(image, channels, line * channels + channel, width, profile);
+      }
+    }
+  }
+  return profiles;
+}
+
+float sample(const float* row, int length, int k) { return row[std::clamp(k, 0, length - 1)]; }
+
+// A quarter of a sample later or earlier, by cubic convolution (Keys 1981): both fields are moved
+// to the line half-way between them, so that both lose the same detail.
+void shift_by_quarter(cv::Mat& profiles, int direction) {
+  constexpr std::array<float, 4> kTaps{-0.0703125F, 0.8671875F, 0.2265625F, -0.0234375F};
+  std::vector<float> shifted(static_cast<std::size_t>(profiles.cols));
+  for (int band = 0; band < profiles.rows; ++band) {
+    auto* const row = profiles.ptr<float>(band);
+    for (int k = 0; k < profiles.cols; ++k) {
+      float value = 0.0F;
+      for (int i = 0; i < 4; ++i) {
+        value += kTaps[static_cast<std::size_t>(i)] *
+                 sample(row, profiles.cols, k + direction * (i - 1));
+      }
+      shifted[static_cast<std::size_t>(k)] = value;
+    }
+    std::copy(shifted.begin(), shifted.end(), row);
+  }
+}
+
+// A sample of the difference's noise, as one sigma; the line and edges are few and do not move a
+// median.
+float noise_of_difference(const cv::Mat& a, const cv::Mat& b) {
+  std::vector<float> values;
+  const int stride = std::max(1, a.rows * a.cols / 8192) | 1;
+  for (int i = 0; i < a.rows * a.cols; i += stride) {
+    const int row = i / a.cols;
+    const int col = i % a.cols;
+    values.push_back(std::abs(a.ptr<float>(row)[col] - b.ptr<float>(row)[col]));
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  // Pictures without any noise still have rounding.
+  return std::max(0.1F, 1.4826F * *middle);
+}
+
+// The noise of a height, as one sigma; the line and edges are few and do not move a median.
+float noise_of_heights(const BandProfiles& over, const BandProfiles& under, int length) {
+  std::vector<float> values;
+  const int inside = length - 2 * kSideDistance;
+  if (inside <= 0) return 1.0F;
+  const int count = over.plain.rows * inside;
+  const int stride = std::max(1, count / 8192) | 1;
+  for (int i = 0; i < count; i += stride) {
+    const int band = i / inside;
+    const int k = i % inside + kSideDistance;
+    const auto difference = [&](const cv::Mat& a, const cv::Mat& b, int at) {
+      return a.ptr<float>(band)[at] - b.ptr<float>(band)[at];
+    };
+    const float sides = 0.5F * (difference(over.side, under.side, k - kSideDistance) +
+                                difference(over.side, under.side, k + kSideDistance));
+    values.push_back(std::abs(difference(over.smooth, under.smooth, k) - sides));
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  // Pictures without any noise still have rounding.
+  return std::max(0.1F, 1.4826F * *middle);
+}
+
+// How far each place rises above both of its sides in `over - under`, in sigmas, clamped. A dark
+// line has bright sides only where one of them is dark, so it does not count as two bright ones.
+void fold_heights(const BandProfiles& over, const BandProfiles& under, bool interpolated, int band,
+                  int length, int fold, float noise, float* heights) {
+  const auto* const a = over.smooth.ptr<float>(band);
+  const auto* const b = under.smooth.ptr<float>(band);
+  const auto* const a_side = over.side.ptr<float>(band);
+  const auto* const b_side = under.side.ptr<float>(band);
+  const bool has_variance = interpolated && !under.interpolation_variance.empty();
+  const auto* const variance =
+      has_variance ? under.interpolation_variance.ptr<float>(band) : nullptr;
+  for (int k = 0; k < length; k += fold) {
+    float highest = kGap;
+    for (int i = k; i < std::min(length, k + fold); ++i) {
+      const int before = std::max(0, i - kSideDistance);
+      const int after = std::min(length - 1, i + kSideDistance);
+      const float sides = std::max(a_side[before] - b_side[before], a_side[after] - b_side[after]);
+      const float extra = variance != nullptr ? variance[i] : 0.0F;
+      highest = std::max(highest, (a[i] - b[i] - sides) / std::sqrt(noise * noise + extra));
+    }
+    heights[k / fold] = std::min(highest, kClearLine);
+  }
+}
+
+}  // namespace
+
+cv::Mat band_profiles(const Frame& exposure, StripeAxis axis) {
+  const cv::Mat& image = exposure.image;
+  cv::Mat profiles = image.depth() == CV_8U ? averages<std::uint8_t>(image, axis)
+                                            : averages<std::uint16_t>(image, axis);
+  if (axis == StripeAxis::kColumns && exposure.field == Field::kTop) shift_by_quarter(profiles, 1);
+  if (axis == StripeAxis::kColumns && exposure.field == Field::kBottom) {
+    shift_by_quarter(profiles, -1);
+  }
+  return profiles;
+}
+
+namespace {
+
+// Each row through a symmetric filter.
+cv::Mat filtered(const cv::Mat& profiles, std::span<const float> taps) {
+  const int reach = static_cast<int>(taps.size() / 2);
+  cv::Mat out(profiles.size(), CV_32F);
+  for (int band = 0; band < profiles.rows; ++band) {
+    const auto* const in = profiles.ptr<float>(band);
+    auto* const values = out.ptr<float>(band);
+    for (int k = 0; k < profiles.cols; ++k) {
+      float value = 0.0F;
+      for (int i = -reach; i <= reach; ++i) {
+        value += taps[static_cast<std::size_t>(i + reach)] * sample(in, profiles.cols, k + i);
+      }
+      values[k] = value;
+    }
+  }
+  return out;
+}
+
+cv::Mat interpolation_variance(const cv::Mat& profiles) {
+  cv::Mat third(profiles.size(), CV_32F);
+  const int n = profiles.cols;
+  for (int band = 0; band < profiles.rows; ++band) {
+    const auto* const in = profiles.ptr<float>(band);
+    auto* const out = third.ptr<float>(band);
+    for (int k = 0; k < n; ++k) {
+      out[k] = sample(in, n, k + 1) - sample(in, n, k - 2) +
+               3.0F * (sample(in, n, k - 1) - sample(in, n, k));
+    }
+  }
+  // What noise makes of it is no edge.
+  const float least =
+      kEdgeSigmas * noise_of_difference(third, cv::Mat::zeros(third.size(), CV_32F));
+  cv::Mat variances = cv::Mat::zeros(profiles.size(), CV_32F);
+  for (int band = 0; band < profiles.rows; ++band) {
+    const auto* const in = third.ptr<float>(band);
+    auto* const out = variances.ptr<float>(band);
+    for (int k = 0; k < n; ++k) {
+      if (std::abs(in[k]) < least) continue;
+      const float variance = kVarianceOfThirdDifference * in[k] * in[k];
+      for (int i = std::max(0, k - 2); i <= std::min(n - 1, k + 2); ++i) {
+        out[i] = std::max(out[i], variance);
+      }
+    }
+  }
+  return variances;
+}
+
+}  // namespace
+
+BandProfiles filter_profiles(const cv::Mat& plain, bool is_field) {
+  // A Gaussian of 1.3 samples, and the mean of five.
+  constexpr std::array<float, 7> kSmooth{0.0214F, 0.0940F, 0.2284F, 0.3124F,
+                                         0.2284F, 0.0940F, 0.0214F};
+  constexpr std::array<float, 5> kSide{0.2F, 0.2F, 0.2F, 0.2F, 0.2F};
+  BandProfiles profiles;
+  profiles.plain = plain;
+  profiles.smooth = filtered(plain, kSmooth);
+  profiles.side = filtered(plain, kSide);
+  if (is_field) profiles.interpolation_variance = interpolation_variance(plain);
+  return profiles;
+}
+
+double line_strength(const BandProfiles& over, const BandProfiles& under, bool interpolated,
+                     int bands, int most_jump, std::vector<float>& scratch) {
+  const int length = std::min(over.plain.cols, under.plain.cols);
+  const float noise = noise_of_heights(over, under, length);
+  // Long profiles are folded: the highest of a few samples stands for them.
+  const int fold = (length + kLongestPath - 1) / kLongestPath;
+  const int places = (length + fold - 1) / fold;
+  const int jump = (most_jump + fold - 1) / fold;
+  scratch.resize(3 * static_cast<std::size_t>(places));
+  float* const heights = scratch.data();
+  float* best = heights + places;
+  float* next = best + places;
+
+  // The line shows in one channel of a colour picture at least.
+  float strongest = 0.0F;
+  for (int first = 0; first < over.plain.rows; first += bands) {
+    std::fill(best, best + places, 0.0F);
+    for (int band = first; band < first + bands; ++band) {
+      fold_heights(over, under, interpolated, band, length, fold, noise, heights);
+      for (int k = 0; k < places; ++k) {
+        float from = best[k];
+        for (int j = 1; j <= jump; ++j) {
+          const float toll = kTollPerJump * static_cast<float>(j);
+          if (k - j >= 0) from = std::max(from, best[k - j] - toll);
+          if (k + j < places) from = std::max(from, best[k + j] - toll);
+        }
+        next[k] = from + heights[k];
+      }
+      std::swap(best, next);
+    }
+    strongest = std::max(strongest, *std::max_element(best, best + places));
+  }
+  return strongest / static_cast<float>(bands);
+}
+
+double mean_square_difference(const cv::Mat& a, const cv::Mat& b) {
+  const int length = std::min(a.cols, b.cols);
+  double sum = 0.0;
+  for (int band = 0; band < a.rows; ++band) {
+    const auto* const p = a.ptr<float>(band);
+    const auto* const q = b.ptr<float>(band);
+    for (int k = 0; k < length; ++k) sum += static_cast<double>(p[k] - q[k]) * (p[k] - q[k]);
+  }
+  return sum / (static_cast<double>(a.rows) * length);
+}
+
+double white_variance_of_difference(const cv::Mat& a, const cv::Mat& b) {
+  const int length = std::min(a.cols, b.cols);
+  cv::Mat second = cv::Mat::zeros(a.rows, length, CV_32F);
+  for (int band = 0; band < a.rows; ++band) {
+    const auto* const p = a.ptr<float>(band);
+    const auto* const q = b.ptr<float>(band);
+    auto* const out = second.ptr<float>(band);
+    for (int k = 1; k + 1 < length; ++k) {
+      out[k] = p[k - 1] - q[k - 1] - 2.0F * (p[k] - q[k]) + p[k + 1] - q[k + 1];
+    }
+  }
+  const double sigma = noise_of_difference(second, cv::Mat::zeros(second.size(), CV_32F));
+  return sigma * sigma / 6.0;
+}
+
+}  // namespace striper::detail

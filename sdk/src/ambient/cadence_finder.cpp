@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+
+#include <striper/ambient/cadence_finder.hpp>
+
+#include "ambient/band_profiles.hpp"
+
+namespace striper {
+namespace {
+
+// Exposures further apart than this are not compared: the scene may have moved on.
+constexpr std::uint64_t kFarthestPair = 5;
+constexpr int kLongestPeriod = 6;
+
+// How much more line there must be in lit exposures than in dark ones: of what a clear line gives,
+// and of what the period leaves unexplained, the more so the more freedom the period has.
+constexpr double kLeastSurplus = 0.12;
+double clear_of_residual(std::size_t period) { return 0.5 + 0.5 * static_cast<double>(period); }
+
+// Texture alone has lines too, if not as clear ones.
+constexpr double kLineAlone = 0.85;
+
+// A longer period must explain the pictures this much better than a shorter one.
+constexpr double kBetterFit = 0.6;
+
+// White noise, once interpolated between rows, differs by up to 2.2 times what its second
+// differences say.
+constexpr double kLeastMotion = 3.0;
+
+constexpr double kSteepestLine = 0.4;
+constexpr int kLeastJump = 3;
+
+struct Surplus {
+  std::size_t i;
+  std::size_t j;
+  double value;
+  double weight;
+};
+
+// How much each position of a period shows the line, relative to the position that shows it least.
+struct PeriodFit {
+  std::size_t period = 0;
+  std::vector<double> level;
+  double residual = 0.0;     // Mean square.
+  bool is_complete = false;  // Every position was seen and compared.
+};
+
+PeriodFit fit_period(std::size_t period, const std::vector<std::uint64_t>& numbers,
+                     const std::vector<Surplus>& surpluses) {
+  const auto n = static_cast<Eigen::Index>(period);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
+  for (const Surplus& s : surpluses) {
+    const auto p = static_cast<Eigen::Index>(numbers[s.i] % period);
+    const auto q = static_cast<Eigen::Index>(numbers[s.j] % period);
+    if (p == q) continue;
+    normal(p, p) += s.weight;
+    normal(q, q) += s.weight;
+    normal(p, q) -= s.weight;
+    normal(q, p) -= s.weight;
+    right(p) += s.weight * s.value;
+    right(q) -= s.weight * s.value;
+  }
+  PeriodFit fit;
+  fit.period = period;
+  fit.is_complete = (normal.diagonal().array() > 0.0).all();
+  // Levels are known up to a constant; a faint pull towards zero picks one.
+  normal.diagonal().array() += 1e-6;
+  const Eigen::VectorXd level = normal.ldlt().solve(right);
+  fit.level.assign(level.data(), level.data() + n);
+  const double least = *std::min_element(fit.level.begin(), fit.level.end());
+  for (double& value : fit.level) value -= least;
+  double weights = 0.0;
+  for (const Surplus& s : surpluses) {
+    const double expected = fit.level[numbers[s.i] % period] - fit.level[numbers[s.j] % period];
+    fit.residual += s.weight * (s.value - expected) * (s.value - expected);
+    weights += s.weight;
+  }
+  fit.residual /= std::max(1e-9, weights);
+  return fit;
+}
+
+// The shortest pattern that repeats to the same.
+std::vector<Illumination> without_repetition(const std::vector<Illumination>& pattern) {
+  for (std::size_t period = 1; period < pattern.size(); ++period) {
+    if (pattern.size() % period != 0) continue;
+    bool repeats = true;
+    for (std::size_t i = period; i < pattern.size(); ++i) {
+      repeats = repeats && pattern[i] == pattern[i - period];
+    }
+    if (repeats) return {pattern.begin(), pattern.begin() + static_cast<std::ptrdiff_t>(period)};
+  }
+  return pattern;
+}
+
+int most_jump(const Frame& exposure, StripeAxis axis, int bands) {
+  const int lines = axis == StripeAxis::kColumns ? exposure.image.cols : exposure.image.rows;
+  return std::max(kLeastJump, static_cast<int>(std::ceil(kSteepestLine * lines / bands)));
+}
+
+}  // namespace
+
+struct CadenceFinder::Profile {
+  std::uint64_t number = 0;
+  int exposures_per_picture = 1;
+  int parity = 0;  // 1: the bottom field.
+  detail::BandProfiles bands;
+};
+
+CadenceFinder::CadenceFinder(StripeAxis axis, int lasers) : axis_(axis), lasers_(lasers) {}
+CadenceFinder::CadenceFinder(CadenceFinder&&) noexcept = default;
+CadenceFinder& CadenceFinder::operator=(CadenceFinder&&) noexcept = default;
+CadenceFinder::~CadenceFinder() = default;
+
+std::size_t CadenceFinder::exposures() const noexcept { return profiles_.size(); }
+void CadenceFinder::clear() noexcept { profiles_.clear(); }
+
+void CadenceFinder::add(const Frame& exposure, std::uint64_t number) {
+  const bool is_field = axis_ == StripeAxis::kColumns && exposure.field != Field::kProgressive;
+  Profile profile;
+  profile.number = number;
+  profile.exposures_per_picture = exposure.exposures_per_picture;
+  profile.parity = exposure.field == Field::kBottom ? 1 : 0;
+  profile.bands = detail::filter_profiles(detail::band_profiles(exposure, axis_), is_field);
+  bands_ = profile.bands.plain.rows / exposure.image.channels();
+  most_jump_ = most_jump(exposure, axis_, bands_);
+  profiles_.push_back(std::move(profile));
+}
+
+bool CadenceFinder::is_full() const noexcept {
+  if (profiles_.empty()) return false;
+  const auto per_picture = static_cast<std::size_t>(profiles_.front().exposures_per_picture);
+  return profiles_.size() >= kPictures * per_picture;
+}
+
+// How much more line a shows over b than b over a, as a fraction of what a clear line gives.
+CadenceFinder::Strength CadenceFinder::compare(const Profile& a, const Profile& b) const {
+  const auto over = [&](const Profile& upper, const Profile& lower) {
+    return detail::line_strength(upper.bands, lower.bands, a.parity != b.parity, bands_, most_jump_,
+                                 scratch_) /
+           detail::kClearLine;
+  };
+  return {over(a, b), over(b, a)};
+}
+
+CadenceFinder::Finding CadenceFinder::find() const {
+  std::vector<std::uint64_t> numbers;
+  for (const Profile& profile : profiles_) numbers.push_back(profile.number);
+  std::vector<Surplus> surpluses;
+  for (std::size_t i = 0; i < profiles_.size(); ++i) {
+    for (std::size_t j = i + 1; j < profiles_.size(); ++j) {
+      if (numbers[j] - numbers[i] > kFarthestPair) break;
+      const Strength strength = compare(profiles_[i], profiles_[j]);
+      // The longer between them, the less of the scene is the same.
+      const auto distance = static_cast<double>(numbers[j] - numbers[i]);
+      surpluses.push_back({i, j, strength.forth - strength.back, 1.0 / (distance * distance)});
+    }
+  }
+
+  PeriodFit best;
+  const std::size_t longest = std::min<std::size_t>(
+      kLongestPeriod,
+      profiles_.size() >= 2 * kLongestPeriod ? kLongestPeriod : profiles_.size() / 2 + 1);
+  for (std::size_t period = 2; period <= longest; ++period) {
+    const PeriodFit fit = fit_period(period, numbers, surpluses);
+    if (!fit.is_complete) continue;
+    const bool improves = best.period == 0 || fit.residual < kBetterFit * best.residual - 1e-4;
+    if (improves) best = fit;
+  }
+  Finding finding;
+  if (best.period != 0) {
+    finding.surplus = *std::max_element(best.level.begin(), best.level.end());
+    finding.residual_rms = std::sqrt(best.residual);
+    const bool is_clear = finding.surplus > clear_of_residual(best.period) * finding.residual_rms;
+    if (finding.surplus >= kLeastSurplus && is_clear) finding.cadence = pattern_of(best.level);
+  }
+  finding.always_lit = finding.cadence.is_automatic() && every_exposure_shows_a_line();
+  return finding;
+}
+
+bool CadenceFinder::every_exposure_shows_a_line() const {
+  return !profiles_.empty() &&
+         std::all_of(profiles_.begin(), profiles_.end(), [&](const Profile& profile) {
+           const cv::Mat nothing = cv::Mat::zeros(profile.bands.plain.size(), CV_32F);
+           const double strength =
+               detail::line_strength(profile.bands, detail::filter_profiles(nothing, false), false,
+                                     bands_, most_jump_, scratch_);
+           return strength > kLineAlone * detail::kClearLine;
+         });
+}
+
+Cadence CadenceFinder::pattern_of(const std::vector<double>& level) const {
+  const double lit_level = 0.5 * *std::max_element(level.begin(), level.end());
+  const std::size_t period = level.size();
+  std::vector<Illumination> pattern(period, Illumination::dark());
+  std::size_t after_dark = 0;
+  for (std::size_t p = 0; p < period; ++p) {
+    const bool is_lit = level[p] >= lit_level;
+    if (is_lit) pattern[p] = Illumination::laser(0);
+    if (is_lit && level[(p + period - 1) % period] < lit_level) after_dark = p;
+  }
+  if (lasers_ != 1) number_the_lasers(pattern, after_dark);
+  return Cadence(without_repetition(pattern));
+}
+
+void CadenceFinder::number_the_lasers(std::vector<Illumination>& pattern,
+                                      std::size_t after_dark) const {
+  const std::size_t period = pattern.size();
+  std::vector<std::size_t> first_of_laser;  // Position in the pattern.
+  for (std::size_t k = 0; k < period; ++k) {
+    const std::size_t p = (after_dark + k) % period;
+    if (pattern[p].is_dark()) continue;
+    const auto same =
+        std::find_if(first_of_laser.begin(), first_of_laser.end(),
+                     [&](std::size_t q) { return !shows_another_line(p, q, pattern); });
+    pattern[p] = Illumination::laser(static_cast<int>(same - first_of_laser.begin()));
+    if (same == first_of_laser.end()) first_of_laser.push_back(p);
+  }
+}
+
+// Whether the exposures at position p of the period have a line where those at q have none, and the
+// other way round: as strong as a line is over a dark exposure rather than as noise is.
+bool CadenceFinder::shows_another_line(std::size_t p, std::size_t q,
+                                       const std::vector<Illumination>& pattern) const {
+  const std::size_t period = pattern.size();
+  double both_ways = 0.0;
+  double line = 0.0;
+  double noise = 0.0;
+  int lit_pairs = 0;
+  int dark_pairs = 0;
+  for (const Profile& a : profiles_) {
+    for (const Profile& b : profiles_) {
+      const auto distance = a.number > b.number ? a.number - b.number : b.number - a.number;
+      if (distance == 0 || distance > kFarthestPair || a.number % period != p) continue;
+      if (b.number % period == q) {
+        const Strength strength = compare(a, b);
+        both_ways += std::min(strength.forth, strength.back);
+        ++lit_pairs;
+      } else if (pattern[b.number % period].is_dark()) {
+        const Strength strength = compare(a, b);
+        line += strength.forth;
+        noise += strength.back;
+        ++dark_pairs;
+      }
+    }
+  }
+  if (lit_pairs == 0 || dark_pairs == 0) return false;
+  return both_ways / lit_pairs > 0.5 * (line + noise) / dark_pairs;
+}
+
+std::optional<double> CadenceFinder::field_disorder() const {
+  double within = 0.0;
+  double across = 0.0;
+  double moved = 0.0;
+  double noise = 0.0;
+  for (std::size_t i = 0; i + 2 < profiles_.size(); ++i) {
+    const Profile& first = profiles_[i];
+    const Profile& second = profiles_[i + 1];
+    const Profile& next = profiles_[i + 2];
+    const bool consecutive = second.number == first.number + 1 && next.number == first.number + 2;
+    if (!consecutive || first.exposures_per_picture != 2 || first.number % 2 != 0) continue;
+    within += detail::mean_square_difference(first.bands.plain, second.bands.plain);
+    across += detail::mean_square_difference(second.bands.plain, next.bands.plain);
+    moved += detail::mean_square_difference(first.bands.plain, next.bands.plain);
+    noise += detail::white_variance_of_difference(first.bands.plain, next.bands.plain);
+  }
+  if (moved <= kLeastMotion * noise || moved == 0.0) return std::nullopt;
+  return (across - within) / (moved - noise);
+}
+
+}  // namespace striper

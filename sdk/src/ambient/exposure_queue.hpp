@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/ambient/channel_choice.hpp>
+#include <striper/core/cadence.hpp>
+#include <striper/core/frame.hpp>
+
+namespace striper::detail {
+
+/// One exposure that may still be needed, as lit or as dark.
+struct HeldExposure {
+  Frame frame;
+  std::uint64_t number = 0;  ///< Its place in time, gaps included.
+  Illumination light;        ///< Unknown until the cadence is.
+  bool is_done = false;      ///< A lit one that has been handed out.
+  cv::Mat own;               ///< Pixels of a frame that nobody else keeps.
+  bool has_channel = false;
+  ChannelImages channel;
+};
+
+/// The dark exposures around a lit one.
+struct Neighbours {
+  HeldExposure* before = nullptr;
+  HeldExposure* after = nullptr;
+  double weight_after = 0.5;
+  bool is_between_rows = false;  ///< They are fields of the other parity.
+  bool must_wait = false;        ///< The dark exposure after is still to come.
+};
+
+/// Which dark exposures may serve.
+enum class DarkChoice {
+  kNone,      ///< Nothing is subtracted, nothing is waited for.
+  kSameRows,  ///< Pictures, or fields of the same parity.
+  kAny,       ///< Fields of the other parity too, where no nearer one has the same rows.
+};
+
+/// Keeps exposures in time order until no lit one needs them any more.
+///
+/// A dark exposure serves a lit one only if it is where the cadence has the nearest dark one: after
+/// a loss one side is missing, and never is something further away taken for it.
+class ExposureQueue {
+ public:
+  /// Adds an exposure; its pixels are copied only where neither cv::Mat nor a lease keeps them.
+  void add(const Frame& frame, std::uint64_t number);
+
+  /// What comes from now on is unknown until the next `set_cadence`.
+  void hold_unlabelled() noexcept { is_labelled_ = false; }
+
+  /// Labels what is held and what will come. @param cadence automatic where the exposures' own
+  /// illumination follows no pattern.
+  void set_cadence(const Cadence& cadence);
+  const Cadence& cadence() const noexcept { return cadence_; }
+
+  /// The oldest lit exposure that has not been handed out; null if there is none, or if it is not
+  /// known whether an older one is lit.
+  HeldExposure* next_lit() noexcept;
+
+  /// @param is_last no more exposures will come.
+  Neighbours neighbours_of(const HeldExposure& lit, DarkChoice choice, bool is_last) noexcept;
+
+  /// Lets go of what no lit exposure can need.
+  void forget(DarkChoice choice) noexcept;
+  void clear() noexcept;
+
+  std::size_t size() const noexcept { return held_.size(); }
+  std::uint64_t dark_exposures() const noexcept { return dark_exposures_; }
+  const std::vector<std::unique_ptr<HeldExposure>>& held() const noexcept { return held_; }
+
+ private:
+  struct Distances {
+    std::uint64_t before = 0;  // 0: there is none.
+    std::uint64_t after = 0;
+    friend bool operator==(const Distances&, const Distances&) = default;
+  };
+  void label(HeldExposure& exposure) noexcept;
+  Distances expected(std::uint64_t number, bool even_only) const noexcept;
+  HeldExposure* find_dark(std::uint64_t number) noexcept;
+  HeldExposure* dark_beside(const HeldExposure& lit, std::uint64_t distance, std::int64_t direction,
+                            DarkChoice choice) noexcept;
+  void release_newest() noexcept;
+
+  Cadence cadence_;
+  std::uint64_t reach_ = 0;  // How far before a lit exposure a dark one may serve it.
+  std::uint64_t reach_of_fields_ = 0;
+  bool is_labelled_ = false;
+  std::uint64_t dark_exposures_ = 0;
+  std::vector<std::unique_ptr<HeldExposure>> held_;  // Oldest first.
+  std::vector<std::unique_ptr<HeldExposure>> free_;
+};
+
+}  // namespace striper::detail

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+namespace striper::detail {
+
+/// What stays the same over time in the pictures of a static sensor: an approximate running median
+/// per pixel, which moves by one grey level per picture towards what it sees (McFarlane & Schofield
+/// 1995). It begins as the median of the first few pictures. Not thread-safe.
+class TemporalBackground {
+ public:
+  static constexpr std::size_t kFirstPictures = 5;
+
+  bool is_empty() const noexcept { return background_.empty(); }
+
+  /// Begins with the median of at least one and at most `kFirstPictures` pictures of a size.
+  void begin(const std::vector<cv::Mat>& pictures);
+
+  /// Follows the next picture. @param step_dn at least 1. Begins anew where size or type changed.
+  const cv::Mat& follow(const cv::Mat& picture, int step_dn);
+
+ private:
+  cv::Mat background_;
+};
+
+}  // namespace striper::detail

@@ -1,0 +1,557 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that lit and dark exposures are paired right whatever is lost on the way, that what comes
+// out is lit minus dark with the variance and the blind mask that belong to it, and that every
+// decision is reported. The search for the stripe itself is not part of it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <striper/ambient/ambient_stage.hpp>
+#include <striper/core/error.hpp>
+
+#include "support/allocation_counter.hpp"
+#include "support/street.hpp"
+
+namespace striper {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::Street;
+
+AmbientOptions with_cadence(const char* cadence) {
+  AmbientOptions options;
+  options.cadence = Cadence::parse(cadence);
+  return options;
+}
+
+// A picture whose pixels tell its number and whether it is lit.
+Frame tagged(std::uint64_t sequence, const Cadence& cadence) {
+  Frame frame;
+  frame.image = cv::Mat(32, 48, CV_8UC1);
+  frame.image.setTo(cadence.at(sequence).is_dark() ? sequence % 100 : 100 + sequence % 100);
+  frame.sensor_size = frame.image.size();
+  frame.sequence = sequence;
+  return frame;
+}
+
+struct Pair {
+  std::uint64_t lit;
+  int laser;
+  int dark_value;  // -1: nothing subtracted.
+};
+bool operator==(const Pair& a, const Pair& b) {
+  return a.lit == b.lit && a.laser == b.laser && a.dark_value == b.dark_value;
+}
+void PrintTo(const Pair& pair, std::ostream* out) {
+  *out << pair.lit << " laser " << pair.laser << " minus " << pair.dark_value;
+}
+
+void take(AmbientStage& stage, std::vector<Pair>& pairs) {
+  while (const LitFrame* const lit = stage.next()) {
+    pairs.push_back({lit->sequence, lit->laser,
+                     lit->dark.empty() ? -1 : static_cast<int>(lit->dark.at<std::uint8_t>(3, 3))});
+  }
+}
+
+std::vector<Pair> pairs_of(const char* cadence, const std::vector<std::uint64_t>& arrived,
+                           AmbientMethod method = AmbientMethod::kAuto) {
+  AmbientOptions options = with_cadence(cadence);
+  options.method = method;
+  AmbientStage stage(options);
+  std::vector<Pair> pairs;
+  for (const std::uint64_t sequence : arrived) {
+    stage.push(tagged(sequence, options.cadence));
+    take(stage, pairs);
+  }
+  stage.finish();
+  take(stage, pairs);
+  return pairs;
+}
+
+using Pairs = std::vector<Pair>;
+
+TEST(AmbientStage, LitExposureIsFreedOfTheMeanOfItsDarkNeighbours) {
+  EXPECT_EQ(pairs_of("0,dark", {10, 11, 12, 13, 14}),
+            (Pairs{{10, 0, 11}, {12, 0, 12}, {14, 0, 13}}));
+}
+
+TEST(AmbientStage, SeveralLasersAreFreedOfWhatTimeMakesOfTheDarkOnes) {
+  EXPECT_EQ(pairs_of("0,1,2,dark", {3, 4, 5, 6, 7}), (Pairs{{4, 0, 4}, {5, 1, 5}, {6, 2, 6}}));
+}
+
+TEST(AmbientStage, OneSideIsEnoughWhereTheOtherIsLost) {
+  EXPECT_EQ(pairs_of("0,dark", {10, 12, 13, 14, 16}), (Pairs{{12, 0, 13}, {14, 0, 13}}));
+}
+
+TEST(AmbientStage, NothingFurtherAwayStandsInForALostNeighbour) {
+  EXPECT_EQ(pairs_of("0,dark", {11, 14, 17}), (Pairs{}));
+}
+
+TEST(AmbientStage, SecondOfTwoDarkExposuresIsNoNeighbourOfTheNextButOne) {
+  EXPECT_EQ(pairs_of("0,dark,dark", {0, 1, 2, 3, 5, 6}), (Pairs{{0, 0, 1}, {3, 0, 2}, {6, 0, 5}}));
+}
+
+TEST(AmbientStage, NoneSubtractsNothingAndStillSkipsTheDarkOnes) {
+  EXPECT_EQ(pairs_of("0,dark", {10, 11, 12}, AmbientMethod::kNone),
+            (Pairs{{10, 0, -1}, {12, 0, -1}}));
+}
+
+TEST(AmbientStage, AlwaysOnIsHandedThroughAtOnce) {
+  AmbientStage stage(with_cadence("0"));
+  stage.push(tagged(5, Cadence::parse("0")));
+  std::vector<Pair> pairs;
+  take(stage, pairs);
+  EXPECT_EQ(pairs, (Pairs{{5, 0, -1}}));
+}
+
+// Every picture that is lost must leave only pairs of true neighbours: `tagged` tells.
+TEST(AmbientStage, NeverPairsAcrossALoss) {
+  testing::reseed();
+  for (const char* const text : {"0,dark", "dark,0", "0,0,dark", "0,1,2,dark", "0,dark,dark"}) {
+    const Cadence cadence = Cadence::parse(text);
+    std::vector<std::uint64_t> arrived;
+    for (std::uint64_t sequence = 0; sequence < 97; ++sequence) {
+      const bool in_burst = sequence >= 40 && sequence < 50;
+      if (!in_burst && testing::uniform(0.0, 1.0) > 1.0 / 3.0) arrived.push_back(sequence);
+    }
+    const auto has = [&](std::uint64_t n) {
+      return std::find(arrived.begin(), arrived.end(), n) != arrived.end();
+    };
+    std::size_t expected = 0;
+    for (const std::uint64_t n : arrived) {
+      if (cadence.at(n).is_dark()) continue;
+      std::uint64_t after = n;
+      std::uint64_t before = n + 12;  // A whole number of periods later.
+      while (!cadence.at(after).is_dark()) ++after;
+      while (!cadence.at(before).is_dark()) --before;
+      if (has(after) || has(before - 12)) ++expected;
+    }
+    const Pairs pairs = pairs_of(text, arrived);
+    EXPECT_EQ(pairs.size(), expected) << text;
+    for (const Pair& pair : pairs) {
+      EXPECT_TRUE(cadence.at(pair.lit).is_lit()) << text << ' ' << pair.lit;
+      EXPECT_EQ(pair.laser, cadence.at(pair.lit).laser_index()) << text << ' ' << pair.lit;
+      // Dark pictures hold their number, so a mean in time is the lit one's number, and one side
+      // alone is at most three off.
+      EXPECT_NEAR(pair.dark_value, static_cast<double>(pair.lit), 3.0) << text << ' ' << pair.lit;
+    }
+  }
+}
+
+TEST(AmbientStage, HeldPicturesAreAllScannedOnceTheCadenceIsFound) {
+  testing::reseed();
+  Street street;
+  street.cadence = Cadence::parse("dark,0");
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<Pair> pairs;
+  for (std::uint64_t sequence = 0; sequence < 5; ++sequence) {
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+  }
+  EXPECT_TRUE(pairs.empty());
+  stage.push(street.picture(5));
+  take(stage, pairs);
+  stage.finish();
+  take(stage, pairs);
+  ASSERT_EQ(pairs.size(), 3U);
+  EXPECT_EQ(pairs[0].lit, 1U);
+  EXPECT_EQ(pairs[2].lit, 5U);
+  EXPECT_THAT(stage.decisions(), HasSubstr("cadence dark,0 (found)"));
+  EXPECT_THAT(stage.decisions(), HasSubstr("ambient alternate"));
+}
+
+TEST(AmbientStage, EmptySceneIsScannedAndTheCadenceFoundWhenThereIsSomethingToSee) {
+  testing::reseed();
+  Street street;
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<Pair> pairs;
+  for (std::uint64_t sequence = 0; sequence < 80; ++sequence) {
+    street.amplitude_dn = sequence < 20 ? 0.0 : 40.0;
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+    if (sequence == 19) {
+      EXPECT_EQ(pairs.size(), 20U);
+    }
+  }
+  EXPECT_THAT(stage.decisions(), HasSubstr("cadence 0,dark (found)"));
+  EXPECT_EQ(pairs.back().lit, 78U);
+}
+
+TEST(AmbientStage, RestartOfTheSourceFindsTheCadenceAgain) {
+  testing::reseed();
+  Street street;
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<Pair> pairs;
+  for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+  }
+  const std::size_t before = pairs.size();
+  EXPECT_EQ(before, 4U);
+  street.cadence = Cadence::parse("dark,0");
+  for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+  }
+  stage.finish();
+  take(stage, pairs);
+  ASSERT_EQ(pairs.size(), before + 4);
+  for (std::size_t i = before; i < pairs.size(); ++i) EXPECT_EQ(pairs[i].lit % 2, 1U);
+}
+
+TEST(AmbientStage, WrongCadenceIsReported) {
+  testing::reseed();
+  Street street;
+  street.build();
+  AmbientStage stage(with_cadence("dark,0"));
+  for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+    stage.push(street.picture(sequence));
+    while (stage.next() != nullptr) {
+    }
+  }
+  EXPECT_THAT(stage.decisions(), HasSubstr("'dark,0' was given, but the pictures show '0,dark'"));
+}
+
+TEST(AmbientStage, WrongFieldOrderIsReported) {
+  testing::reseed();
+  Street street;
+  street.field = Field::kInterlacedTopFirst;
+  street.speed_px = 4.0;
+  street.edge_dn = 60.0;
+  street.build();
+  for (const bool is_wrong : {false, true}) {
+    AmbientStage stage{AmbientOptions{}};
+    for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+      Frame picture = street.picture(sequence);
+      if (is_wrong) picture.field = Field::kInterlacedBottomFirst;
+      stage.push(picture);
+      while (stage.next() != nullptr) {
+      }
+    }
+    const std::string complaint = "the fields seem to be in the wrong order";
+    if (is_wrong) {
+      EXPECT_THAT(stage.decisions(), HasSubstr(complaint));
+    } else {
+      EXPECT_THAT(stage.decisions(), Not(HasSubstr(complaint)));
+    }
+  }
+}
+
+TEST(AmbientStage, FramesOwnIlluminationWins) {
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<Pair> pairs;
+  const Cadence cadence = Cadence::parse("dark,1");
+  for (std::uint64_t sequence = 0; sequence < 9; ++sequence) {
+    Frame frame = tagged(sequence, cadence);
+    frame.illumination = cadence.at(sequence);
+    stage.push(frame);
+    take(stage, pairs);
+  }
+  EXPECT_EQ(pairs, (Pairs{{1, 1, 1}, {3, 1, 3}, {5, 1, 5}, {7, 1, 7}}));
+}
+
+TEST(AmbientStage, MethodThatNeedsDarkExposuresRefusesACadenceWithoutAny) {
+  AmbientOptions options = with_cadence("0");
+  options.method = AmbientMethod::kAlternate;
+  EXPECT_THROW(
+      {
+        try {
+          AmbientStage stage(options);
+        } catch (const Error& error) {
+          EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
+          EXPECT_THAT(error.what(), HasSubstr("alternate"));
+          EXPECT_THAT(error.what(), HasSubstr("'0'"));
+          throw;
+        }
+      },
+      Error);
+}
+
+TEST(AmbientStage, BuffersThatNobodyKeepsAreCopied) {
+  AmbientStage stage(with_cadence("0,dark"));
+  std::vector<std::uint8_t> memory(32 * 48);
+  std::vector<Pair> pairs;
+  for (std::uint64_t sequence = 0; sequence < 3; ++sequence) {
+    std::fill(memory.begin(), memory.end(), static_cast<std::uint8_t>(10 * (sequence + 1)));
+    Frame frame;
+    frame.image = cv::Mat(32, 48, CV_8UC1, memory.data());
+    frame.sensor_size = frame.image.size();
+    frame.sequence = sequence;
+    stage.push(frame);
+    take(stage, pairs);
+  }
+  stage.finish();
+  take(stage, pairs);
+  EXPECT_EQ(pairs, (Pairs{{0, 0, 20}, {2, 0, 20}}));
+}
+
+// ---- What is subtracted.
+
+// All lit frames of a street.
+template <typename Action>
+void for_each_lit(const Street& street, int pictures, const Action& action) {
+  AmbientOptions options;
+  options.cadence = street.cadence;
+  AmbientStage stage(options);
+  for (int sequence = 0; sequence < pictures; ++sequence) {
+    stage.push(street.picture(static_cast<std::uint64_t>(sequence)));
+    while (const LitFrame* const lit = stage.next()) action(*lit);
+  }
+}
+
+cv::Mat residual_of(const LitFrame& lit) {
+  cv::Mat a;
+  cv::Mat b;
+  lit.lit.convertTo(a, CV_32F);
+  lit.dark.convertTo(b, CV_32F);
+  return a - b;
+}
+
+TEST(Subtraction, StillSceneLeavesTheNoiseThatTheGainSays) {
+  testing::reseed();
+  Street street;
+  street.amplitude_dn = 0.0;
+  street.build();
+  int frames = 0;
+  for_each_lit(street, 8, [&](const LitFrame& lit) {
+    cv::Scalar mean;
+    cv::Scalar deviation;
+    cv::meanStdDev(residual_of(lit), mean, deviation);
+    const double one = street.noise_dn * street.noise_dn + 1.0 / 12.0;
+    EXPECT_NEAR(deviation[0], std::sqrt(one * (1.0 + lit.dark_noise_gain)), 0.05);
+    EXPECT_NEAR(mean[0], 0.0, 0.3);
+    EXPECT_TRUE(lit.variance.empty());
+    EXPECT_TRUE(lit.blind.empty());
+    ++frames;
+  });
+  EXPECT_EQ(frames, 4);
+}
+
+// Residual in sigmas: what is left must be no larger than the variance says.
+double pull_deviation(const LitFrame& lit, double noise_dn) {
+  const cv::Mat residual = residual_of(lit);
+  const double one = (noise_dn * noise_dn + 1.0 / 12.0) * (1.0 + lit.dark_noise_gain);
+  double sum = 0.0;
+  for (int v = 0; v < residual.rows; ++v) {
+    for (int u = 0; u < residual.cols; ++u) {
+      const double extra = lit.variance.empty() ? 0.0 : lit.variance.at<float>(v, u);
+      sum += std::pow(residual.at<float>(v, u), 2) / (one + extra);
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(residual.total()));
+}
+
+// What moves slowly is cancelled by the mean of before and after better than the variance says.
+TEST(Subtraction, MotionIsInTheVariance) {
+  for (const double speed : {1.0, 5.0, 20.0, 51.0}) {
+    testing::reseed();
+    Street street;
+    street.amplitude_dn = 0.0;
+    street.speed_px = speed;
+    street.build();
+    for_each_lit(street, 9, [&](const LitFrame& lit) {
+      if (lit.sequence == 0) return;  // One side only, nothing known of motion.
+      const double pull = pull_deviation(lit, street.noise_dn);
+      EXPECT_LT(pull, 1.1) << speed;
+      EXPECT_GT(pull, speed < 2.0 ? 0.15 : 0.4) << speed;
+    });
+  }
+}
+
+TEST(Subtraction, FieldsAreInterpolatedBetweenTheDarkRows) {
+  for (const Field order : {Field::kInterlacedTopFirst, Field::kInterlacedBottomFirst}) {
+    for (const char* const cadence : {"0,dark", "dark,0"}) {
+      testing::reseed();
+      Street street;
+      street.cadence = Cadence::parse(cadence);
+      street.field = order;
+      street.amplitude_dn = 0.0;
+      street.noise_dn = 0.5;
+      street.grain_px = 16.0;  // 1/16 cycles per field line and less.
+      street.build();
+      int frames = 0;
+      for_each_lit(street, 4, [&](const LitFrame& lit) {
+        EXPECT_EQ(lit.dark.size(), lit.lit.size());
+        cv::Scalar mean;
+        cv::Scalar deviation;
+        cv::meanStdDev(residual_of(lit).rowRange(3, 117), mean, deviation);
+        // The nearest line would leave several DN.
+        EXPECT_LT(deviation[0], 0.8) << cadence;
+        EXPECT_NEAR(mean[0], 0.0, 0.1) << cadence;
+        EXPECT_NEAR(lit.dark_noise_gain, lit.sequence == 0 && lit.dark_noise_gain > 0.5 ? .64 : .32,
+                    0.01);
+        ++frames;
+      });
+      EXPECT_GE(frames, 3);
+    }
+  }
+}
+
+TEST(Subtraction, EdgesBetweenFieldRowsAreInTheVariance) {
+  testing::reseed();
+  Street street;
+  street.field = Field::kInterlacedTopFirst;
+  street.amplitude_dn = 0.0;
+  street.texture_dn = 1.0;
+  street.edge_dn = 60.0;
+  street.build();
+  for_each_lit(street, 5, [&](const LitFrame& lit) {
+    const double pull = pull_deviation(lit, street.noise_dn);
+    EXPECT_LT(pull, 1.15);
+    EXPECT_GT(pull, 0.85);
+  });
+}
+
+TEST(Subtraction, DarkFieldsOfTheSameRowsAreTakenDirectly) {
+  testing::reseed();
+  Street street;
+  street.field = Field::kInterlacedTopFirst;
+  street.cadence = Cadence::parse("0,dark,dark");
+  street.amplitude_dn = 0.0;
+  street.grain_px = 1.5;  // Too fine for any interpolation between rows.
+  street.build();
+  int frames = 0;
+  for_each_lit(street, 7, [&](const LitFrame& lit) {
+    if (lit.sequence == 0) return;
+    cv::Scalar mean;
+    cv::Scalar deviation;
+    cv::meanStdDev(residual_of(lit), mean, deviation);
+    EXPECT_LT(deviation[0], 1.35 * street.noise_dn);
+    EXPECT_TRUE(lit.variance.empty());
+    ++frames;
+  });
+  EXPECT_GE(frames, 3);
+}
+
+TEST(Subtraction, SixteenBitsAreTreatedTheSame) {
+  testing::reseed();
+  Street street;
+  street.bit_depth = 12;
+  street.daylight_dn = 2000.0;
+  street.texture_dn = 300.0;
+  street.noise_dn = 20.0;
+  street.amplitude_dn = 0.0;
+  for (const Field order : {Field::kProgressive, Field::kInterlacedTopFirst}) {
+    street.field = order;
+    street.grain_px = order == Field::kProgressive ? 3.0 : 16.0;
+    street.build();
+    for_each_lit(street, 5, [&](const LitFrame& lit) {
+      EXPECT_EQ(lit.dark.type(), CV_16UC1);
+      const double pull = pull_deviation(lit, street.noise_dn);
+      EXPECT_NEAR(pull, 1.0, 0.1);
+    });
+  }
+}
+
+// ---- Blind spots.
+
+TEST(Blind, LampIsBlindAndAFewPixelsAround) {
+  testing::reseed();
+  Street street;
+  street.lamps = {{100.0, 60.0, 6.0}};
+  street.build();
+  for_each_lit(street, 6, [&](const LitFrame& lit) {
+    ASSERT_FALSE(lit.blind.empty());
+    EXPECT_NE(lit.blind.at<std::uint8_t>(60, 100), 0);
+    EXPECT_NE(lit.blind.at<std::uint8_t>(60 - 9, 100), 0);
+    EXPECT_NE(lit.blind.at<std::uint8_t>(60 + 9, 100), 0);
+    EXPECT_EQ(lit.blind.at<std::uint8_t>(60, 100 + 12), 0);
+    EXPECT_EQ(lit.blind.at<std::uint8_t>(60 + 14, 100), 0);
+    EXPECT_LT(cv::countNonZero(lit.blind), 500);
+  });
+}
+
+TEST(Blind, LampThatMovesIsBlindWhereItIsInTheLitExposureToo) {
+  testing::reseed();
+  Street street;
+  street.lamps = {{250.0, 60.0, 5.0}};
+  street.speed_px = 20.0;
+  street.build();
+  for_each_lit(street, 6, [&](const LitFrame& lit) {
+    ASSERT_FALSE(lit.blind.empty());
+    const int lamp = 250 - 20 * static_cast<int>(lit.sequence);
+    EXPECT_NE(lit.blind.at<std::uint8_t>(60, lamp), 0) << lit.sequence;
+  });
+}
+
+TEST(Blind, ClippedStripeIsNotBlind) {
+  testing::reseed();
+  Street street;
+  street.amplitude_dn = 400.0;
+  street.build();
+  for_each_lit(street, 6, [&](const LitFrame& lit) { EXPECT_TRUE(lit.blind.empty()); });
+}
+
+TEST(Blind, ClippedStripeFarFromALampIsNotBlind) {
+  testing::reseed();
+  Street street;
+  street.amplitude_dn = 400.0;
+  street.lamps = {{100.0, 30.0, 6.0}};
+  street.build();
+  for_each_lit(street, 6, [&](const LitFrame& lit) {
+    for (int u = 0; u < 320; ++u) {
+      EXPECT_EQ(lit.blind.at<std::uint8_t>(static_cast<int>(street.row(0, u)), u), 0);
+    }
+  });
+}
+
+// ---- A static sensor.
+
+TEST(Temporal, TakesOffWhatStandsStillAndKeepsWhatMoves) {
+  testing::reseed();
+  Street street;
+  street.cadence = Cadence::parse("0");
+  street.build();
+  std::uint64_t now = 0;
+  street.row = [&now](int, int) { return 40.0 + 12.0 * static_cast<double>(now); };
+  AmbientOptions options;
+  options.method = AmbientMethod::kTemporal;
+  options.cadence = street.cadence;
+  AmbientStage stage(options);
+  int frames = 0;
+  for (now = 0; now < 12; ++now) {
+    stage.push(street.picture(now));
+    while (const LitFrame* const lit = stage.next()) {
+      const cv::Mat residual = residual_of(*lit);
+      const int row = 40 + 12 * static_cast<int>(lit->sequence);
+      EXPECT_GT(cv::mean(residual.row(row))[0], 0.7 * street.amplitude_dn);
+      EXPECT_LT(cv::mean(cv::abs(residual.rowRange(0, 30)))[0], 3.0);
+      ++frames;
+    }
+  }
+  EXPECT_EQ(frames, 12);
+  EXPECT_THAT(stage.decisions(), HasSubstr("ambient temporal"));
+}
+
+// ---- Cost.
+
+TEST(AmbientStage, AllocatesNothingOnceWarm) {
+  testing::reseed();
+  for (const Field order : {Field::kProgressive, Field::kInterlacedTopFirst}) {
+    Street street;
+    street.field = order;
+    street.speed_px = 5.0;
+    street.lamps = {{250.0, 60.0, 5.0}};
+    street.build();
+    std::vector<Frame> pictures;
+    for (std::uint64_t sequence = 0; sequence < 30; ++sequence) {
+      pictures.push_back(street.picture(sequence));
+    }
+    AmbientStage stage(with_cadence("0,dark"));
+    std::uint64_t allocations = 0;
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      const testing::AllocationCounter counter;
+      stage.push(pictures[i]);
+      while (stage.next() != nullptr) {
+      }
+      if (i >= 10) allocations += counter.count();
+    }
+    EXPECT_EQ(allocations, 0U);
+  }
+}
+
+}  // namespace
+}  // namespace striper

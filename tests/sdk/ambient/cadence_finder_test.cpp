@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that the cadence is found from six pictures for every usual pattern and phase, with weak
+// stripes, motion, texture, lost pictures and interlaced fields, and that an empty scene or a laser
+// that is always on is not mistaken for a cadence. The scenes are synthetic; what a real street
+// does is measured on simulated frames elsewhere.
+#include <gtest/gtest.h>
+
+#include <striper/ambient/cadence_finder.hpp>
+#include <striper/ambient/fields.hpp>
+
+#include "support/street.hpp"
+
+namespace striper {
+namespace {
+
+using testing::Street;
+
+void show(CadenceFinder& finder, const Frame& picture) {
+  if (!picture.is_interlaced()) {
+    finder.add(picture, picture.exposure_number());
+    return;
+  }
+  for (const Frame& field : split_fields(picture)) finder.add(field, field.exposure_number());
+}
+
+CadenceFinder::Finding find_in(Street& street, std::vector<std::uint64_t> pictures,
+                               int lasers = 1) {
+  testing::reseed();
+  street.build();
+  CadenceFinder finder(StripeAxis::kColumns, lasers);
+  for (const std::uint64_t sequence : pictures) show(finder, street.picture(sequence));
+  return finder.find();
+}
+
+const std::vector<std::uint64_t> kSixPictures{0, 1, 2, 3, 4, 5};
+
+// The pattern that a person would write, turned so that exposure 0 comes first.
+std::string darkness(const Cadence& cadence, std::uint64_t exposures = 12) {
+  std::string text;
+  for (std::uint64_t n = 0; n < exposures; ++n) text += cadence.at(n).is_dark() ? '-' : '*';
+  return cadence.is_automatic() ? "none" : text;
+}
+
+class EveryPattern : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(EveryPattern, IsFoundInSixPictures) {
+  Street street;
+  street.cadence = Cadence::parse(GetParam());
+  EXPECT_EQ(darkness(find_in(street, kSixPictures).cadence), darkness(street.cadence));
+}
+
+TEST_P(EveryPattern, IsFoundWhileEverythingMoves) {
+  Street street;
+  street.cadence = Cadence::parse(GetParam());
+  street.speed_px = 37.0;
+  street.amplitude_dn = 80.0;  // Boxes as bright as the stripe jump about.
+  street.texture_dn = 10.0;
+  street.edge_dn = 60.0;
+  EXPECT_EQ(darkness(find_in(street, kSixPictures).cadence), darkness(street.cadence));
+}
+
+TEST_P(EveryPattern, IsFoundInWovenFields) {
+  Street street;
+  street.cadence = Cadence::parse(GetParam());
+  street.field = Field::kInterlacedTopFirst;
+  street.edge_dn = 60.0;
+  street.speed_px = 3.0;
+  EXPECT_EQ(darkness(find_in(street, kSixPictures).cadence), darkness(street.cadence));
+}
+
+TEST_P(EveryPattern, IsFoundWithPicturesLost) {
+  Street street;
+  street.cadence = Cadence::parse(GetParam());
+  // A third of them gone, then a burst.
+  const std::vector<std::uint64_t> arrived{0, 2, 3, 5, 6, 7, 18, 20};
+  EXPECT_EQ(darkness(find_in(street, arrived).cadence), darkness(street.cadence));
+}
+
+TEST_P(EveryPattern, IsFoundForAWeakStripe) {
+  Street street;
+  street.cadence = Cadence::parse(GetParam());
+  street.amplitude_dn = 6.0;  // Three sigmas a pixel.
+  EXPECT_EQ(darkness(find_in(street, kSixPictures).cadence), darkness(street.cadence));
+}
+
+INSTANTIATE_TEST_SUITE_P(CadenceFinder, EveryPattern,
+                         ::testing::Values("0,dark", "dark,0", "0,0,dark", "0,dark,dark",
+                                           "dark,0,0", "0,0,0,dark", "0,0,dark,dark"));
+
+TEST(CadenceFinder, SeveralLasersAreNumberedAfterTheDarkExposure) {
+  Street street;
+  street.cadence = Cadence::parse("0,1,2,dark");
+  EXPECT_EQ(find_in(street, kSixPictures, 3).cadence, street.cadence);
+}
+
+TEST(CadenceFinder, LaserThatFiresTwiceKeepsItsNumber) {
+  Street street;
+  street.cadence = Cadence::parse("0,0,1,dark");
+  EXPECT_EQ(find_in(street, kSixPictures, 2).cadence, street.cadence);
+}
+
+TEST(CadenceFinder, EmptySceneShowsNoCadence) {
+  for (const double speed : {0.0, 3.0, 37.0}) {
+    Street street;
+    street.amplitude_dn = 0.0;
+    street.speed_px = speed;
+    street.edge_dn = 60.0;
+    const auto finding = find_in(street, kSixPictures);
+    EXPECT_TRUE(finding.cadence.is_automatic())
+        << finding.cadence.to_string() << ' ' << finding.surplus << " at " << speed;
+    EXPECT_FALSE(finding.always_lit);
+  }
+}
+
+TEST(CadenceFinder, EmptyFieldsShowNoCadence) {
+  for (const double speed : {0.0, 3.0, 37.0}) {
+    Street street;
+    street.amplitude_dn = 0.0;
+    street.speed_px = speed;
+    street.edge_dn = 60.0;
+    street.field = Field::kInterlacedBottomFirst;
+    const auto finding = find_in(street, kSixPictures);
+    EXPECT_TRUE(finding.cadence.is_automatic())
+        << finding.cadence.to_string() << ' ' << finding.surplus << " at " << speed;
+  }
+}
+
+TEST(CadenceFinder, LaserThatIsAlwaysOnIsNoCadence) {
+  Street street;
+  street.cadence = Cadence::parse("0");
+  street.texture_dn = 2.0;
+  const auto finding = find_in(street, kSixPictures);
+  EXPECT_TRUE(finding.cadence.is_automatic());
+  EXPECT_TRUE(finding.always_lit);
+}
+
+TEST(CadenceFinder, OneInterlacedPictureIsEnough) {
+  Street street;
+  street.cadence = Cadence::parse("dark,0");
+  street.field = Field::kInterlacedTopFirst;
+  EXPECT_EQ(find_in(street, {0}).cadence, street.cadence);
+}
+
+TEST(CadenceFinder, OneExposureShowsNothing) {
+  Street street;
+  EXPECT_TRUE(find_in(street, {0}).cadence.is_automatic());
+}
+
+std::optional<double> disorder(Field true_order, Field given_order, double speed_px) {
+  testing::reseed();
+  Street street;
+  street.field = true_order;
+  street.speed_px = speed_px;
+  street.edge_dn = 60.0;
+  street.build();
+  CadenceFinder finder(StripeAxis::kColumns);
+  for (const std::uint64_t sequence : kSixPictures) {
+    Frame picture = street.picture(sequence);
+    picture.field = given_order;
+    show(finder, picture);
+  }
+  return finder.field_disorder();
+}
+
+TEST(FieldDisorder, TellsTheRightOrderFromTheWrongOne) {
+  constexpr Field kTop = Field::kInterlacedTopFirst;
+  constexpr Field kBottom = Field::kInterlacedBottomFirst;
+  for (const double speed : {1.0, 2.0, 4.0, 8.0}) {
+    EXPECT_LT(disorder(kTop, kTop, speed).value(), 0.2) << speed;
+    EXPECT_LT(disorder(kBottom, kBottom, speed).value(), 0.2) << speed;
+    EXPECT_GT(disorder(kTop, kBottom, speed).value(), 0.4) << speed;
+    EXPECT_GT(disorder(kBottom, kTop, speed).value(), 0.4) << speed;
+  }
+}
+
+TEST(FieldDisorder, IsUnknownWhereNothingMoves) {
+  EXPECT_FALSE(disorder(Field::kInterlacedTopFirst, Field::kInterlacedBottomFirst, 0.0));
+}
+
+}  // namespace
+}  // namespace striper
