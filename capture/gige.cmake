@@ -17,6 +17,8 @@ if(ARAVIS_FOUND)
     HEADERS
       striper/gige/gige_options.hpp
       striper/gige/gige_source.hpp
+      striper/gige/virtual_camera.hpp
+      striper/gige/virtual_scene.hpp
     SOURCES
       src/gige/camera_setup.cpp
       src/gige/feature_access.cpp
@@ -28,7 +30,15 @@ if(ARAVIS_FOUND)
       src/gige/laser_lines.cpp
       src/gige/pixel_layout.cpp
       src/gige/session.cpp
-      src/gige/stream_socket.cpp)
+      src/gige/stream_socket.cpp
+      src/gige/virtual/device_control.cpp
+      src/gige/virtual/device_stream.cpp
+      src/gige/virtual/feature_registers.cpp
+      src/gige/virtual/genicam_xml.cpp
+      src/gige/virtual/sent_picture.cpp
+      src/gige/virtual/stream_sender.cpp
+      src/gige/virtual/virtual_camera.cpp
+      src/gige/virtual/virtual_scene.cpp)
   target_link_libraries(striper_capture PRIVATE PkgConfig::ARAVIS)
   target_compile_definitions(striper_capture PRIVATE STRIPER_HAS_ARAVIS)
 endif()

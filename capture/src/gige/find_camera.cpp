@@ -46,7 +46,7 @@ GvcpDevice find_at(std::uint32_t address, const std::string& name) {
 [[noreturn]] void refuse_held(const std::string& name, std::uint32_t address) {
   const Access access = access_of(address, kAnswerWithin);
   throw Error(ErrorKind::kDevice,
-              fmt::format("camera {}: held by another program{}; stop that one first", name,
+              fmt::format("camera {} is busy: held by another program{}; stop that one first", name,
                           access.holder.empty() ? "" : " (" + access.holder + ")"));
 }
 

@@ -16,6 +16,7 @@ class FrameNumbers {
     std::uint64_t sequence = 0;
     std::uint64_t since_start = 0;  ///< 0 for the first exposure after acquisition start.
     std::uint64_t missing = 0;      ///< Pictures between the last one and this.
+    bool is_late = false;           ///< Of a picture that was counted, or passed over, already.
   };
 
   /// @param cadence_length after the camera was opened again the sequence goes on with a multiple
@@ -33,18 +34,26 @@ class FrameNumbers {
   }
 
   Number next(std::uint64_t block_id) noexcept {
+    Number number;
     if (!has_start_) {
       // The first ones may have been lost; a number far off 1 is of a device that never restarts.
       constexpr std::uint64_t kMayBeLost = 8;
-      since_start_ = block_id >= 1 && block_id <= kMayBeLost ? block_id - 1 : 0;
+      newest_ = block_id >= 1 && block_id <= kMayBeLost ? block_id - 1 : 0;
+      newest_id_ = block_id;
       has_start_ = true;
+      number.since_start = newest_;
     } else {
-      since_start_ += step_to(block_id);
+      const std::int64_t step = step_to(block_id);
+      number.since_start = newest_ + static_cast<std::uint64_t>(step);
+      if (step <= 0) {
+        number.is_late = true;
+        number.sequence = base_ + number.since_start;
+        return number;
+      }
+      newest_ = number.since_start;
+      newest_id_ = block_id;
     }
-    last_id_ = block_id;
-    Number number;
-    number.since_start = since_start_;
-    number.sequence = base_ + since_start_;
+    number.sequence = base_ + number.since_start;
     number.missing = number.sequence > next_sequence_ ? number.sequence - next_sequence_ : 0;
     next_sequence_ = number.sequence + 1;
     has_any_ = true;
@@ -52,18 +61,22 @@ class FrameNumbers {
   }
 
  private:
-  std::uint64_t step_to(std::uint64_t block_id) noexcept {
+  /// From the newest block id to this one, whichever way is shorter.
+  std::int64_t step_to(std::uint64_t block_id) noexcept {
     if (block_id == 0) counts_from_zero_ = true;
-    if (block_id >= last_id_) return block_id - last_id_;
-    if (last_id_ > 0xffff) return 1;  // an extended id that runs backwards: a device's fault
-    const std::uint64_t period = counts_from_zero_ ? 0x10000 : 0xffff;
-    return block_id + period - last_id_;
+    if (block_id > 0xffff || newest_id_ > 0xffff) {
+      return static_cast<std::int64_t>(block_id - newest_id_);
+    }
+    const std::int64_t period = counts_from_zero_ ? 0x10000 : 0xffff;
+    const auto step = static_cast<std::int64_t>(block_id) - static_cast<std::int64_t>(newest_id_);
+    if (step > period / 2) return step - period;
+    return step < -period / 2 ? step + period : step;
   }
 
   std::uint64_t cadence_length_;
   std::uint64_t base_ = 0;
-  std::uint64_t since_start_ = 0;
-  std::uint64_t last_id_ = 0;
+  std::uint64_t newest_ = 0;
+  std::uint64_t newest_id_ = 0;
   std::uint64_t next_sequence_ = 0;
   bool has_start_ = false;
   bool has_any_ = false;

@@ -22,7 +22,7 @@ struct SlotAllocator {
   }
   void deallocate(T*, std::size_t) noexcept {
     const std::shared_ptr<FramePool> keeper = std::move(slot->keeper);
-    keeper->give_back(*slot);
+    keeper->end_lease(*slot);
   }
 
   template <typename Other>
@@ -67,8 +67,14 @@ void FramePool::give_back(PoolSlot& slot) noexcept {
   }
 }
 
+void FramePool::end_lease(PoolSlot& slot) noexcept {
+  --leased_;
+  give_back(slot);
+}
+
 std::shared_ptr<const void> FramePool::lease(PoolSlot& slot) {
   slot.keeper = shared_from_this();
+  ++leased_;
   return {static_cast<const void*>(&slot), [](const void*) {}, SlotAllocator<std::byte>(slot)};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -53,13 +54,22 @@ class FramePool : public std::enable_shared_from_this<FramePool> {
   /// Puts a buffer back into the stream.
   void give_back(PoolSlot& slot) noexcept;
 
+  /// The same for one that was leased.
+  void end_lease(PoolSlot& slot) noexcept;
+
   /// What keeps the buffer while a Frame uses it; gives it back when the last copy goes.
   /// Allocates nothing.
   std::shared_ptr<const void> lease(PoolSlot& slot);
 
+  /// False where so many are leased already that the stream would run dry: copy, then.
+  bool can_lease() const noexcept { return leased_ + kForTheStream < slots_.size(); }
+
  private:
+  static constexpr std::size_t kForTheStream = 3;
+
   std::mutex mutex_;
   ArvStream* stream_ = nullptr;
+  std::atomic<std::size_t> leased_ = 0;
   std::vector<std::unique_ptr<PoolSlot>> slots_;
 };
 

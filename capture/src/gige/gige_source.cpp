@@ -27,7 +27,7 @@ using detail::Session;
 
 constexpr auto kRound = 100ms;                   // of the supervisor
 constexpr std::int64_t kQuiet_ns = 500'000'000;  // without a picture: ask the camera
-constexpr std::int64_t kClockEvery_ns = 1'000'000'000;
+constexpr std::int64_t kClockEvery_ns = 250'000'000;
 constexpr auto kLongestPause = 2000ms;
 
 /// What the stream says of a picture that is not whole.
@@ -70,7 +70,8 @@ struct GigeSource::State {
   bool try_reopen();
 
   bool give_next(Frame& frame);
-  void fill(Frame& frame, PoolSlot& slot);
+  bool fill(Frame& frame, PoolSlot& slot);
+  void describe(Frame& frame, PoolSlot& slot, std::uint64_t since_start);
   void fill_image(Frame& frame, PoolSlot& slot);
   void count(const Frame& frame, ArvBufferStatus status, std::uint64_t missing);
 
@@ -193,29 +194,41 @@ NextStatus GigeSource::next(Frame& frame, std::chrono::milliseconds timeout) {
 bool GigeSource::State::give_next(Frame& frame) {
   const std::lock_guard lock(mutex);
   if (!is_running || !session) return false;
-  PoolSlot* const slot = session->pop();
-  if (slot == nullptr) return false;
-  fill(frame, *slot);
-  return true;
+  while (PoolSlot* const slot = session->pop()) {
+    if (fill(frame, *slot)) return true;
+  }
+  return false;
 }
 
-void GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
+/// @return false for what is left of a picture that was given already, or given up.
+bool GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
   const ArvBufferStatus status = arv_buffer_get_status(slot.buffer.get());
-  const Verdict verdict = verdict_of(status);
-  const detail::PictureSetup& setup = session->setup();
-
   const std::uint64_t id =
       session->numbers_by_trigger() ? slot.trigger + 1 : arv_buffer_get_frame_id(slot.buffer.get());
   const detail::FrameNumbers::Number number = numbers.next(id);
   const std::uint64_t discarded = slot.arrival - next_arrival;
   next_arrival = slot.arrival + 1;
+  if (number.is_late) {
+    session->pool().give_back(slot);
+    return false;
+  }
 
+  const Verdict verdict = verdict_of(status);
   frame.status = verdict.status;
   frame.status_detail = verdict.detail;
+  frame.sequence = number.sequence;
+  describe(frame, slot, number.since_start);
+  if (frame.status == FrameStatus::kOk) fill_image(frame, slot);
+  if (!frame.lease) session->pool().give_back(slot);
+  count(frame, status, number.missing > discarded ? number.missing - discarded : 0);
+  return true;
+}
+
+void GigeSource::State::describe(Frame& frame, PoolSlot& slot, std::uint64_t since_start) {
+  const detail::PictureSetup& setup = session->setup();
   frame.bit_depth = setup.layout->bit_depth;
   frame.sensor_size = setup.sensor_size;
   frame.grid = setup.grid;
-  frame.sequence = number.sequence;
   frame.exposure_in_picture = 0;
   frame.exposures_per_picture = 1;
   frame.field = Field::kProgressive;
@@ -226,17 +239,12 @@ void GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
   frame.illumination = Illumination::unknown();
   const double period_ns = setup.rate_hz > 0.0 ? 1e9 / setup.rate_hz : 0.0;
   common.apply(frame, static_cast<std::int64_t>(period_ns));
-  if (!options.strobe_lines.empty()) {
-    frame.illumination = frame.status == FrameStatus::kOk
-                             ? session->illumination(slot, number.since_start)
-                             : Illumination::unknown();
-  } else if (!is_parity_known) {
+  const bool lasers_are_ours = !options.strobe_lines.empty();
+  if (lasers_are_ours && frame.status == FrameStatus::kOk) {
+    frame.illumination = session->illumination(slot, since_start);
+  } else if (lasers_are_ours || !is_parity_known) {
     frame.illumination = Illumination::unknown();
   }
-
-  if (frame.status == FrameStatus::kOk) fill_image(frame, slot);
-  if (!frame.lease) session->pool().give_back(slot);
-  count(frame, status, number.missing > discarded ? number.missing - discarded : 0);
 }
 
 void GigeSource::State::fill_image(Frame& frame, PoolSlot& slot) {
@@ -262,7 +270,11 @@ void GigeSource::State::fill_image(Frame& frame, PoolSlot& slot) {
                    slot.unpacked);
     frame.image = slot.unpacked;
   }
-  frame.lease = session->pool().lease(slot);
+  if (session->pool().can_lease()) {
+    frame.lease = session->pool().lease(slot);
+  } else {
+    frame.image = frame.image.clone();  // a reader that keeps many frames
+  }
 }
 
 void GigeSource::State::count(const Frame& frame, ArvBufferStatus status, std::uint64_t missing) {

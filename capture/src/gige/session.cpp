@@ -277,7 +277,7 @@ void Session::follow_clock() {
   const std::lock_guard lock(mutex_);
   smallest_round_trip_ns_ = std::min(smallest_round_trip_ns_, uncertainty);
   // A slow round trip tells little; the first one must do, though.
-  const bool is_good = uncertainty < 2 * smallest_round_trip_ns_ + 50'000;
+  const bool is_good = uncertainty < 2 * smallest_round_trip_ns_ + 200'000;
   if (is_good || !clock_.is_ready()) clock_.observe(device, host);
 }
 
@@ -342,7 +342,8 @@ void Session::conduct() {
       buffer_done_.wait_for(lock, patience,
                             [this] { return !is_awaiting_ || !is_conducting_ || is_lost_; });
       is_awaiting_ = false;
-      due = std::max(due + period, Clock::now());
+      due += period;
+      if (Clock::now() - due > 1s) due = Clock::now();  // no use in catching up
     }
   } catch (const std::exception& failure) {
     lose(fmt::format("it does not take triggers: {}", failure.what()));

@@ -54,7 +54,7 @@ class Session {
   bool is_lost() const noexcept { return is_lost_; }
   std::string loss() const;
 
-  /// Compares the camera's clock with ours; about a millisecond. Once a second is enough.
+  /// Compares the camera's clock with ours; about a millisecond. A few times a second is enough.
   void follow_clock();
 
   /// Start of the exposure on CLOCK_MONOTONIC.

@@ -96,7 +96,7 @@ TEST_F(AravisFakeCamera, WhatItCannotDoIsRefusedWithWhatItCan) {
 
 TEST_F(AravisFakeCamera, ASecondProgramIsToldThatItIsHeld) {
   const auto source = open_source("gige:127.0.0.1");
-  EXPECT_THAT(refusal("fps=10"), HasSubstr("held by another program"));
+  EXPECT_THAT(refusal("fps=10"), HasSubstr("busy: held by another program"));
 }
 
 TEST_F(AravisFakeCamera, AnUnknownNameIsAnsweredWithThoseThatAreThere) {

@@ -36,6 +36,7 @@ TEST(FrameNumbers, SixteenBitsWrapToOne) {
   numbers.next(65534);
   EXPECT_EQ(numbers.next(65535).sequence, 1u);
   EXPECT_EQ(numbers.next(1).sequence, 2u);
+  EXPECT_TRUE(numbers.next(65535).is_late);
   EXPECT_EQ(numbers.next(4).sequence, 5u);
 }
 
@@ -51,6 +52,21 @@ TEST(FrameNumbers, ExtendedIdsDoNotWrap) {
   numbers.next(65535);
   EXPECT_EQ(numbers.next(65536).sequence, 1u);
   EXPECT_EQ(numbers.next(70000).sequence, 4465u);
+}
+
+TEST(FrameNumbers, WhatComesLateIsNoWrap) {
+  FrameNumbers numbers;
+  numbers.next(1);
+  numbers.next(5);
+  for (const std::uint64_t id : {3u, 5u}) {
+    const auto late = numbers.next(id);
+    EXPECT_TRUE(late.is_late);
+    EXPECT_EQ(late.sequence, id - 1);
+    EXPECT_EQ(late.missing, 0u);
+  }
+  const auto after = numbers.next(6);
+  EXPECT_FALSE(after.is_late);
+  EXPECT_EQ(after.sequence, 5u);
 }
 
 TEST(FrameNumbers, GoOnInStepWithTheCadenceAfterARestart) {

@@ -52,8 +52,8 @@ struct GigeStatistics {
 /// growing pauses, its settings put back; `next` times out meanwhile, the sequence goes on.
 ///
 /// Mono8, Mono10 to 16 and BGR8 frames are the camera's buffers themselves, no copy; a Frame that
-/// is kept keeps its buffer, so hold fewer than `buffers`. Others are unpacked. No allocation per
-/// frame.
+/// is kept keeps its buffer, and when only three of `buffers` are left the next ones are copies.
+/// Other formats are unpacked. No allocation per frame otherwise.
 class GigeSource final : public FrameSource {
  public:
   /// Opens and sets up. @throws Error{kUsage, kNotFound, kUnsupported, kDevice} quoting feature,

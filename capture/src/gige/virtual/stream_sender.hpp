@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <random>
+
+#include <netinet/in.h>
+
+#include "gige/virtual/sent_picture.hpp"
+
+namespace striper::detail {
+
+/// Sends pictures packet by packet at the pace of a link, loses some on purpose, and keeps the last
+/// ones to send packets again. `send` is for one thread, `resend` for another.
+class StreamSender {
+ public:
+  StreamSender(std::uint32_t local_address, double link_mbit_s, std::uint64_t seed);
+  StreamSender(const StreamSender&) = delete;
+  StreamSender& operator=(const StreamSender&) = delete;
+  ~StreamSender();
+
+  std::uint16_t local_port() const noexcept;
+
+  /// A picture to be filled and sent: one that nobody needs any more.
+  std::shared_ptr<SentPicture> make_picture();
+
+  /// From here on the picture is not changed, and can be asked for again by its block id.
+  /// @param packet_delay_ns pause after each packet, on top of the link's.
+  void send(const std::shared_ptr<SentPicture>& picture, std::uint16_t block_id,
+            const sockaddr_in& to, std::int64_t packet_delay_ns);
+
+  /// @return false where the picture is not kept any more.
+  bool resend(std::uint16_t block_id, std::uint32_t first, std::uint32_t last,
+              const sockaddr_in& to);
+
+  void send_test_packet(std::size_t bytes, const sockaddr_in& to);
+
+  std::atomic<double> lost_packets = 0.0;
+  std::atomic<double> lost_resends = 0.0;
+  std::atomic<bool> is_silent = false;
+  std::atomic<std::uint64_t> packets = 0;
+  std::atomic<std::uint64_t> lost = 0;
+  std::atomic<std::uint64_t> resent = 0;
+
+ private:
+  class Batch;
+
+  bool loses(std::mt19937_64& random, double fraction);
+
+  int fd_;
+  double ns_per_byte_;
+  std::mt19937_64 random_;
+  std::mt19937_64 resend_random_;
+  std::mutex mutex_;
+  std::array<std::shared_ptr<SentPicture>, 12> kept_;
+  std::size_t oldest_ = 0;
+};
+
+}  // namespace striper::detail
