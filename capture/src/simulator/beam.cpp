@@ -18,13 +18,16 @@ Beam::Beam(const SimulatedLaser& laser, const Scene& scene)
 
 double Beam::sigma_m(const Eigen::Vector3d& point) const noexcept {
   const Eigen::Vector3d offset = point - origin_;
-  return sheet_sigma_m(laser_, std::hypot(axis_.dot(offset), tangent_.dot(offset)));
+  const double along = axis_.dot(offset);
+  const double across = tangent_.dot(offset);
+  return sheet_sigma_m(laser_, std::sqrt(along * along + across * across));
 }
 
 BeamAt Beam::at(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const noexcept {
   const Eigen::Vector3d offset = point - origin_;
   const double along = axis_.dot(offset);
-  const double distance = std::hypot(along, tangent_.dot(offset));
+  const double across = tangent_.dot(offset);
+  const double distance = std::sqrt(along * along + across * across);
   BeamAt light;
   light.in_fan = distance > 0.0 && along >= distance * cos_half_fan_;
   light.sigma_m = sheet_sigma_m(laser_, distance);

@@ -5,6 +5,16 @@
 
 namespace striper::detail {
 
+/// Natural logarithm of a positive normal number to about 1e-15, plain arithmetic.
+double plain_log(double x) noexcept;
+
+/// Exponential function to about 1e-15 for |x| below 700, plain arithmetic.
+double plain_exp(double x) noexcept;
+
+/// Where the standard normal distribution function is p, 0 < p < 1, to about 1e-15 of its value:
+/// the rational functions of Wichura, algorithm AS 241 (1988), plain arithmetic.
+double normal_quantile(double p) noexcept;
+
 /// Random numbers that depend on nothing but the key: every pixel of every exposure has its own
 /// stream, so that pictures can be rendered in any order and in part.
 ///
@@ -22,28 +32,23 @@ class PixelRandom {
   /// Uniform in (0, 1): the middle of one of 2^53 cells.
   double uniform() noexcept { return (static_cast<double>(bits() >> 11) + 0.5) * 0x1.0p-53; }
 
-  /// Standard normal: Marsaglia's polar method (1964).
-  double normal() noexcept;
+  /// Standard normal, by inversion of its distribution function.
+  double normal() noexcept { return normal_quantile(uniform()); }
 
   /// Poisson: inversion below a mean of 10, Hoermann's transformed rejection PTRS (1993) above.
   double poisson(double mean) noexcept;
 
- private:
-  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15ULL;
-
+  /// The finalizer of SplitMix64: every bit of the result depends on every bit of `z`.
   static std::uint64_t mix(std::uint64_t z) noexcept {
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
     return z ^ (z >> 31);
   }
 
+ private:
+  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15ULL;
+
   std::uint64_t state_;
 };
-
-/// Natural logarithm of a positive normal number to about 1e-15, plain arithmetic.
-double plain_log(double x) noexcept;
-
-/// Exponential function to about 1e-15 for |x| below 700, plain arithmetic.
-double plain_exp(double x) noexcept;
 
 }  // namespace striper::detail

@@ -170,6 +170,8 @@ void check_object(const std::string& field, const SceneObject& object) {
   check_not_negative(field + ".retro.gain", material.retro_gain);
   check_positive(field + ".retro.spread", material.retro_spread_rad);
   check_not_negative(field + ".radiance_w_m2_sr_nm", material.radiance_w_m2_sr_nm);
+  check_range(field + ".mottle.contrast", material.mottle_contrast, 0.0, 1.0);
+  check_positive(field + ".mottle.grain_m", material.mottle_grain_m);
   std::visit([&](const auto& texture) { check_texture(field, texture); }, material.texture);
   check_pose(field, object.T_world_object);
   check_motion(field, object.motion);

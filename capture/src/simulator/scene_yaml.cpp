@@ -284,7 +284,8 @@ Shape read_shape(const SceneField& field) {
 SceneObject read_object(const SceneField& field) {
   field.require_map({"name", "shape", "size_m", "radius_m", "length_m", "profile_m", "position_m",
                      "rotation_deg", "normal", "velocity_m_s", "angular_velocity_deg_s",
-                     "reflectance", "retro", "radiance_w_m2_sr_nm", "checkerboard", "stripe"});
+                     "reflectance", "retro", "radiance_w_m2_sr_nm", "mottle", "checkerboard",
+                     "stripe"});
   SceneObject object;
   object.shape = read_shape(field);
   object.name = field.path();
@@ -295,6 +296,11 @@ SceneObject read_object(const SceneField& field) {
   field.read("reflectance", material.reflectance);
   read_retro(field, material.retro_gain, material.retro_spread_rad);
   field.read("radiance_w_m2_sr_nm", material.radiance_w_m2_sr_nm);
+  if (const auto mottle = field.find("mottle")) {
+    mottle->require_map({"contrast", "grain_m"});
+    mottle->read("contrast", material.mottle_contrast);
+    mottle->read("grain_m", material.mottle_grain_m);
+  }
   if (const auto board = field.find("checkerboard")) material.texture = read_checkerboard(*board);
   if (const auto stripe = field.find("stripe")) {
     if (field.find("checkerboard")) stripe->refuse("either checkerboard or stripe, not both");

@@ -13,6 +13,41 @@ namespace striper::detail {
 namespace {
 
 constexpr std::uint64_t kWearSeed = 1991;
+constexpr int kMottleOctaves = 2;
+
+/// A random number between 0 and 1 for each point of a lattice.
+double lattice_value(double i, double j, std::uint64_t octave) {
+  const auto column = static_cast<std::uint64_t>(static_cast<std::int64_t>(i));
+  const auto row = static_cast<std::uint64_t>(static_cast<std::int64_t>(j));
+  const std::uint64_t key = column * 0x9E3779B97F4A7C15ULL + row * 0xC2B2AE3D27D4EB4FULL + octave;
+  return static_cast<double>(PixelRandom::mix(key) >> 11U) * 0x1.0p-53;
+}
+
+/// Smooth noise between -1 and 1: random values on a lattice, blended (Perlin's value noise).
+double mottle(double right, double up, std::uint64_t octave) {
+  const double column = std::floor(right);
+  const double row = std::floor(up);
+  const auto blend = [](double t) { return t * t * (3.0 - 2.0 * t); };
+  const double across = blend(right - column);
+  const double down = blend(up - row);
+  const auto value = [&](double i, double j) { return lattice_value(column + i, row + j, octave); };
+  const double lower = value(0, 0) + across * (value(1, 0) - value(0, 0));
+  const double upper = value(0, 1) + across * (value(1, 1) - value(0, 1));
+  return 2.0 * (lower + down * (upper - lower)) - 1.0;
+}
+
+/// Two octaves, the finer one at half the grain and half the strength, between -1 and 1.
+double mottle_at(const Material& material, double right, double up) {
+  double sum = 0.0;
+  double weight = 2.0 / 3.0;
+  double scale = 1.0 / material.mottle_grain_m;
+  for (int octave = 0; octave < kMottleOctaves; ++octave) {
+    sum += weight * mottle(scale * right, scale * up, static_cast<std::uint64_t>(octave));
+    weight *= 0.5;
+    scale *= 2.0;
+  }
+  return sum;
+}
 
 void look_up(const Checkerboard& board, double right, double up, Reflection& spot) {
   const double column = right / board.square_m + 0.5 * (board.columns + 1);
@@ -60,12 +95,16 @@ Reflection reflection_at(const Material& material, const Facet& facet,
                          const Eigen::Vector3d& point) noexcept {
   Reflection spot{material.reflectance, material.retro_gain, material.retro_spread_rad, 0};
   if (facet.kind == Facet::Kind::kTube) return spot;
+  const bool is_plain =
+      std::holds_alternative<std::monostate>(material.texture) && material.mottle_contrast == 0.0;
+  if (is_plain) return spot;
   const Eigen::Vector3d offset = point - facet.center;
-  std::visit(
-      [&](const auto& texture) {
-        look_up(texture, facet.right.dot(offset), facet.up.dot(offset), spot);
-      },
-      material.texture);
+  const double right = facet.right.dot(offset);
+  const double up = facet.up.dot(offset);
+  std::visit([&](const auto& texture) { look_up(texture, right, up, spot); }, material.texture);
+  if (material.mottle_contrast > 0.0) {
+    spot.reflectance *= 1.0 + material.mottle_contrast * mottle_at(material, right, up);
+  }
   return spot;
 }
 
@@ -76,12 +115,29 @@ Shading::Shading(const Scene& scene, const World& world) : scene_(scene), world_
   for (const SimulatedLaser& laser : scene.lasers) {
     laser_scale_.push_back(electrons_per_radiance(scene.imager, laser.wavelength_nm));
   }
+  for (std::size_t i = 0; i < world.facets().size(); ++i) {
+    const Facet& facet = world.facets()[i];
+    const Eigen::Vector3d normal =
+        facet.normal.dot(facet.center) > 0.0 ? Eigen::Vector3d(-facet.normal) : facet.normal;
+    FacetLight& light = facets_.emplace_back(light_on(normal));
+    light.material = &scene.objects[static_cast<std::size_t>(facet.object)].material;
+    light.own_radiance = light.material->radiance_w_m2_sr_nm;
+    if (scene.daylight.shadows) light.sun_casters = world.sun_casters(static_cast<int>(i));
+  }
+}
+
+Shading::FacetLight Shading::light_on(const Eigen::Vector3d& normal) const noexcept {
+  const Daylight& daylight = scene_.daylight;
+  FacetLight light;
+  const double sky_share = 0.5 * (1.0 + normal.dot(world_.up()));
+  light.diffuse_w_m2_nm = daylight.ambient_w_m2_nm + daylight.sky_w_m2_nm * sky_share;
+  light.sun_w_m2_nm = daylight.sun_w_m2_nm * std::max(0.0, normal.dot(world_.to_sun()));
+  return light;
 }
 
 Reflection Shading::reflection(const Hit& hit, const Eigen::Vector3d& point) const noexcept {
-  const Facet& facet = world_.facet(hit.facet);
-  return reflection_at(scene_.objects[static_cast<std::size_t>(facet.object)].material, facet,
-                       point);
+  return reflection_at(*facets_[static_cast<std::size_t>(hit.facet)].material,
+                       world_.facet(hit.facet), point);
 }
 
 double Shading::falloff(const Eigen::Vector3d& ray) const noexcept {
@@ -89,23 +145,26 @@ double Shading::falloff(const Eigen::Vector3d& ray) const noexcept {
   return std::pow(ray.z() / ray.norm(), scene_.imager.falloff_exponent);
 }
 
-double Shading::daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray) const noexcept {
-  const Daylight& light = scene_.daylight;
+double Shading::daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray,
+                                   const Reflection& spot) const noexcept {
   const double scale = daylight_scale_ * falloff(ray);
-  if (!hit.found()) return scale * light.sky_radiance_w_m2_sr_nm;
+  if (!hit.found()) return scale * scene_.daylight.sky_radiance_w_m2_sr_nm;
   const Eigen::Vector3d point = hit.t * ray;
-  const Eigen::Vector3d normal = world_.normal_to_camera(hit.facet, point);
-  const Reflection spot = reflection(hit, point);
-
-  const double sky_share = 0.5 * (1.0 + normal.dot(world_.up()));
-  double radiance = (light.ambient_w_m2_nm + light.sky_w_m2_nm * sky_share) * spot.brdf(-1.0);
-  const double cos_sun = normal.dot(world_.to_sun());
-  if (light.sun_w_m2_nm > 0.0 && cos_sun > 0.0 && !(light.shadows && world_.in_shade(point))) {
-    const double cos_angle = -world_.to_sun().dot(point) / point.norm();
-    radiance += light.sun_w_m2_nm * cos_sun * spot.brdf(cos_angle);
+  const Facet& facet = world_.facet(hit.facet);
+  const FacetLight& flat = facets_[static_cast<std::size_t>(hit.facet)];
+  double diffuse = flat.diffuse_w_m2_nm;
+  double sun = flat.sun_w_m2_nm;
+  if (facet.kind == Facet::Kind::kTube) {
+    const FacetLight round = light_on(world_.normal_to_camera(hit.facet, point));
+    diffuse = round.diffuse_w_m2_nm;
+    sun = round.sun_w_m2_nm;
   }
-  const int object = world_.facet(hit.facet).object;
-  radiance += scene_.objects[static_cast<std::size_t>(object)].material.radiance_w_m2_sr_nm;
+  double radiance = flat.own_radiance + diffuse * spot.brdf(-1.0);
+  if (sun > 0.0 && !world_.in_shade(point, flat.sun_casters)) {
+    const double cos_angle =
+        spot.retro_gain == 0.0 ? 1.0 : -world_.to_sun().dot(point) / point.norm();
+    radiance += sun * spot.brdf(cos_angle);
+  }
   return scale * radiance;
 }
 

@@ -32,7 +32,12 @@ class Shading {
   Shading(const Scene& scene, const World& world);
 
   /// Electrons that daylight and lamps put into a pixel which sees this hit (or no hit at all).
-  double daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray) const noexcept;
+  double daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray) const noexcept {
+    return daylight_electrons(hit, ray, hit.found() ? reflection(hit, hit.t * ray) : Reflection{});
+  }
+  /// The same, its texture looked up already.
+  double daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray,
+                            const Reflection& spot) const noexcept;
 
   /// Electrons per J/m^2 of fluence from `origin` on a spot of a surface, as a pixel sees it.
   double electrons_per_fluence(const Reflection& spot, const Eigen::Vector3d& point,
@@ -41,12 +46,23 @@ class Shading {
   Reflection reflection(const Hit& hit, const Eigen::Vector3d& point) const noexcept;
 
  private:
+  /// The daylight on a facet: constant where it is flat.
+  struct FacetLight {
+    double diffuse_w_m2_nm = 0.0;  ///< From sky and surroundings.
+    double sun_w_m2_nm = 0.0;      ///< From the sun, shadows left out.
+    double own_radiance = 0.0;
+    const Material* material = nullptr;
+    std::vector<int> sun_casters;  ///< What may stand between it and the sun.
+  };
+
+  FacetLight light_on(const Eigen::Vector3d& normal) const noexcept;
   double falloff(const Eigen::Vector3d& ray) const noexcept;
 
   const Scene& scene_;
   const World& world_;
   double daylight_scale_;            // Electrons per W/(m^2 sr nm).
   std::vector<double> laser_scale_;  // Electrons per J/(m^2 sr).
+  std::vector<FacetLight> facets_;
 };
 
 }  // namespace striper::detail

@@ -11,7 +11,12 @@
 namespace striper::detail {
 namespace {
 
-constexpr int kSamples = 64;  // Of a pixel on an edge.
+// Rays of a pixel on an edge of a texture (a checkerboard's corners must be exact), of a surface,
+// of light and shade.
+constexpr int kTextureSamples = 64;
+constexpr int kSurfaceSamples = 16;
+constexpr int kShadeSamples = 4;
+constexpr float kSmooth = 0.05F;  // Neighbours that differ by less are no edge.
 
 /// Shares of the lens blur among whole pixels, symmetric, the centre first; its variance is that of
 /// the blur.
@@ -58,16 +63,18 @@ cv::Mat blurred(const cv::Mat& image, double sigma_px) {
 
 namespace {
 
-/// Tells whether two neighbouring pixels see the same thing in the same light.
+/// What a pixel's centre sees.
 struct Seen {
   int facet = -1;
   int patch = 0;
   float electrons = 0.0F;
 
-  bool differs_from(const Seen& other) const noexcept {
-    const float larger = std::max(electrons, other.electrons);
-    return facet != other.facet || patch != other.patch ||
-           std::abs(electrons - other.electrons) > 0.02F * larger;
+  /// How many rays a pixel needs whose neighbour is another: 1 where both see the same.
+  int samples_beside(const Seen& other) const noexcept {
+    if (facet != other.facet) return kSurfaceSamples;
+    if (patch != other.patch) return kTextureSamples;
+    const float difference = std::abs(electrons - other.electrons);
+    return difference > kSmooth * std::max(electrons, other.electrons) ? kShadeSamples : 1;
   }
 };
 
@@ -80,8 +87,9 @@ class DaylightPainter {
     cv::Mat image(region_.height, region_.width, CV_32FC1);
     for (int row = 0; row < region_.height; ++row) {
       for (int column = 0; column < region_.width; ++column) {
+        const int samples = samples_needed(column, row);
         image.at<float>(row, column) =
-            is_on_edge(column, row) ? sampled(column, row) : seen(column, row).electrons;
+            samples > 1 ? sampled(column, row, samples) : seen(column, row).electrons;
       }
     }
     return blurred(image, view_.scene().imager.blur_sigma_px);
@@ -101,39 +109,43 @@ class DaylightPainter {
         Seen& pixel = seen_.emplace_back();
         if (!ray.allFinite()) continue;
         pixel.facet = hit.facet;
-        if (hit.found()) {
-          pixel.patch = view_.shading().reflection(hit, hit.t * ray.homogeneous()).patch;
-        }
+        const Eigen::Vector3d direction = ray.homogeneous();
+        const Reflection spot =
+            hit.found() ? view_.shading().reflection(hit, hit.t * direction) : Reflection{};
+        pixel.patch = spot.patch;
         pixel.electrons =
-            static_cast<float>(view_.shading().daylight_electrons(hit, ray.homogeneous()));
+            static_cast<float>(view_.shading().daylight_electrons(hit, direction, spot));
       }
     }
   }
 
-  bool is_on_edge(int column, int row) const noexcept {
+  int samples_needed(int column, int row) const noexcept {
     const Seen& here = seen(column, row);
+    int samples = 1;
     for (int j = std::max(row - 1, 0); j <= std::min(row + 1, region_.height - 1); ++j) {
       for (int i = std::max(column - 1, 0); i <= std::min(column + 1, region_.width - 1); ++i) {
-        if (here.differs_from(seen(i, j))) return true;
+        samples = std::max(samples, here.samples_beside(seen(i, j)));
       }
     }
-    return false;
+    return samples;
   }
 
-  /// The mean over a pixel of a lattice of points that is even in every direction (Roberts' R2).
-  float sampled(int column, int row) const {
+  /// The mean over a pixel of a lattice of points, each in a row and a column of its own, so that
+  /// an edge along either axis is right to half a sample (a rank-1 lattice, Korobov 1959).
+  float sampled(int column, int row, int samples) const {
     const int u = column + region_.x;
     const int v = row + region_.y;
+    const int generator = samples == kTextureSamples ? 39 : samples == kSurfaceSamples ? 7 : 3;
     double sum = 0.0;
-    for (int k = 0; k < kSamples; ++k) {
-      const double x = std::fmod(0.5 + 0.75487766624669276 * (k + 1), 1.0) - 0.5;
-      const double y = (k + 0.5) / kSamples - 0.5;
+    for (int k = 0; k < samples; ++k) {
+      const double x = (k * generator % samples + 0.5) / samples - 0.5;
+      const double y = (k + 0.5) / samples - 0.5;
       const Eigen::Vector2d ray = view_.rays().interpolate(u + x, v + y);
       if (!ray.allFinite()) continue;
       const Hit hit = view_.cast(u, v, ray.homogeneous());
       sum += view_.shading().daylight_electrons(hit, ray.homogeneous());
     }
-    return static_cast<float>(sum / kSamples);
+    return static_cast<float>(sum / samples);
   }
 
   const View& view_;

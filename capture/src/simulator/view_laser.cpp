@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kCells = 4;  // Per pixel and axis.
 constexpr double kCell = 1.0 / kCells;
-constexpr double kReachSigmas = 6.0;
+constexpr int kTaps = 5;  // Pixels that a cell's ray is interpolated from, per axis.
+constexpr double kReachSigmas = 5.5;
 
 /// Shares of a cell's light among the pixels around its own, in one axis: the pixel's box under the
 /// lens blur. The cell's own width, over which its light is already spread, is taken out of the
@@ -143,17 +144,61 @@ class StripePainter {
     const RayGrid& rays = view_.rays();
     const Eigen::Vector2d du = 0.5 * (rays.at(u + 1, v) - rays.at(u - 1, v));
     const Eigen::Vector2d dv = 0.5 * (rays.at(u, v + 1) - rays.at(u, v - 1));
+    const CellRays cell_rays = interpolate_cells(u, v);
     bool any = false;
-    for (int down = 0; down < kCells; ++down) {
-      for (int across = 0; across < kCells; ++across) {
-        const Eigen::Vector2d ray = rays.interpolate(u + CellSpread::cell_center(across),
-                                                     v + CellSpread::cell_center(down));
+    for (std::size_t down = 0; down < kCells; ++down) {
+      for (std::size_t across = 0; across < kCells; ++across) {
+        const Eigen::Vector2d& ray = cell_rays[down][across];
         const double light = ray.allFinite() ? cell_light(u, v, ray.homogeneous(), du, dv) : 0.0;
-        cells[static_cast<std::size_t>(down)][static_cast<std::size_t>(across)] = light;
+        cells[down][across] = light;
         any = any || light != 0.0;
       }
     }
     return any;
+  }
+
+  using CellRays = std::array<std::array<Eigen::Vector2d, kCells>, kCells>;  // [down][across]
+
+  /// The rays through the middles of a pixel's cells: RayGrid::interpolate for all of them at once.
+  CellRays interpolate_cells(int u, int v) const noexcept {
+    std::array<std::array<Eigen::Vector2d, kCells>, kTaps> rows;  // Across, then down.
+    for (int tap = 0; tap < kTaps; ++tap) {
+      for (std::size_t cell = 0; cell < kCells; ++cell) {
+        Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+        for (int i = 0; i < kTaps; ++i) {
+          sum += weights_[cell][static_cast<std::size_t>(i)] *
+                 view_.rays().at(u + i - kTaps / 2, v + tap - kTaps / 2);
+        }
+        rows[static_cast<std::size_t>(tap)][cell] = sum;
+      }
+    }
+    CellRays result;
+    for (std::size_t down = 0; down < kCells; ++down) {
+      for (std::size_t across = 0; across < kCells; ++across) {
+        Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+        for (std::size_t tap = 0; tap < kTaps; ++tap)
+          sum += weights_[down][tap] * rows[tap][across];
+        result[down][across] = sum;
+      }
+    }
+    return result;
+  }
+
+  using Taps = std::array<std::array<double, kTaps>, kCells>;
+
+  /// The cubic weights of the pixels around a cell's own, for each cell of an axis.
+  static Taps tap_weights() noexcept {
+    Taps taps{};
+    for (int cell = 0; cell < kCells; ++cell) {
+      const double position = CellSpread::cell_center(cell);
+      const int base = position < 0.0 ? -1 : 0;
+      const Eigen::Vector4d weights = cubic_weights(position - base);
+      for (int i = 0; i < 4; ++i) {
+        taps[static_cast<std::size_t>(cell)][static_cast<std::size_t>(base - 1 + i + kTaps / 2)] =
+            weights[i];
+      }
+    }
+    return taps;
   }
 
   /// Electrons of one cell. @param du, dv the ray's change per pixel.
@@ -187,6 +232,7 @@ class StripePainter {
   int laser_;
   cv::Rect region_;
   CellSpread spread_;
+  Taps weights_ = tap_weights();
   std::vector<int> casters_;
   std::vector<double> heights_;
   cv::Mat electrons_;

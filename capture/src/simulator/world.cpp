@@ -90,15 +90,16 @@ struct FacetMaker {
   }
 };
 
-/// Distance along a ray to a facet, or infinity; only beyond `t_min`.
+/// Distance along a ray to a facet, or infinity; only between `t_min` and `t_max`.
 double intersect(const Facet& facet, const Eigen::Vector3d& origin,
-                 const Eigen::Vector3d& direction, double t_min) noexcept {
+                 const Eigen::Vector3d& direction, double t_min,
+                 double t_max = kInfinity) noexcept {
   const Eigen::Vector3d to_center = facet.center - origin;
   if (facet.kind != Facet::Kind::kTube) {
     const double slope = facet.normal.dot(direction);
     if (slope == 0.0) return kInfinity;
     const double t = facet.normal.dot(to_center) / slope;
-    if (!(t > t_min)) return kInfinity;
+    if (!(t > t_min && t < t_max)) return kInfinity;
     const Eigen::Vector3d offset = t * direction - to_center;
     const double a = facet.right.dot(offset);
     const double b = facet.up.dot(offset);
@@ -163,7 +164,7 @@ World::World(const Scene& scene, double time_s) {
 Hit World::first_hit(const Eigen::Vector3d& ray) const noexcept {
   Hit hit;
   for (std::size_t i = 0; i < facets_.size(); ++i) {
-    const double t = intersect(facets_[i], Eigen::Vector3d::Zero(), ray, 0.0);
+    const double t = intersect(facets_[i], Eigen::Vector3d::Zero(), ray, 0.0, hit.t);
     if (t < hit.t) hit = {t, static_cast<int>(i)};
   }
   return hit;
@@ -172,7 +173,7 @@ Hit World::first_hit(const Eigen::Vector3d& ray) const noexcept {
 Hit World::first_hit(const Eigen::Vector3d& ray, const std::vector<int>& among) const noexcept {
   Hit hit;
   for (const int i : among) {
-    const double t = intersect(facet(i), Eigen::Vector3d::Zero(), ray, 0.0);
+    const double t = intersect(facet(i), Eigen::Vector3d::Zero(), ray, 0.0, hit.t);
     if (t < hit.t) hit = {t, i};
   }
   return hit;
@@ -189,9 +190,27 @@ bool World::blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
   });
 }
 
-bool World::in_shade(const Eigen::Vector3d& point) const noexcept {
+std::vector<int> World::sun_casters(int index) const {
+  const Facet& receiver = facet(index);
+  std::vector<int> casters;
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    const Facet& caster = facets_[i];
+    const bool is_itself = static_cast<int>(i) == index;
+    if (is_itself && caster.kind != Facet::Kind::kTube) continue;
+    // The receiver's bounding sphere, swept towards the sun, must touch the caster's.
+    const Eigen::Vector3d away = caster.center - receiver.center;
+    const double reach = caster.bounding_radius + receiver.bounding_radius;
+    const double towards_sun = away.dot(to_sun_);
+    const bool is_beside = (away - towards_sun * to_sun_).norm() > reach;
+    if (!is_beside && towards_sun >= -reach) casters.push_back(static_cast<int>(i));
+  }
+  return casters;
+}
+
+bool World::in_shade(const Eigen::Vector3d& point, const std::vector<int>& casters) const noexcept {
   const double margin = kShadowMargin * (1.0 + point.norm());
-  return std::any_of(facets_.begin(), facets_.end(), [&](const Facet& caster) {
+  return std::any_of(casters.begin(), casters.end(), [&](int index) {
+    const Facet& caster = facet(index);
     return !misses_sphere(caster, point, to_sun_, 1.0) &&
            intersect(caster, point, to_sun_, margin) < kInfinity;
   });

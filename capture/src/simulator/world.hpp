@@ -53,8 +53,10 @@ class World {
   /// True where one of `casters` stands between two points.
   bool blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
                const std::vector<int>& casters) const noexcept;
-  /// True where anything stands between a point and the sun.
-  bool in_shade(const Eigen::Vector3d& point) const noexcept;
+  /// The facets that may stand between a facet and the sun.
+  std::vector<int> sun_casters(int facet) const;
+  /// True where one of `casters` stands between a point and the sun.
+  bool in_shade(const Eigen::Vector3d& point, const std::vector<int>& casters) const noexcept;
 
   /// The outward normal of a facet at a point of it, turned towards the camera.
   Eigen::Vector3d normal_to_camera(int facet, const Eigen::Vector3d& point) const noexcept;

@@ -62,7 +62,8 @@ objects:
   - {name: board, shape: rectangle, size_m: [0.5, 0.4], position_m: [1, 0, 0],
      checkerboard: {columns: 7, rows: 5, square_m: 0.05, black: 0.1, white: 0.9}}
   - {shape: disc, radius_m: 0.2, radiance_w_m2_sr_nm: 3}
-  - {shape: box, size_m: [1, 2, 3], retro: {gain: 10, spread_deg: 2}}
+  - {shape: box, size_m: [1, 2, 3], retro: {gain: 10, spread_deg: 2},
+     mottle: {contrast: 0.3, grain_m: 0.02}}
   - {shape: cylinder, radius_m: 0.1, length_m: 2, velocity_m_s: [1, 0, 0]}
   - {shape: sweep, profile_m: [[0, 0], [0, 0.15], [1, 0.15]], length_m: 5}
 )",
@@ -136,6 +137,8 @@ objects:
   EXPECT_EQ(scene.objects[2].material.radiance_w_m2_sr_nm, 3.0);
   EXPECT_EQ(std::get<Box>(scene.objects[3].shape).size_m, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(scene.objects[3].material.retro_gain, 10.0);
+  EXPECT_EQ(scene.objects[3].material.mottle_contrast, 0.3);
+  EXPECT_EQ(scene.objects[3].material.mottle_grain_m, 0.02);
   EXPECT_EQ(std::get<Cylinder>(scene.objects[4].shape).length_m, 2.0);
   EXPECT_EQ(std::get<Sweep>(scene.objects[5].shape).profile_m.size(), 3U);
 }

@@ -49,6 +49,10 @@ struct Material {
   /// Light that the surface sends out by itself, spectral radiance in the filter's band: a lamp
   /// (rear light about 1 to 10), or a mirror image of the sun (2e4 and above).
   double radiance_w_m2_sr_nm = 0.0;
+  /// Mottling of flat faces, as of grass or asphalt: the reflectance (of texture and all) varies
+  /// smoothly by up to this fraction, over about `mottle_grain_m`.
+  double mottle_contrast = 0.0;
+  double mottle_grain_m = 0.05;
   std::variant<std::monostate, Checkerboard, PaintedStripe> texture;
 };
 

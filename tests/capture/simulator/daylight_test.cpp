@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves what daylight, lamps and textures put into the picture: checkerboard corners against a
+// corner finder, paint, mottling, sun shadows, sky, retroreflection, bloom. Does not prove that
+// grass looks like grass.
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include <striper/simulator/simulator.hpp>
+
+#include "support/random.hpp"
+
+namespace striper {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Daylight without a laser, numbers large enough to see small differences.
+Scene lit_scene() {
+  Scene scene;
+  scene.lasers[0].pulse_energy_j = 0.0;
+  scene.imager.bit_depth = 16;
+  scene.imager.dn_per_electron = 10.0;
+  scene.imager.black_level_dn = 0.0;
+  scene.daylight.ambient_w_m2_nm = 1.0;
+  return scene;
+}
+
+SceneObject object(const Shape& shape, const Vector3d& position) {
+  SceneObject result;
+  result.shape = shape;
+  result.T_world_object.translation() = position;
+  return result;
+}
+
+/// The picture in 8 bits, its brightest pixel at 220.
+cv::Mat exposed(const cv::Mat& expected) {
+  double most = 0.0;
+  cv::minMaxIdx(expected, nullptr, &most);
+  cv::Mat image;
+  expected.convertTo(image, CV_8U, 220.0 / most);
+  return image;
+}
+
+TEST(SimulatedBoard, CornersAreWhereACornerFinderSeesThem) {
+  const Checkerboard board{.columns = 8, .rows = 6, .square_m = 0.04, .border_m = 0.04};
+  for (int trial = 0; trial < 4; ++trial) {
+    Scene scene = lit_scene();
+    const double f = scene.camera.fx();
+    scene.camera = CameraModel(640, 480, f, f, 320.0, 238.0, LensModel::kPlumbBob,
+                               {-0.2, 0.05, 1e-3, -5e-4, 0.0});
+    scene.imager.blur_sigma_px = 1.0;
+    scene.objects.push_back(
+        object(Rectangle{0.5, 0.42}, {0.9, testing::uniform(-0.05, 0.05), 0.0}));
+    scene.objects[0].material.texture = board;
+    scene.objects[0].T_world_object.linear() = rotation_from_rpy(
+        testing::uniform(-0.3, 0.3), testing::uniform(-0.5, 0.5), testing::uniform(-0.5, 0.5));
+    Simulator simulator(scene);
+    const cv::Mat image = exposed(simulator.expected_dn(0));
+    std::vector<cv::Point2f> corners;
+    ASSERT_TRUE(cv::findChessboardCorners(image, {8, 6}, corners));
+    cv::cornerSubPix(image, corners, {5, 5}, {-1, -1},
+                     cv::TermCriteria(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4));
+    const Eigen::Isometry3d T_cam_board = simulator.T_cam_object(0, 0);
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    double mean_square = 0.0;
+    for (int i = 0; i < board.rows * board.columns; ++i) {
+      const Eigen::Vector2d on_face = board.corner_m(i % board.columns, i / board.columns);
+      const Vector3d p_board(0.0, -on_face.x(), on_face.y());
+      const Eigen::Vector2d truth = scene.camera.project(T_cam_board * p_board).pixel;
+      Eigen::Vector2d nearest(100.0, 100.0);
+      for (const cv::Point2f& corner : corners) {
+        const Eigen::Vector2d error = Eigen::Vector2d(corner.x, corner.y) - truth;
+        if (error.norm() < nearest.norm()) nearest = error;
+      }
+      mean += nearest / 48.0;
+      mean_square += nearest.squaredNorm() / 48.0;
+    }
+    // The finder scatters by some hundredths of a pixel by itself, but about the truth.
+    EXPECT_LT(mean.norm(), 0.015);
+    EXPECT_LT(std::sqrt(mean_square), 0.06);
+  }
+}
+
+TEST(SimulatedBoard, IsSeenFromItsFrontWithABlackSquareTopLeftAndAWhiteBorder) {
+  Scene scene = lit_scene();
+  scene.objects.push_back(object(Rectangle{0.5, 0.42}, {0.9, 0.0, 0.0}));
+  scene.objects[0].material.texture = Checkerboard{.columns = 8, .rows = 6};
+  scene.objects[0].material.reflectance = 0.5;
+  Simulator simulator(scene);
+  const cv::Mat image = simulator.expected_dn(0);
+  const double scale = scene.camera.fx() / 0.9;
+  const auto at = [&](double right_m, double up_m) {
+    return image.at<float>(static_cast<int>(std::lround(239.5 - scale * up_m)),
+                           static_cast<int>(std::lround(319.5 + scale * right_m)));
+  };
+  const double white = at(-0.18 - 0.02, 0.0);               // In the border.
+  EXPECT_NEAR(at(-0.16, 0.12) / white, 0.05 / 0.85, 1e-5);  // Top left square.
+  EXPECT_NEAR(at(-0.12, 0.12) / white, 1.0, 1e-5);
+  EXPECT_NEAR(at(0.16, -0.12) / white, 0.05 / 0.85, 1e-5);  // 9 x 7 squares: bottom right too.
+  EXPECT_NEAR(at(-0.235, 0.0) / white, 0.5 / 0.85, 1e-5);   // Beyond the border.
+}
+
+TEST(SimulatedBoard, PixelsOnAnEdgeHoldTheShareOfEachSide) {
+  Scene scene = lit_scene();
+  scene.objects.push_back(object(Rectangle{1.0, 1.0}, {1.0, 0.0, 0.0}));
+  scene.objects[0].material.texture = Checkerboard{.columns = 1, .rows = 1, .square_m = 0.3};
+  for (const double shift_px : {0.0, 0.13, 0.37, 0.5, 0.81}) {
+    scene.objects[0].T_world_object.translation().y() = -shift_px / scene.camera.fx();
+    const cv::Mat image = Simulator(scene).expected_dn(0);
+    // The edge is at u = 319.5 + shift: to its left, above the middle, black.
+    const double edge = 319.5 + shift_px;
+    const int column = static_cast<int>(std::lround(edge));
+    const double share_black = std::clamp(edge - (column - 0.5), 0.0, 1.0);
+    const double black = image.at<float>(150, 250);
+    const double white = image.at<float>(150, 400);
+    const double share = (white - image.at<float>(150, column)) / (white - black);
+    EXPECT_NEAR(share, share_black, 1.0 / 64.0) << shift_px;
+  }
+}
+
+TEST(SimulatedPaint, DashesWearAndOffsetAreAsGiven) {
+  Scene scene = lit_scene();
+  scene.objects.push_back(object(Plane{}, {2.0, 0.0, 0.0}));
+  scene.objects[0].material.reflectance = 0.1;
+  PaintedStripe stripe{
+      .width_m = 0.2, .offset_m = 0.3, .dash_m = 0.3, .gap_m = 0.2, .reflectance = 0.6};
+  scene.objects[0].material.texture = stripe;
+  const cv::Mat image = Simulator(scene).expected_dn(0);
+  const double px_per_m = scene.camera.fx() / 2.0;
+  const auto at = [&](double right_m, double up_m) {
+    return image.at<float>(static_cast<int>(std::lround(239.5 - px_per_m * up_m)),
+                           static_cast<int>(std::lround(319.5 + px_per_m * right_m)));
+  };
+  const double ground = at(0.0, 0.1);
+  EXPECT_NEAR(at(0.3, 0.1) / ground, 6.0, 1e-4);   // First dash: 0 to 0.3.
+  EXPECT_NEAR(at(0.3, 0.4) / ground, 1.0, 1e-4);   // Gap.
+  EXPECT_NEAR(at(0.3, 0.55) / ground, 6.0, 1e-4);  // Next dash: from 0.5.
+  EXPECT_NEAR(at(0.3, -0.1) / ground, 1.0, 1e-4);  // Gap before the first.
+  EXPECT_NEAR(at(0.19, 0.1) / ground, 1.0, 1e-4);
+  EXPECT_NEAR(at(0.39, 0.1) / ground, 6.0, 1e-4);
+
+  stripe.dash_m = 0.0;
+  stripe.wear = 0.3;
+  stripe.grain_m = 0.01;
+  scene.objects[0].material.texture = stripe;
+  const cv::Mat worn = Simulator(scene).expected_dn(0);
+  const cv::Rect inside(static_cast<int>(319.5 + px_per_m * 0.21), 20,
+                        static_cast<int>(px_per_m * 0.18), 440);
+  const double painted = (cv::mean(worn(inside))[0] / ground - 1.0) / 5.0;
+  const double patches = 18.0 * 440.0 / px_per_m / 0.01;
+  EXPECT_NEAR(painted, 0.7, 4.0 * std::sqrt(0.3 * 0.7 / patches));
+}
+
+TEST(SimulatedMottle, VariesAboutTheReflectanceWithinItsContrast) {
+  Scene scene = lit_scene();
+  scene.objects.push_back(object(Plane{}, {2.0, 0.0, 0.0}));
+  const double plain = Simulator(scene).expected_dn(0).at<float>(0, 0);
+  scene.objects[0].material.mottle_contrast = 0.4;
+  scene.objects[0].material.mottle_grain_m = 0.05;
+  const cv::Mat image = Simulator(scene).expected_dn(0);
+  double least = 0.0;
+  double most = 0.0;
+  cv::minMaxIdx(image, &least, &most);
+  EXPECT_GT(least, 0.6 * plain);
+  EXPECT_LT(most, 1.4 * plain);
+  EXPECT_GT(most - least, 0.4 * plain);
+  EXPECT_NEAR(cv::mean(image)[0], plain, 0.02 * plain);
+}
+
+TEST(SimulatedSun, BoxCastsTheShadowThatGeometryGives) {
+  Scene scene = lit_scene();
+  scene.daylight.ambient_w_m2_nm = 0.1;
+  scene.daylight.sun_w_m2_nm = 1.0;
+  scene.daylight.sun_direction = {-1.0, 1.0, 0.0};  // From behind left, level.
+  scene.objects.push_back(object(Plane{}, {3.0, 0.0, 0.0}));
+  scene.objects.push_back(object(Rectangle{0.2, 4.0}, {2.0, 0.0, 0.0}));
+  const cv::Mat image = Simulator(scene).expected_dn(0);
+  const double f = scene.camera.fx();
+  const auto at = [&](double y_m) {
+    return image.at<float>(240, static_cast<int>(std::lround(319.5 - f * y_m / 3.0)));
+  };
+  // The plate at x = 2, |y| < 0.1 throws its shadow 1 m on and 1 m to the right: y = -1.1 to -0.9.
+  const double sunlit = at(0.7);
+  const double ratio = (0.1 + std::sqrt(0.5)) / 0.1;
+  EXPECT_NEAR(sunlit / at(-1.0), ratio, 1e-4);
+  EXPECT_NEAR(at(-1.12), sunlit, 1e-4 * sunlit);
+  EXPECT_NEAR(at(-0.88), sunlit, 1e-4 * sunlit);
+  EXPECT_NEAR(sunlit / at(-1.09), ratio, 1e-4);
+  scene.daylight.shadows = false;
+  const cv::Mat without = Simulator(scene).expected_dn(0);
+  const int column = static_cast<int>(std::lround(319.5 + f / 3.0));
+  EXPECT_NEAR(without.at<float>(240, column), sunlit, 1e-4 * sunlit);
+}
+
+TEST(SimulatedSky, LightsTheGroundTwiceAsMuchAsAWall) {
+  Scene scene = lit_scene();
+  scene.daylight.ambient_w_m2_nm = 0.0;
+  scene.daylight.sky_w_m2_nm = 1.0;
+  scene.daylight.sky_radiance_w_m2_sr_nm = 0.25;
+  scene.objects.push_back(object(Rectangle{10.0, 1.0}, {3.0, 0.0, 0.0}));
+  scene.objects.push_back(object(Plane{}, {0.0, 0.0, -0.5}));
+  scene.objects[1].T_world_object.linear() = facing(Vector3d::UnitZ());
+  const cv::Mat image = Simulator(scene).expected_dn(0);
+  const double wall = image.at<float>(240, 320);
+  EXPECT_NEAR(image.at<float>(450, 320) / wall, 2.0, 1e-5);
+  EXPECT_NEAR(image.at<float>(5, 320) / wall, 0.25 / (0.5 * 0.5 / M_PI), 1e-5);  // Sky itself.
+}
+
+TEST(SimulatedPaint, BeadsReturnTheLasersLightToACameraBesideIt) {
+  // Baseline 0.1 m at 2 m: 2.9 degrees between laser and camera at the wall.
+  Scene scene = Scene::flat_wall(2.0);
+  scene.lasers[0].T_device_laser.translation().z() = -0.1;
+  const double plain = Simulator(scene).truth(0).at(0).lines[320].brightest.amplitude_dn;
+  scene.objects[0].material.retro_gain = 8.0;
+  scene.objects[0].material.retro_spread_rad = 0.05;
+  const TrueReturn beads = Simulator(scene).truth(0).at(0).lines[320].brightest;
+  const double angle = std::atan(0.1 / 2.0);
+  EXPECT_NEAR(beads.amplitude_dn / plain,
+              1.0 + 8.0 * std::exp(-0.5 * angle * angle / (0.05 * 0.05)), 1e-3);
+}
+
+TEST(SimulatedLamp, BloomSpreadsLightAndLosesNone) {
+  Scene scene = lit_scene();
+  scene.daylight.ambient_w_m2_nm = 0.0;
+  scene.objects.push_back(object(Disc{0.02}, {2.0, 0.0, 0.0}));
+  scene.objects[0].material.radiance_w_m2_sr_nm = 10.0;
+  const cv::Mat sharp = Simulator(scene).expected_dn(0);
+  scene.imager.bloom = {.fraction = 0.05, .sigma_px = 6.0};
+  const cv::Mat soft = Simulator(scene).expected_dn(0);
+  EXPECT_NEAR(cv::sum(soft)[0] / cv::sum(sharp)[0], 1.0, 1e-5);
+  EXPECT_EQ(sharp.at<float>(240, 340), 0.0F);
+  EXPECT_GT(soft.at<float>(240, 340), 0.0F);
+  // A disc of radius 0.02 m at 2 m covers pi r^2 f^2 / d^2 pixels.
+  const double pixels = M_PI * std::pow(0.02 * scene.camera.fx() / 2.0, 2);
+  EXPECT_NEAR(cv::sum(sharp)[0] / sharp.at<float>(240, 320), pixels, 0.02 * pixels);
+}
+
+TEST(SimulatedLens, FalloffIsThePowerOfTheCosine) {
+  Scene scene = lit_scene();
+  scene.objects.push_back(object(Plane{}, {2.0, 0.0, 0.0}));
+  scene.imager.falloff_exponent = 4.0;
+  const cv::Mat image = Simulator(scene).expected_dn(0);
+  const double tan_theta = (600.0 - 319.5) / scene.camera.fx();
+  const double cos_theta = 1.0 / std::sqrt(1.0 + tan_theta * tan_theta);
+  EXPECT_NEAR(image.at<float>(239, 600) / image.at<float>(239, 319), std::pow(cos_theta, 4), 1e-4);
+}
+
+}  // namespace
+}  // namespace striper
