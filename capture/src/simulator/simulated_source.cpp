@@ -116,8 +116,9 @@ SourceInfo SimulatedSource::info() const {
   SourceInfo info;
   info.uri = uri_;
   info.description = fmt::format("simulated striper '{}'", scene.name);
-  info.image_size = {imager.region.width / imager.binning.width,
-                     imager.region.height / imager.binning.height};
+  info.image_size = {
+      imager.region.width / imager.binning.width,
+      imager.region.height / imager.binning.height / simulator_.frames_per_picture()};
   info.sensor_size = {scene.camera.width(), scene.camera.height()};
   info.bit_depth = imager.bit_depth;
   info.channels = 1;

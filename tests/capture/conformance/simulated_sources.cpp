@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that the simulator, static and moving, whole and by fields, in its own time and in real
-// time, keeps the promises of a source.
+// Proves that the simulator, whole and by fields, in its own time and in real time, keeps the
+// promises of a source.
 #include <string>
 
 #include <striper/capture/open_source.hpp>
@@ -21,11 +21,9 @@ SourceUnderTest scene(const std::string& name, const std::string& file, const st
 
 INSTANTIATE_TEST_SUITE_P(
     Simulator, FrameSourceConformance,
-    ::testing::Values(scene("progressive", "wall.yaml", ""),
-                      scene("limited", "wall.yaml", "?frames=30&fps=50&laser=0,dark"),
+    ::testing::Values(scene("limited", "wall.yaml", "?frames=30&fps=50&laser=0,dark"),
                       scene("woven", "ntsc_sun.yaml", "?frames=30"),
                       scene("alternate", "ntsc_sun.yaml", "?fields=alternate-top&laser=0,dark"),
-                      scene("unknown", "room.yaml", "?illumination=unknown&noise=off"),
                       scene("realtime", "wall.yaml", "?fps=20&realtime=yes")),
     source_name);
 
