@@ -99,25 +99,4 @@ void ChunkMaxima::rank() {
   }
 }
 
-ChunkMaxima::Peak ChunkMaxima::at(int chunk, int line) const noexcept {
-  const std::size_t i = static_cast<std::size_t>(chunk) * static_cast<std::size_t>(lines_) +
-                        static_cast<std::size_t>(line);
-  const std::uint32_t key = has_wide_keys_ ? keys16_[i] : keys8_[i];
-  const std::uint32_t value = has_wide_keys_ ? key >> 16 : key >> 8;
-  return {chunk * kChunk + kChunk - 1 - static_cast<int>(key & (kChunk - 1)),
-          static_cast<int>(value), 0};
-}
-
-ChunkMaxima::Peak ChunkMaxima::best(int nth, int line) const noexcept {
-  const auto n = static_cast<std::size_t>(nth);
-  const auto l = static_cast<std::size_t>(line);
-  const std::uint32_t rank = is_wide_ ? best16_[n][l] : best8_[n][l];
-  if (rank == 0) return {};
-  const int prominence = static_cast<int>(is_wide_ ? rank >> 16 : rank >> 8);
-  const int chunk = static_cast<int>(is_wide_ ? 0xFFFF - (rank & 0xFFFF) : 0xFF - (rank & 0xFF));
-  Peak peak = at(chunk, line);
-  peak.prominence_dn = prominence;
-  return peak;
-}
-
 }  // namespace striper

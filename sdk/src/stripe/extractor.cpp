@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -7,26 +8,48 @@
 #include <striper/stripe/extractor.hpp>
 
 #include "stripe/paper_extractor.hpp"
+#include "stripe/profile_extractor.hpp"
 
 namespace striper {
+namespace {
+
+void check(bool is_right, std::string_view field, double value, std::string_view expected) {
+  if (is_right) return;
+  throw Error(ErrorKind::kBadValue, fmt::format("{} is {}; expected {}", field, value, expected));
+}
+
+void check_positive(const std::optional<double>& value, std::string_view field,
+                    std::string_view expected) {
+  if (value) check(*value > 0.0 && std::isfinite(*value), field, *value, expected);
+}
+
+}  // namespace
 
 void ExtractOptions::validate() const {
-  if (threshold_dn && !(*threshold_dn > 0.0 && std::isfinite(*threshold_dn))) {
-    throw Error(ErrorKind::kBadValue,
-                fmt::format("threshold_dn is {}; expected a number of DN above 0", *threshold_dn));
+  check_positive(threshold_dn, "threshold_dn", "a number of DN above 0");
+  check_positive(stripe_sigma_px, "stripe_sigma_px", "a number of pixels above 0");
+  check(false_alarm_rate > 0.0 && false_alarm_rate < 1.0, "false_alarm_rate", false_alarm_rate,
+        "a rate between 0 and 1");
+  check(weak_false_alarm_rate > 0.0 && weak_false_alarm_rate <= false_alarm_rate,
+        "weak_false_alarm_rate", weak_false_alarm_rate, "above 0 and at most false_alarm_rate");
+  check(min_snr >= 0.0, "min_snr", min_snr, "0 or more");
+  check(min_width_ratio >= 0.0 && min_width_ratio < 1.0, "min_width_ratio", min_width_ratio,
+        "at least 0 and below 1");
+  check(max_width_ratio > 1.0, "max_width_ratio", max_width_ratio, "above 1");
+  check(ambiguity_ratio > 0.0, "ambiguity_ratio", ambiguity_ratio, "above 0");
+  check(max_saturated_sigma_px > 0.0, "max_saturated_sigma_px", max_saturated_sigma_px, "above 0");
+  check(speckle_contrast >= 0.0, "speckle_contrast", speckle_contrast, "0 or more");
+  if (excess_sigma_px) {
+    check(*excess_sigma_px >= 0.0, "excess_sigma_px", *excess_sigma_px, "0 or more");
   }
 }
 
 std::unique_ptr<StripeExtractor> make_extractor(const ExtractOptions& options) {
   options.validate();
-  switch (options.method) {
-    case ExtractMethod::kPaper:
-      return std::make_unique<detail::PaperExtractor>(options);
-    case ExtractMethod::kFast:
-    case ExtractMethod::kRefined:
-      break;
+  if (options.method == ExtractMethod::kPaper) {
+    return std::make_unique<detail::PaperExtractor>(options);
   }
-  throw Error(ErrorKind::kUnsupported, "this build knows the extraction method 'paper' only");
+  return std::make_unique<detail::ProfileExtractor>(options);
 }
 
 }  // namespace striper

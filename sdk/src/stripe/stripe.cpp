@@ -20,4 +20,23 @@ void Stripe::reset(int lines) {
   status.assign(count, ReturnStatus::kNoStripe);
 }
 
+void Stripe::clear() {
+  line.clear();
+  across_px.clear();
+  for (std::vector<float>* values : {&sigma_px, &amplitude_dn, &width_px, &confidence}) {
+    values->clear();
+  }
+  status.clear();
+}
+
+std::size_t Stripe::append(int line_number) {
+  line.push_back(line_number);
+  across_px.push_back(std::numeric_limits<double>::quiet_NaN());
+  for (std::vector<float>* values : {&sigma_px, &amplitude_dn, &width_px, &confidence}) {
+    values->push_back(std::numeric_limits<float>::quiet_NaN());
+  }
+  status.push_back(ReturnStatus::kNoStripe);
+  return line.size() - 1;
+}
+
 }  // namespace striper

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -39,11 +40,31 @@ class ChunkMaxima {
   int chunks() const noexcept { return chunks_; }
 
   /// The first of the largest pixels of a chunk. Its prominence is not filled in.
-  Peak at(int chunk, int line) const noexcept;
+  Peak at(int chunk, int line) const noexcept {
+    const std::size_t i = static_cast<std::size_t>(chunk) * static_cast<std::size_t>(lines_) +
+                          static_cast<std::size_t>(line);
+    const std::uint32_t key = has_wide_keys_ ? keys16_[i] : keys8_[i];
+    const std::uint32_t value = has_wide_keys_ ? key >> 16 : key >> 8;
+    return {chunk * kChunk + kChunk - 1 - static_cast<int>(key & (kChunk - 1)),
+            static_cast<int>(value), 0};
+  }
+
+  /// How prominent the `nth` most prominent chunk of a line is, 0 <= nth < kBest.
+  int prominence_dn(int nth, int line) const noexcept {
+    const std::uint32_t rank = rank_of(nth, line);
+    return static_cast<int>(is_wide_ ? rank >> 16 : rank >> 8);
+  }
 
   /// The chunk maximum that is the `nth` most prominent of a line, 0 <= nth < kBest. Prominence 0
   /// stands for none.
-  Peak best(int nth, int line) const noexcept;
+  Peak best(int nth, int line) const noexcept {
+    const std::uint32_t rank = rank_of(nth, line);
+    if (rank == 0) return {};
+    Peak peak =
+        at(static_cast<int>(is_wide_ ? 0xFFFF - (rank & 0xFFFF) : 0xFF - (rank & 0xFF)), line);
+    peak.prominence_dn = static_cast<int>(is_wide_ ? rank >> 16 : rank >> 8);
+    return peak;
+  }
 
   /// Whether a pixel of the line was blind.
   bool is_partly_blind(int line) const noexcept {
@@ -51,6 +72,12 @@ class ChunkMaxima {
   }
 
  private:
+  std::uint32_t rank_of(int nth, int line) const noexcept {
+    const auto n = static_cast<std::size_t>(nth);
+    const auto l = static_cast<std::size_t>(line);
+    return is_wide_ ? best16_[n][l] : best8_[n][l];
+  }
+
   void find_blind_lines(const LitFrame& frame, StripeAxis axis);
 
   int lines_ = 0;

@@ -19,17 +19,59 @@ enum class ExtractMethod {
   kRefined,  ///< kFast, then Gauss-Newton with variance weights, clipped pixels masked.
 };
 
+/// Which of the peaks of a line is the stripe.
+enum class PeakRule {
+  kBrightest,   ///< The one that rises highest; a rival about as high makes it kAmbiguous.
+  kNearest,     ///< The one nearest to the sensor: behind glass, rain, leaves is not what counts.
+  kFarthest,    ///< The one farthest from it: through glass, rain, leaves.
+  kContinuous,  ///< Where a line alone cannot tell, the one that continues its neighbours.
+  kAll,         ///< Every one, in order across the stripe: a Stripe may then be of any size.
+};
+
+/// Which end of a line of pixels is near: the model knows (`Scanner` fills it in).
+enum class NearEnd { kFirstPixel, kLastPixel };
+
 /// What `make_extractor` needs to know. Every default is here and nowhere else.
 struct ExtractOptions {
-  ExtractMethod method = ExtractMethod::kPaper;
+  ExtractMethod method = ExtractMethod::kRefined;
   StripeAxis axis = StripeAxis::kColumns;
 
   /// A peak must rise this far above the background, DN of the input. Empty: from the noise of the
   /// frame.
   std::optional<double> threshold_dn;
 
-  /// The camera's noise; empty: estimated from each frame's background.
+  /// The camera's noise; empty: estimated from each frame's background, without shot noise.
   std::optional<NoiseModel> noise;
+
+  // What follows is for `fast` and `refined`.
+
+  PeakRule peak = PeakRule::kBrightest;
+  NearEnd near_end = NearEnd::kLastPixel;  ///< For kNearest and kFarthest.
+
+  /// How often noise alone may make a return in a line without stripe: below, kNoStripe.
+  double false_alarm_rate = 1e-3;
+  /// And how often one that is not reported as kWeak.
+  double weak_false_alarm_rate = 1e-5;
+  /// Peaks below this signal-to-noise ratio (amplitude over the noise of the peak pixel) are kWeak.
+  double min_snr = 0.0;
+
+  /// Peaks narrower or wider than these multiples of the frame's stripe are kNarrow, kWide.
+  double min_width_ratio = 0.6;
+  double max_width_ratio = 1.7;
+  /// The stripe's Gaussian sigma in pixels of the image; empty: measured, and followed.
+  std::optional<double> stripe_sigma_px;
+
+  /// A second peak at least this fraction as high as the brightest one makes a return kAmbiguous.
+  double ambiguity_ratio = 0.8;
+  /// Returns of clipped stripes whose error is larger than this, pixels of the image, are
+  /// kSaturated.
+  double max_saturated_sigma_px = 0.5;
+
+  /// Contrast per pixel of noise proportional to the signal (speckle): it weights the fit.
+  double speckle_contrast = 0.0;
+  /// An error that every return has besides the noise of its pixels (speckle, rough surfaces),
+  /// pixels of the image; empty: measured from the scatter of the stripe along itself.
+  std::optional<double> excess_sigma_px;
 
   /// @throws Error{kBadValue} naming the field and its bound.
   void validate() const;

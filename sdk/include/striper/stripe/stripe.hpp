@@ -51,6 +51,12 @@ struct Stripe {
     return 0.5 * (axis == StripeAxis::kColumns ? grid.v.step : grid.u.step);
   }
 
+  /// Removes every element; the memory stays.
+  void clear();
+
+  /// Adds an element without values for a line and returns its index.
+  std::size_t append(int line_number);
+
   /// Makes one element per line; no allocation once it was as large. Every number becomes NaN,
   /// `line` counts up from 0 and every status becomes kNoStripe.
   void reset(int lines);

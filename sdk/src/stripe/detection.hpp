@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace striper::detail {
+
+/// What a filter response of so many standard deviations says about a line of `length` independent
+/// pixels of pure noise.
+class Detection {
+ public:
+  /// Tables for lines of this length; no work when it has not changed.
+  void prepare(int length, double false_alarm_rate, double weak_false_alarm_rate);
+
+  /// Noise exceeds it in `false_alarm_rate` of the lines: Phi^-1((1 - rate)^(1 / length)).
+  double threshold() const noexcept { return threshold_; }
+  double weak_threshold() const noexcept { return weak_threshold_; }
+
+  /// The probability that noise alone stays below this response in the whole line.
+  float probability_not_noise(double significance) const noexcept;
+
+ private:
+  static constexpr int kPerSigma = 16;
+  static constexpr double kLargest = 10.0;
+
+  int length_ = 0;
+  double threshold_ = 0.0;
+  double weak_threshold_ = 0.0;
+  std::array<float, static_cast<std::size_t>(kLargest* kPerSigma) + 1> not_noise_{};
+};
+
+}  // namespace striper::detail

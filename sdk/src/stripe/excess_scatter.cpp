@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/excess_scatter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace striper::detail {
+namespace {
+
+constexpr std::size_t kLag = 3;
+constexpr std::size_t kMostSamples = 384;
+constexpr std::size_t kLeastSamples = 32;
+constexpr double kMedianOfSquare = 0.45493642;  // Of chi squared with one degree of freedom.
+constexpr double kSumOfSquares = 70.0;          // 1 + 16 + 36 + 16 + 1.
+// Standard error of the root of the median of n correlated squares, times sqrt(n).
+constexpr double kRelativeError = 1.6;
+constexpr double kMemory = 16.0;  // Frames.
+constexpr int kHalvings = 12;
+constexpr double kLargest = 1.0;
+constexpr double kGain = 0.125;
+
+}  // namespace
+
+double ExcessScatter::median_ratio(double excess2) {
+  scratch_.clear();
+  for (const Difference& s : differences_) {
+    scratch_.push_back(s.squared / (s.variance + kSumOfSquares * excess2));
+  }
+  const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
+  std::nth_element(scratch_.begin(), middle, scratch_.end());
+  return *middle / kMedianOfSquare;
+}
+
+// The excess at which the scatter is no more than chance explains.
+double ExcessScatter::solve(double allowed) {
+  double low = 0.0;
+  double high = kLargest;
+  for (int n = 0; n < kHalvings; ++n) {
+    const double middle = 0.5 * (low + high);
+    (median_ratio(middle) > allowed ? low : high) = middle;
+  }
+  return low;
+}
+
+// One step towards it: cheap enough for every frame.
+double ExcessScatter::correction(double allowed) {
+  const double surplus = median_ratio(excess2_) / allowed - 1.0;
+  double variance = 0.0;
+  for (const Difference& s : differences_) variance += s.variance;
+  variance /= static_cast<double>(differences_.size());
+  return surplus * (variance / kSumOfSquares + excess2_);
+}
+
+void ExcessScatter::update(const Stripe& stripe) {
+  differences_.clear();
+  differences_.reserve(kMostSamples);
+  scratch_.reserve(kMostSamples);
+  const std::size_t size = stripe.size();
+  const std::size_t stride = size / kMostSamples + 1;
+  const auto ok = [&](std::size_t i) { return stripe.status[i] == ReturnStatus::kOk; };
+  const auto variance = [&](std::size_t i) {
+    return static_cast<double>(stripe.sigma_px[i]) * static_cast<double>(stripe.sigma_px[i]);
+  };
+  for (std::size_t i = 2 * kLag; i + 2 * kLag < size && differences_.size() < kMostSamples;
+       i += stride) {
+    const std::size_t a = i - 2 * kLag;
+    const std::size_t b = i - kLag;
+    const std::size_t c = i + kLag;
+    const std::size_t e = i + 2 * kLag;
+    if (!ok(a) || !ok(b) || !ok(i) || !ok(c) || !ok(e)) continue;
+    const std::vector<double>& x = stripe.across_px;
+    const double d = x[a] + x[e] - 4.0 * (x[b] + x[c]) + 6.0 * x[i];
+    differences_.push_back({d * d, variance(a) + variance(e) + 16.0 * (variance(b) + variance(c)) +
+                                       36.0 * variance(i)});
+  }
+  if (differences_.size() < kLeastSamples) return;
+
+  const double samples = static_cast<double>(differences_.size());
+  const double all = std::min(weight_ + samples, kMemory * samples);
+  const double chance = 1.0 + 2.0 * kRelativeError / std::sqrt(all);
+  const double allowed = chance * chance;
+  if (weight_ > 0.0) {
+    excess2_ = std::max(0.0, excess2_ + kGain * correction(allowed));
+  } else if (median_ratio(0.0) > allowed) {
+    excess2_ = solve(allowed);
+  }
+  weight_ = all;
+  sigma_px_ = std::sqrt(excess2_);
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace striper::detail {
+
+/// A lit frame as the profile kernel reads it: pixel k of line l is at l * line_step + k *
+/// across_step. Steps in elements, one pair for each image.
+struct ProfileImages {
+  struct Steps {
+    std::ptrdiff_t line = 0;
+    std::ptrdiff_t across = 0;
+  };
+  const void* lit = nullptr;
+  const void* dark = nullptr;           // Null: nothing to subtract.
+  const std::uint8_t* blind = nullptr;  // Null: none is blind.
+  const float* variance = nullptr;      // Null: `dark` adds nothing that is known.
+  Steps lit_steps, dark_steps, blind_steps, variance_steps;
+  bool is_16_bit = false;
+  int length = 0;  // Pixels across the stripe.
+  int full_scale_dn = 0;
+};
+
+/// Where a peak is to be measured.
+struct PeakSeed {
+  std::int32_t line;
+  std::int32_t across;
+};
+
+/// How the kernel measures; made by `plan_profile`. Lengths in image pixels.
+struct ProfilePlan {
+  static constexpr int kMostTaps = 32;
+  static constexpr int kLargestWindow = 96;
+
+  // Matched filter: a Gaussian of the frame's width, cut at `taps` pixels.
+  int taps = 0;
+  std::array<float, kMostTaps + 1> filter{};
+  float filter_sigma = 0;
+  float filter_sum = 0;
+  float filter_energy = 0;      // sum g_i^2
+  float filter_covariance = 0;  // sum g_i g_(i+2)
+
+  int reach = 0;          // The filter's peak is looked for this far from the seed;
+  int stray = 0;          // farther than this, the seed is moved there first.
+  int aligned = 0;        // Seeds of neighbouring lines are moved so far to agree.
+  int core = 0;           // Beyond this distance from the seed the stripe is gone,
+  int window = 0;         // and from there to here is the local background.
+  float width = 0;        // The stripe's effective sigma (pixel box included) at pixel 0,
+  float width_slope = 0;  // and its change per pixel across.
+  float smallest_width = 0;
+  float largest_width = 0;
+
+  // variance = floor + per_dn * max(value - black, 0) + speckle2 * (value - background)^2
+  float variance_floor = 0;
+  float variance_per_dn = 0;
+  float black_dn = 0;
+  float speckle2 = 0;
+  bool is_floor_measured = false;  // The floor was measured on lit - dark: it knows the dark image.
+
+  float locking_variance = 0;          // What the pixel grid adds to every error, pixels^2,
+  float clipped_locking_variance = 0;  // and where pixels are clipped.
+
+  bool refine = false;  // Gauss-Newton after the matched filter.
+};
+
+/// As many neighbouring columns with the same seed are copied at once.
+inline constexpr int kSeedGroup = 4;
+
+/// What was measured, one element per seed. Arrays of the caller, of at least `count` rounded up to
+/// a multiple of kLanesAtMost.
+struct PeakMeasurements {
+  static constexpr int kLanesAtMost = 16;
+  std::int32_t* across = nullptr;  // Whole pixel nearest the filter's peak.
+  float* offset = nullptr;         // Position minus `across`.
+  float* amplitude = nullptr;      // DN above the background.
+  float* width = nullptr;         // Effective sigma from the filter's curvature; clipped: expected.
+  float* sigma = nullptr;         // One-sigma error of the position, pixels.
+  float* significance = nullptr;  // The filter's response in standard deviations of noise.
+  float* snr = nullptr;           // Amplitude over the noise at the peak pixel.
+  float* clipped = nullptr;       // Number of clipped pixels in the core.
+};
+
+/// Measures each seed's peak: linear background from both sides, matched filter, log-parabola, and
+/// with `plan.refine` Gauss-Newton on (position, amplitude, background, slope).
+void measure_profiles(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds,
+                      int count, const PeakMeasurements& out);
+
+}  // namespace striper::detail

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <striper/core/noise_model.hpp>
+
+#include "stripe/profile_kernel.hpp"
+
+namespace striper::detail {
+
+/// The stripe's effective Gaussian sigma (pixel box included: sigma_e^2 = sigma^2 + 1/12) as a
+/// function of the position across, pixels of the image.
+struct WidthModel {
+  double at_pivot = 0.0;
+  double slope = 0.0;  // Per pixel.
+  double pivot = 0.0;
+
+  double at(double across) const noexcept { return at_pivot + slope * (across - pivot); }
+};
+
+/// What is known of the noise of lit - dark.
+struct PlanNoise {
+  NoiseModel model;          // With is_measured: read_noise_dn is all of it, quantisation included.
+  bool is_measured = false;  // From the frame itself.
+  double speckle_contrast = 0.0;
+};
+
+/// Lays out the windows for a stripe of this width. The background is estimated from a window of at
+/// least 14 widths, where a slope as a nuisance costs at most 1.6 %; `wide_background` adds pixels
+/// on either side, for weak peaks, whose significance the background's own error would limit.
+ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool refine,
+                         bool wide_background);
+
+}  // namespace striper::detail

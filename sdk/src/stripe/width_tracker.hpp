@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "stripe/profile_plan.hpp"
+
+namespace striper::detail {
+
+/// Follows the stripe's width from the widths of single profiles: a median, or where the frame
+/// shows it a straight line over the position across (a stripe out of focus widens with range).
+/// Averages over about 4 frames. The predicted error is wrong by as much as the width, so it is
+/// kept to a few percent.
+class WidthTracker {
+ public:
+  static constexpr int kMostSamples = 256;
+
+  bool is_known() const noexcept { return is_known_; }
+  const WidthModel& model() const noexcept { return model_; }
+
+  /// Sets the width without samples: a first guess, or the caller's own.
+  void set(double width);
+
+  void begin() { samples_.clear(); }
+  bool is_full() const noexcept { return samples_.size() >= kMostSamples; }
+  void add(double across, double width, double snr) { samples_.push_back({across, width, snr}); }
+
+  /// Takes the samples in. Returns by what factor the width has changed.
+  double finish();
+
+ private:
+  struct Sample {
+    double across;
+    double width;
+    double snr;
+  };
+  WidthModel fit();
+
+  std::vector<Sample> samples_;
+  std::vector<double> scratch_;
+  WidthModel model_;
+  bool is_known_ = false;
+  bool has_samples_ = false;
+};
+
+}  // namespace striper::detail

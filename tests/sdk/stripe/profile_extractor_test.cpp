@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves what the methods `fast` and `refined` promise of single frames: positions to a hundredth
+// of a pixel, widths, amplitudes, both axes, both depths, grids, a dark image, why a line has no
+// return, which peak is chosen, and that no memory is allocated per frame. Accuracy against the
+// physical limit is proven in stripe_accuracy_test.cpp.
+#include <cmath>
+#include <numeric>
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+#include <opencv2/core.hpp>
+
+#include <striper/core/error.hpp>
+#include <striper/stripe/extractor.hpp>
+
+#include "support/allocation_counter.hpp"
+#include "support/synthetic_stripe.hpp"
+
+namespace striper {
+namespace {
+
+using testing::SyntheticStripe;
+
+SyntheticStripe typical() {
+  SyntheticStripe s;
+  s.lines = 300;
+  s.length = 240;
+  s.position = [](int line) { return 120.0 + 40.0 * std::sin(0.02 * line); };
+  s.sigma_px = 1.4;
+  s.amplitude_dn = 120.0;
+  s.background_dn = 20.0;
+  s.noise_dn = 2.0;
+  return s;
+}
+
+Stripe extract(const LitFrame& frame, const ExtractOptions& options) {
+  Stripe stripe;
+  make_extractor(options)->extract(frame, stripe);
+  return stripe;
+}
+
+double rms_error(const Stripe& stripe, const SyntheticStripe& truth) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    const double d = stripe.across_px[i] - truth.position(stripe.line[i]);
+    sum += d * d;
+  }
+  return std::sqrt(sum / static_cast<double>(stripe.size()));
+}
+
+int count_of(const Stripe& stripe, ReturnStatus status) {
+  return static_cast<int>(std::count(stripe.status.begin(), stripe.status.end(), status));
+}
+
+double mean_of(const std::vector<float>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+class BothMethods : public ::testing::TestWithParam<ExtractMethod> {
+ protected:
+  ExtractOptions options() const {
+    ExtractOptions options;
+    options.method = GetParam();
+    return options;
+  }
+};
+
+TEST_P(BothMethods, MeasurePositionWidthAmplitudeAndTheirOwnError) {
+  const SyntheticStripe s = typical();
+  const Stripe stripe = extract(testing::render(s), options());
+  EXPECT_EQ(count_of(stripe, ReturnStatus::kOk), s.lines);
+  EXPECT_LT(rms_error(stripe, s), 0.03);
+  EXPECT_NEAR(mean_of(stripe.sigma_px), rms_error(stripe, s), 0.12 * rms_error(stripe, s));
+  EXPECT_NEAR(mean_of(stripe.width_px), s.sigma_px, 0.02 * s.sigma_px);
+  const double peak = testing::box_gaussian(0.0, 0.0, s.sigma_px, s.amplitude_dn);
+  EXPECT_NEAR(mean_of(stripe.amplitude_dn), peak, 0.02 * peak);
+  EXPECT_GT(mean_of(stripe.confidence), 0.999);
+}
+
+TEST_P(BothMethods, RowsAreColumnsTransposed) {
+  const LitFrame frame = testing::render(typical());
+  ExtractOptions rows = options();
+  rows.axis = StripeAxis::kRows;
+  const Stripe a = extract(frame, options());
+  const Stripe b = extract(testing::transposed(frame), rows);
+  ASSERT_EQ(a.size(), b.size());
+  // Windows may be centred a pixel or two apart, which lets other pixels of the background in.
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double difference = (a.across_px[i] - b.across_px[i]) / a.sigma_px[i];
+    sum += difference * difference;
+    EXPECT_LT(std::abs(difference), 0.6) << i;
+    EXPECT_NEAR(a.sigma_px[i], b.sigma_px[i], 0.1 * a.sigma_px[i]) << i;
+  }
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(a.size())), 0.15);
+}
+
+TEST_P(BothMethods, SixteenBitsAreAsGoodAsEight) {
+  SyntheticStripe s = typical();
+  s.bit_depth = 12;
+  s.amplitude_dn *= 16.0;
+  s.background_dn *= 16.0;
+  s.noise_dn *= 16.0;
+  const Stripe stripe = extract(testing::render(s), options());
+  EXPECT_EQ(count_of(stripe, ReturnStatus::kOk), s.lines);
+  EXPECT_LT(rms_error(stripe, s), 0.03);
+}
+
+TEST_P(BothMethods, FieldGridScalesPositionErrorAndWidth) {
+  LitFrame frame = testing::render(typical());
+  const Stripe plain = extract(frame, options());
+  frame.grid = PixelGrid::bottom_field();
+  const Stripe field = extract(frame, options());
+  EXPECT_NEAR(field.across_px[7], 1.0 + 2.0 * plain.across_px[7], 1e-9);
+  EXPECT_NEAR(field.sigma_px[7], 2.0 * plain.sigma_px[7], 1e-3 * plain.sigma_px[7]);
+  EXPECT_FLOAT_EQ(field.width_px[7], 2.0F * plain.width_px[7]);
+}
+
+TEST_P(BothMethods, DarkImageIsTakenOff) {
+  const SyntheticStripe s = typical();
+  LitFrame frame = testing::render(s);
+  frame.dark = cv::Mat(frame.lit.size(), frame.lit.type());
+  for (int v = 0; v < frame.lit.rows; ++v) {
+    for (int u = 0; u < frame.lit.cols; ++u) {
+      const int sun = v < 100 ? 60 : 5;
+      frame.lit.at<std::uint8_t>(v, u) =
+          static_cast<std::uint8_t>(std::min(255, frame.lit.at<std::uint8_t>(v, u) + sun));
+      frame.dark.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(sun);
+    }
+  }
+  const Stripe stripe = extract(frame, options());
+  EXPECT_EQ(count_of(stripe, ReturnStatus::kOk), s.lines);
+  EXPECT_LT(rms_error(stripe, s), 0.03);
+}
+
+TEST_P(BothMethods, SameAnswerOnEveryInstructionSet) {
+  const LitFrame frame = testing::render(typical());
+  const Stripe expected = extract(frame, options());
+  for (std::int64_t rest = hwy::SupportedTargets(); rest != 0; rest &= rest - 1) {
+    hwy::SetSupportedTargetsForTest(rest & -rest);
+    SCOPED_TRACE(hwy::TargetName(rest & -rest));
+    const Stripe stripe = extract(frame, options());
+    hwy::SetSupportedTargetsForTest(0);
+    for (std::size_t i = 0; i < stripe.size(); ++i) {
+      ASSERT_EQ(stripe.status[i], expected.status[i]);
+      ASSERT_NEAR(stripe.across_px[i], expected.across_px[i], 2e-3) << i;
+    }
+  }
+}
+
+TEST_P(BothMethods, EmptyLinesAreNoStripe) {
+  SyntheticStripe s = typical();
+  s.lines = 2000;
+  s.amplitude_dn = 0.0;
+  const Stripe stripe = extract(testing::render(s), options());
+  EXPECT_LE(count_of(stripe, ReturnStatus::kOk), 1);
+  EXPECT_LE(s.lines - count_of(stripe, ReturnStatus::kNoStripe), 6) << "of 2000, 2 expected";
+}
+
+TEST_P(BothMethods, ConstantPicturesOfEverySizeHaveNoStripe) {
+  for (const int rows : {1, 2, 3, 4, 7, 31, 33}) {
+    for (const int cols : {1, 2, 5, 16, 17}) {
+      LitFrame frame;
+      frame.full_scale_dn = 255;
+      frame.lit = cv::Mat(rows, cols, CV_8UC1, cv::Scalar(70));
+      const Stripe stripe = extract(frame, options());
+      EXPECT_EQ(count_of(stripe, ReturnStatus::kNoStripe), cols) << rows << "x" << cols;
+    }
+  }
+}
+
+TEST_P(BothMethods, LampIsWideHotPixelIsNarrowBorderIsEdge) {
+  SyntheticStripe s = typical();
+  s.position = [](int) { return 120.0; };
+  s.sigma_px = 2.0;
+  LitFrame frame = testing::render(s);
+  const auto replace = [&](int column, double centre, double sigma_px) {
+    for (int v = 0; v < frame.lit.rows; ++v) {
+      const double light = 20.0 + testing::box_gaussian(v, centre, sigma_px, 120.0);
+      frame.lit.at<std::uint8_t>(v, column) = static_cast<std::uint8_t>(std::lround(light));
+    }
+  };
+  replace(100, 60.0, 6.0);
+  replace(150, 60.0, 0.3);
+  replace(200, 0.4, 2.0);
+  const Stripe stripe = extract(frame, options());
+  EXPECT_EQ(stripe.status[100], ReturnStatus::kWide);
+  EXPECT_EQ(stripe.status[150], ReturnStatus::kNarrow);
+  EXPECT_EQ(stripe.status[200], ReturnStatus::kEdge);
+  EXPECT_EQ(count_of(stripe, ReturnStatus::kOk), s.lines - 3);
+}
+
+TEST_P(BothMethods, BlindLinesWithoutAReturnSaySo) {
+  SyntheticStripe s = typical();
+  LitFrame frame = testing::render(s);
+  frame.blind = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
+  const int centre = static_cast<int>(s.position(50));
+  frame.blind(cv::Rect(50, centre - 12, 1, 24)) = cv::Scalar(255);
+  frame.blind.at<std::uint8_t>(5, 60) = 255;
+  const Stripe stripe = extract(frame, options());
+  EXPECT_EQ(stripe.status[50], ReturnStatus::kBlind);
+  EXPECT_EQ(stripe.status[60], ReturnStatus::kOk);
+}
+
+TEST_P(BothMethods, AllocateNothingPerFrame) {
+  const LitFrame frame = testing::render(typical());
+  const std::unique_ptr<StripeExtractor> extractor = make_extractor(options());
+  Stripe stripe;
+  for (int n = 0; n < 3; ++n) extractor->extract(frame, stripe);
+  const testing::AllocationCounter counter;
+  for (int n = 0; n < 20; ++n) extractor->extract(frame, stripe);
+  EXPECT_EQ(counter.count(), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(ProfileExtractor, BothMethods,
+                         ::testing::Values(ExtractMethod::kFast, ExtractMethod::kRefined),
+                         [](const ::testing::TestParamInfo<ExtractMethod>& info) {
+                           return info.param == ExtractMethod::kFast ? "Fast" : "Refined";
+                         });
+
+// Two stripes, the upper one at row 60 half as bright as the lower one at row 150.
+LitFrame two_stripes(double upper_amplitude) {
+  SyntheticStripe s = typical();
+  s.position = [](int) { return 150.3; };
+  LitFrame frame = testing::render(s);
+  for (int v = 40; v < 80; ++v) {
+    for (int u = 0; u < s.lines; ++u) {
+      const double light = testing::box_gaussian(v, 60.7, s.sigma_px, upper_amplitude);
+      auto& pixel = frame.lit.at<std::uint8_t>(v, u);
+      pixel = static_cast<std::uint8_t>(std::lround(pixel + light));
+    }
+  }
+  return frame;
+}
+
+TEST(PeakRule, ChoosesAmongTwoStripes) {
+  const LitFrame frame = two_stripes(60.0);
+  ExtractOptions options;
+  EXPECT_NEAR(extract(frame, options).across_px[9], 150.3, 0.1);
+  options.peak = PeakRule::kNearest;
+  EXPECT_NEAR(extract(frame, options).across_px[9], 150.3, 0.1);
+  options.peak = PeakRule::kFarthest;
+  EXPECT_NEAR(extract(frame, options).across_px[9], 60.7, 0.2);
+  options.near_end = NearEnd::kFirstPixel;
+  EXPECT_NEAR(extract(frame, options).across_px[9], 150.3, 0.1);
+  options.peak = PeakRule::kNearest;
+  EXPECT_NEAR(extract(frame, options).across_px[9], 60.7, 0.2);
+}
+
+TEST(PeakRule, AllGivesEveryPeakInOrder) {
+  ExtractOptions options;
+  options.peak = PeakRule::kAll;
+  const Stripe stripe = extract(two_stripes(60.0), options);
+  ASSERT_EQ(stripe.size(), 600U);
+  EXPECT_EQ(stripe.line_count, 300);
+  for (std::size_t i = 0; i < stripe.size(); i += 2) {
+    EXPECT_EQ(stripe.line[i], stripe.line[i + 1]);
+    EXPECT_NEAR(stripe.across_px[i], 60.7, 0.2);
+    EXPECT_NEAR(stripe.across_px[i + 1], 150.3, 0.1);
+  }
+}
+
+TEST(PeakRule, RivalsAboutAsHighAreAmbiguous) {
+  const ExtractOptions options;
+  const Stripe clear = extract(two_stripes(60.0), options);
+  EXPECT_EQ(count_of(clear, ReturnStatus::kOk), 300);
+  EXPECT_GT(mean_of(clear.confidence), 0.9);
+  const Stripe rivals = extract(two_stripes(115.0), options);
+  EXPECT_GT(count_of(rivals, ReturnStatus::kAmbiguous), 290);
+  EXPECT_LT(mean_of(rivals.confidence), 0.6);
+}
+
+TEST(ExtractOptions, RefusesValuesOutOfBoundsNamingThem) {
+  const auto refuses = [](auto change, const std::string& field) {
+    ExtractOptions options;
+    change(options);
+    try {
+      options.validate();
+      ADD_FAILURE() << "accepted " << field;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
+      EXPECT_EQ(std::string(error.what()).rfind(field, 0), 0U) << error.what();
+    }
+  };
+  refuses([](ExtractOptions& o) { o.threshold_dn = 0.0; }, "threshold_dn");
+  refuses([](ExtractOptions& o) { o.false_alarm_rate = 1.0; }, "false_alarm_rate");
+  refuses([](ExtractOptions& o) { o.weak_false_alarm_rate = 0.1; }, "weak_false_alarm_rate");
+  refuses([](ExtractOptions& o) { o.min_width_ratio = 1.2; }, "min_width_ratio");
+  refuses([](ExtractOptions& o) { o.max_width_ratio = 0.9; }, "max_width_ratio");
+  refuses([](ExtractOptions& o) { o.min_snr = -1.0; }, "min_snr");
+  refuses([](ExtractOptions& o) { o.stripe_sigma_px = 0.0; }, "stripe_sigma_px");
+  refuses([](ExtractOptions& o) { o.excess_sigma_px = -0.1; }, "excess_sigma_px");
+  refuses([](ExtractOptions& o) { o.speckle_contrast = -0.1; }, "speckle_contrast");
+}
+
+}  // namespace
+}  // namespace striper
