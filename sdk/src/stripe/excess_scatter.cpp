@@ -14,10 +14,9 @@ constexpr double kMedianOfSquare = 0.45493642;  // Of chi squared with one degre
 constexpr double kSumOfSquares = 70.0;          // 1 + 16 + 36 + 16 + 1.
 // Standard error of the root of the median of n correlated squares, times sqrt(n).
 constexpr double kRelativeError = 1.6;
-constexpr double kMemory = 16.0;  // Frames.
-constexpr int kHalvings = 12;
-constexpr double kLargest = 1.0;
-constexpr double kGain = 0.125;
+constexpr double kMemory = 8.0;  // Frames.
+constexpr int kSecants = 3;
+constexpr double kLargest = 1.0;  // Pixels squared.
 
 }  // namespace
 
@@ -31,24 +30,21 @@ double ExcessScatter::median_ratio(double excess2) {
   return *middle / kMedianOfSquare;
 }
 
-// The excess at which the scatter is no more than chance explains.
+// The excess at which the scatter is no more than chance explains. The inverse of the ratio is
+// nearly straight in the excess squared, so that three secants find it.
 double ExcessScatter::solve(double allowed) {
-  double low = 0.0;
-  double high = kLargest;
-  for (int n = 0; n < kHalvings; ++n) {
-    const double middle = 0.5 * (low + high);
-    (median_ratio(middle) > allowed ? low : high) = middle;
-  }
-  return low;
-}
-
-// One step towards it: cheap enough for every frame.
-double ExcessScatter::correction(double allowed) {
-  const double surplus = median_ratio(excess2_) / allowed - 1.0;
+  const double without = median_ratio(0.0);
+  if (without <= allowed) return 0.0;
   double variance = 0.0;
   for (const Difference& s : differences_) variance += s.variance;
   variance /= static_cast<double>(differences_.size());
-  return surplus * (variance / kSumOfSquares + excess2_);
+  double at = (without / allowed - 1.0) * variance / kSumOfSquares;
+  for (int n = 0; n < kSecants; ++n) {
+    const double rise = 1.0 / median_ratio(at) - 1.0 / without;
+    if (!(rise > 0.0)) return at;
+    at *= (1.0 / allowed - 1.0 / without) / rise;
+  }
+  return std::min(at, kLargest);
 }
 
 void ExcessScatter::update(const Stripe& stripe) {
@@ -79,11 +75,7 @@ void ExcessScatter::update(const Stripe& stripe) {
   const double all = std::min(weight_ + samples, kMemory * samples);
   const double chance = 1.0 + 2.0 * kRelativeError / std::sqrt(all);
   const double allowed = chance * chance;
-  if (weight_ > 0.0) {
-    excess2_ = std::max(0.0, excess2_ + kGain * correction(allowed));
-  } else if (median_ratio(0.0) > allowed) {
-    excess2_ = solve(allowed);
-  }
+  excess2_ += samples / all * (solve(allowed) - excess2_);
   weight_ = all;
   sigma_px_ = std::sqrt(excess2_);
 }

@@ -12,7 +12,7 @@ namespace striper::detail {
 ///
 /// From fourth differences of good returns three lines apart, which no straight or gently bent
 /// surface shows, and their median, which edges do not move. Two standard errors of the median are
-/// given to chance. Averages over about 16 frames; 3 us a frame.
+/// given to chance. Averages over about 8 frames; 3 us a frame.
 class ExcessScatter {
  public:
   /// The excess as it stands, pixels.
@@ -28,7 +28,6 @@ class ExcessScatter {
   };
   double median_ratio(double excess2);
   double solve(double allowed);
-  double correction(double allowed);
 
   std::vector<Difference> differences_;
   std::vector<double> scratch_;

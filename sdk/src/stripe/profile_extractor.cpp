@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "stripe/clipped_width.hpp"
 #include "stripe/line_view.hpp"
 
 namespace striper::detail {
@@ -38,6 +39,8 @@ constexpr double kWidthSettled = 0.04;
 constexpr double kStrongSnr = 12.0;
 constexpr double kFairSnr = 4.0;
 constexpr int kEnoughStrong = 24;
+constexpr int kFirstClippedFits = 64;
+constexpr int kClippedFits = 12;
 
 // Clipped pixels of a stripe twenty times full scale: 2 sqrt(2 ln 20) sigmas.
 constexpr float kMostClippedWidths = 5.0F;
@@ -152,7 +155,7 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   choose_seeds(noise_dn(noise));
   for (int pass = 1; pass <= kMostPasses; ++pass) {
     measure(frame, noise, learnt.width);
-    if (std::abs(learn_width(learnt.width) - 1.0) < kWidthSettled) break;
+    if (std::abs(learn_width(frame, learnt.width) - 1.0) < kWidthSettled) break;
   }
   report(learnt.width, stripe);
   if (!options_.excess_sigma_px) learnt.excess.update(stripe);
@@ -294,11 +297,36 @@ void ProfileExtractor::measure_weak_again(const ProfileImages& images, const Pla
   }
 }
 
-// From the strongest candidate of lines spread over the frame.
-double ProfileExtractor::learn_width(WidthTracker& width) {
+// From the strongest candidate of lines spread over the frame; where nearly all of them are
+// clipped, from the flanks of a few.
+double ProfileExtractor::learn_width(const LitFrame& frame, WidthTracker& width) {
   if (options_.stripe_sigma_px) return 1.0;
-  if (add_width_samples(kStrongSnr, width) < kEnoughStrong) add_width_samples(kFairSnr, width);
+  if (add_width_samples(kStrongSnr, width) >= kEnoughStrong) return width.finish();
+  if (add_clipped_samples(frame, width) > 0) return width.finish();
+  add_width_samples(kFairSnr, width);
   return width.finish();
+}
+
+int ProfileExtractor::add_clipped_samples(const LitFrame& frame, WidthTracker& width) {
+  width.begin();
+  const int most = width.has_learnt() ? kClippedFits : kFirstClippedFits;
+  const int lines = chunks_.lines();
+  int count = 0;
+  for (int n = 0; n < most; ++n) {
+    // Other lines in every frame, spread evenly.
+    next_clipped_line_ = (next_clipped_line_ + lines / most * 5 / 3 + 1) % lines;
+    const auto l = static_cast<std::size_t>(next_clipped_line_);
+    const auto i = static_cast<std::size_t>(first_seed_[l]);
+    if (first_seed_[l + 1] == first_seed_[l] || !(measured_.clipped[i] > 0.0F)) continue;
+    const double position = measured_.across[i] + static_cast<double>(measured_.offset[i]);
+    const auto fitted = fit_clipped_width(
+        frame, options_.axis,
+        {next_clipped_line_, position, measured_.amplitude[i], width.model().at(position)});
+    if (!fitted) continue;
+    width.add(position, *fitted, measured_.snr[i]);
+    ++count;
+  }
+  return count;
 }
 
 int ProfileExtractor::add_width_samples(double least_snr, WidthTracker& width) const {

@@ -74,7 +74,8 @@ class ProfileExtractor : public StripeExtractor {
   void measure(const LitFrame& frame, const PlanNoise& noise, const WidthTracker& width);
   void measure_weak_again(const ProfileImages& images, const PlanNoise& noise,
                           const WidthTracker& width);
-  double learn_width(WidthTracker& width);
+  double learn_width(const LitFrame& frame, WidthTracker& width);
+  int add_clipped_samples(const LitFrame& frame, WidthTracker& width);
   int add_width_samples(double least_snr, WidthTracker& width) const;
   ReturnStatus judge(std::size_t seed, const WidthTracker& width) const;
   int peaks_of_line(int line, const WidthTracker& width, LinePeaks& out) const;
@@ -96,6 +97,7 @@ class ProfileExtractor : public StripeExtractor {
   std::vector<PeakSeed> weak_seeds_;
   std::vector<std::int32_t> weak_index_;
   Measured weak_measured_;
+  int next_clipped_line_ = 0;
   Limits limits_{};
   int length_ = 0;     // Pixels across the stripe of the frame at hand.
   double step_ = 1.0;  // Sensor pixels per image pixel across.

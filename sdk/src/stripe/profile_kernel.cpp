@@ -28,7 +28,8 @@ using M = hn::Mask<Tag>;
 constexpr int kMostLanes = PeakMeasurements::kLanesAtMost;
 constexpr int kMostRows = 2 * ProfilePlan::kLargestWindow + 1;
 constexpr int kMostMoves = 5;
-constexpr int kMostSteps = 4;
+constexpr int kMostSteps = 2;
+constexpr int kMostClippedSteps = 6;
 constexpr float kLeastBackgroundPixels = 3.0F;
 
 HWY_INLINE int lanes() { return static_cast<int>(hn::Lanes(Tag())); }
@@ -455,6 +456,7 @@ struct CoreRow {
   const Shape& shape;
   V position;
   V amplitude;
+  V ceiling;  // Pixels that should be above it are left out.
   bool has_extra;
 
   HWY_INLINE void add(int k, V g, Normal& normal) const {
@@ -467,7 +469,8 @@ struct CoreRow {
     const V signal = hn::Max(hn::Mul(amplitude, value), hn::Zero(d));
     V variance = hn::MulAdd(signal, hn::MulAdd(noise.speckle, signal, noise.per_dn), noise.base);
     if (has_extra) variance = add_extra(variance, at);
-    const V weight = ratio(hn::Load(d, w.usable + at), variance);
+    const V weight =
+        ratio(hn::IfThenElseZero(hn::Le(signal, ceiling), hn::Load(d, w.usable + at)), variance);
     const V f = hn::Load(d, w.value + at);
     normal.add_background(weight, kv, f);
     normal.add_stripe(weight, kv, f, value, shape.derivative(g, t, t2));
@@ -518,17 +521,29 @@ void add_core(const CoreRow& row, Normal& normal) {
   }
 }
 
+// Where some pixels of a profile are clipped, those that should be within a sigma of full scale
+// are left out whether they are clipped or not: noise would choose among them, with a bias.
+V ceiling_of(const ProfileImages& images, const Line& background, const Noise& noise,
+             const Window& w) {
+  const V offset = hn::Add(background.level, hn::Load(Tag(), w.dark));
+  const V room = hn::Sub(set(static_cast<float>(images.full_scale_dn)), offset);
+  const V variance = hn::MulAdd(room, hn::MulAdd(noise.speckle, room, noise.per_dn), noise.base);
+  return hn::NegMulAdd(set(1.0F), hn::Sqrt(hn::Max(variance, noise.base)), room);
+}
+
 Estimate refine(const ProfilePlan& plan, const Window& w, const Noise& noise, V width,
-                bool has_extra, V clipped, Estimate e) {
+                bool has_extra, V clipped, V ceiling, Estimate e) {
   const Tag d;
   const Estimate start = e;
   const bool any_clipped = !hn::AllTrue(d, hn::Eq(clipped, hn::Zero(d)));
   const Shape shape(width);
   const V longest = hn::Mul(set(0.75F), width);
-  const V settled = hn::Mul(set(0.1F), width);
-  const int least_steps = any_clipped ? 2 : 1;
-  for (int step = 1; step <= kMostSteps; ++step) {
-    const CoreRow row{plan, w, noise, shape, e.position, e.amplitude, has_extra};
+  const V settled = hn::Mul(set(any_clipped ? 0.01F : 0.1F), width);
+  const int least_steps = any_clipped ? 3 : 1;
+  const int most_steps = any_clipped ? kMostClippedSteps : kMostSteps;
+  V limit = set(1e30F);
+  for (int step = 1; step <= most_steps; ++step) {
+    const CoreRow row{plan, w, noise, shape, e.position, e.amplitude, limit, has_extra};
     Normal normal(hn::Zero(d));
     add_ring(plan, w, row, normal);
     add_core(row, normal);
@@ -540,9 +555,9 @@ Estimate refine(const ProfilePlan& plan, const Window& w, const Noise& noise, V 
     e.position = hn::Add(e.position, taken);
     e.amplitude = amplitude;
     e.sigma = ratio(hn::Sqrt(solution.step_variance), amplitude);
-    const V limit = hn::Max(settled, e.sigma);
-    const bool is_settled = hn::AllTrue(d, hn::Le(hn::Abs(wanted), limit));
-    if (step >= least_steps && (is_settled || (!any_clipped && step >= 2))) break;
+    const V small = any_clipped ? settled : hn::Max(settled, e.sigma);
+    if (step >= least_steps && hn::AllTrue(d, hn::Le(hn::Abs(wanted), small))) break;
+    limit = hn::IfThenElse(hn::Gt(clipped, hn::Zero(d)), ceiling, limit);
   }
   // Noise can lead a weak fit astray; the filter's peak stands then.
   const V allowed = hn::MulAdd(set(0.5F), clipped, hn::Mul(set(1.2F), width));
@@ -652,7 +667,8 @@ void measure_batch(const ProfileImages& images, const ProfilePlan& plan, Window&
   e.sigma = filter_sigma(noise, located.background, width, e.amplitude);
   const V clipped = hn::Sub(count_in_core(plan, w.seen), count_in_core(plan, w.usable));
   if (plan.refine) {
-    e = refine(plan, w, noise, width, images.variance != nullptr, clipped, e);
+    e = refine(plan, w, noise, width, images.variance != nullptr, clipped,
+               ceiling_of(images, located.background, noise, w), e);
   }
   store(plan, w, located, e, noise, width, clipped, first, out);
 }

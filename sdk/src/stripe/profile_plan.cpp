@@ -53,7 +53,7 @@ void set_locking(double width, ProfilePlan& plan) {
   const double narrow = std::max(0.0, sigma - 0.5);
   const double whole =
       plan.refine ? 0.0085 * std::exp(-narrow / 0.096) : 0.0184 * std::exp(-narrow / 0.12);
-  const double clipped = plan.refine ? 0.004 : 0.06;
+  const double clipped = plan.refine ? 0.001 + 0.003 * std::exp(-narrow / 0.2) : 0.06;
   plan.locking_variance = static_cast<float>(whole * whole);
   plan.clipped_locking_variance = static_cast<float>(clipped * clipped);
 }

@@ -16,6 +16,7 @@ class WidthTracker {
   static constexpr int kMostSamples = 256;
 
   bool is_known() const noexcept { return is_known_; }
+  bool has_learnt() const noexcept { return has_samples_; }
   const WidthModel& model() const noexcept { return model_; }
 
   /// Sets the width without samples: a first guess, or the caller's own.
