@@ -101,7 +101,8 @@ struct MeanProfile {
     return count[i] > 0 ? sum[i] / count[i] : std::numeric_limits<double>::quiet_NaN();
   }
 
-  // Half the width at half height over the background, the lower quarter of the profile.
+  // Half the width at half height over the background, the lower quarter of the profile; 0 where
+  // there is no peak.
   double sigma() const {
     std::array<double, 2 * kGuessReach + 1> levels{};
     std::size_t known = 0;
@@ -110,6 +111,7 @@ struct MeanProfile {
     }
     const auto quarter = levels.begin() + static_cast<std::ptrdiff_t>(known / 4);
     std::nth_element(levels.begin(), quarter, levels.begin() + static_cast<std::ptrdiff_t>(known));
+    if (!(at(0) > *quarter)) return 0.0;
     const double half = 0.5 * (at(0) + *quarter);
     return (distance_to(half, -1) + distance_to(half, +1)) / kFwhmOfSigma;
   }
@@ -216,8 +218,9 @@ bool ProfileExtractor::guess_width(const LitFrame& frame, double noise_dn,
       mean.add<std::uint16_t>(frame, options_.axis, line, peak.across);
     }
   }
-  if (count == 0) return false;
-  width.set(std::clamp(mean.sigma(), 0.5, 8.0));
+  const double sigma = count > 0 ? mean.sigma() : 0.0;
+  if (!(sigma > 0.0)) return false;
+  width.set(std::clamp(sigma, 0.5, 8.0));
   return true;
 }
 

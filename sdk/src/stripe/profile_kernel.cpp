@@ -218,7 +218,9 @@ Line fit_background(const ProfilePlan& plan, const Window& w) {
   line.slope = hn::IfThenElseZero(has_both, ratio(hn::NegMulAdd(s1, sf, hn::Mul(count, s1f)), det));
   line.level_variance = hn::IfThenElse(has_both, ratio(s2, det), ratio(set(1.0F), safe_count));
   line.slope_variance = hn::IfThenElseZero(has_both, ratio(count, det));
+  // Without background there is no telling what stands out from it: no significance.
   line.level = hn::IfThenElseZero(has_any, line.level);
+  line.level_variance = hn::IfThenElse(has_any, line.level_variance, set(1e12F));
   return line;
 }
 

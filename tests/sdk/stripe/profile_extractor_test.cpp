@@ -3,8 +3,13 @@
 // of a pixel, widths, amplitudes, both axes, both depths, grids, a dark image, why a line has no
 // return, which peak is chosen, and that no memory is allocated per frame. Accuracy against the
 // physical limit is proven in stripe_accuracy_test.cpp.
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <numeric>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
@@ -212,11 +217,12 @@ TEST_P(BothMethods, AllocateNothingPerFrame) {
   EXPECT_EQ(counter.count(), 0U);
 }
 
+std::string name_of(const ::testing::TestParamInfo<ExtractMethod>& method) {
+  return method.param == ExtractMethod::kFast ? "Fast" : "Refined";
+}
+
 INSTANTIATE_TEST_SUITE_P(ProfileExtractor, BothMethods,
-                         ::testing::Values(ExtractMethod::kFast, ExtractMethod::kRefined),
-                         [](const ::testing::TestParamInfo<ExtractMethod>& info) {
-                           return info.param == ExtractMethod::kFast ? "Fast" : "Refined";
-                         });
+                         ::testing::Values(ExtractMethod::kFast, ExtractMethod::kRefined), name_of);
 
 // Two stripes, the upper one at row 60 half as bright as the lower one at row 150.
 LitFrame two_stripes(double upper_amplitude) {
