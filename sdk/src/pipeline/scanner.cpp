@@ -13,16 +13,25 @@ namespace striper {
 ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
   ScannerOptions options;
   options.ambient.channel = model.channel;
-  options.ambient.axis = model.axis;
   options.ambient.lasers = static_cast<int>(model.lasers.size());
   options.stripe.axis = model.axis;
   options.stripe.noise = model.noise;
   return options;
 }
 
+namespace {
+
+// The stripe runs the same way for every stage: as the extractor is told.
+AmbientOptions with_axis(AmbientOptions options, StripeAxis axis) {
+  options.axis = axis;
+  return options;
+}
+
+}  // namespace
+
 struct Scanner::Stages {
   Stages(ScanProjector projector_in, const ScannerOptions& options)
-      : ambient(options.ambient),
+      : ambient(with_axis(options.ambient, options.stripe.axis)),
         extractor(make_extractor(options.stripe)),
         projector(std::move(projector_in)) {}
 

@@ -33,7 +33,8 @@ struct AmbientOptions {
   int lasers = 0;
 
   Channel channel = Channel::kAuto;
-  StripeAxis axis = StripeAxis::kColumns;  ///< How the stripe runs.
+  /// How the stripe runs. A Scanner takes it from its ExtractOptions.
+  StripeAxis axis = StripeAxis::kColumns;
 
   /// @throws Error{kBadValue} where the method needs dark exposures and the cadence has none.
   void validate() const;
