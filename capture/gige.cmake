@@ -40,6 +40,9 @@ if(ARAVIS_FOUND)
       src/gige/virtual/virtual_camera.cpp
       src/gige/virtual/virtual_scene.cpp)
   target_link_libraries(striper_capture PRIVATE PkgConfig::ARAVIS)
+  striper_depends(capture
+    "find_dependency(PkgConfig)"
+    "pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)")
   target_compile_definitions(striper_capture PRIVATE STRIPER_HAS_ARAVIS)
 endif()
 set(ARAVIS_FOUND ${ARAVIS_FOUND} PARENT_SCOPE)

@@ -28,7 +28,8 @@ function(striper_library name)
   list(TRANSFORM ARG_HEADERS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/include/)
   target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ARG_HEADERS})
   target_include_directories(${target} PRIVATE src)
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  set_target_properties(${target} PROPERTIES
+    EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON VERIFY_INTERFACE_HEADER_SETS ${STRIPER_TESTS})
   set_property(GLOBAL APPEND PROPERTY STRIPER_INSTALLED ${target})
   set_property(GLOBAL APPEND PROPERTY STRIPER_HEADERS ${ARG_HEADERS})
 endfunction()
@@ -41,6 +42,12 @@ function(striper_sources name)
   target_sources(striper_${name} PRIVATE ${ARG_SOURCES})
   target_sources(striper_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ARG_HEADERS})
   set_property(GLOBAL APPEND PROPERTY STRIPER_HEADERS ${ARG_HEADERS})
+endfunction()
+
+# striper_depends(sdk "find_dependency(fmt)" ...): what a user of the installed library must find, in
+# this order; the arguments are lines of CMake.
+function(striper_depends name)
+  set_property(GLOBAL APPEND PROPERTY STRIPER_DEPENDENCIES_${name} ${ARGN})
 endfunction()
 
 # striper_test(name LABELS quick SOURCES ... LIBRARIES ...): one GoogleTest program, a ctest test per TEST.

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Builds and runs a stranger's project against an installed Striper.
+
+  install_test.py CASE --build DIR --source DIR --work DIR --components sdk,capture,... [--config CMAKE_OPTION...]
+
+Cases: install (puts the libraries into a folder and moves that to WORK/prefix; the others need it), sdk, sdk_and_capture,
+calibration, missing (asks for what is not there and reads the answer).
+"""
+import argparse
+import pathlib
+import shutil
+import subprocess
+import sys
+
+
+def fail(message):
+    sys.exit(f"install test: {message}")
+
+
+def run(command):
+    result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return result.returncode, result.stdout
+
+
+def must_run(command):
+    code, output = run(command)
+    if code != 0:
+        fail(f"{' '.join(map(str, command))} ended with {code}:\n{output}")
+    return output
+
+
+def install(options):
+    # An installation must not depend on where it was put first.
+    first = options.work / "first"
+    shutil.rmtree(first, ignore_errors=True)
+    shutil.rmtree(options.prefix, ignore_errors=True)
+    for component in options.components:
+        must_run(["cmake", "--install", options.build, "--prefix", first, "--component", component])
+    first.rename(options.prefix)
+    for path in options.prefix.rglob("*.cmake"):
+        text = path.read_text()
+        for private in (str(options.build), str(options.source), str(first)):
+            if private in text:
+                fail(f"{path} names {private}: it works on this machine only")
+
+
+def configure(options, components, program):
+    work = options.work / f"build_{program}"
+    shutil.rmtree(work, ignore_errors=True)
+    code, output = run(["cmake", "-S", options.source / "tests/install/stranger", "-B", work,
+                        f"-DCMAKE_PREFIX_PATH={options.prefix}", f"-DCOMPONENTS={';'.join(components)}",
+                        f"-DPROGRAM={program}", *options.config])
+    return code, output, work
+
+
+def use(options, components, program):
+    code, output, work = configure(options, components, program)
+    if code != 0:
+        fail(f"{program} does not configure:\n{output}")
+    must_run(["cmake", "--build", work])
+    print(must_run([work / "stranger"]), end="")
+
+
+def missing(options):
+    present = ", ".join(sorted(options.components))
+    for components, expected in (
+        (["sdk", "teleportation"], f"this installation of striper has no component teleportation; it has {present}"),
+        (["sdk", "teleportation", "levitation"], "has no component teleportation, levitation; it has"),
+    ):
+        code, output, _ = configure(options, components, "missing")
+        if code == 0:
+            fail(f"found {components}, which do not exist")
+        # CMake breaks long lines.
+        if expected not in " ".join(output.split()):
+            fail(f"expected '{expected}' in:\n{output}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("case", choices=["install", "sdk", "sdk_and_capture", "calibration", "missing"])
+    parser.add_argument("--build", type=pathlib.Path, required=True)
+    parser.add_argument("--source", type=pathlib.Path, required=True)
+    parser.add_argument("--work", type=pathlib.Path, required=True)
+    parser.add_argument("--components", type=lambda text: text.split(","), required=True)
+    parser.add_argument("--config", nargs=argparse.REMAINDER, default=[], help="options for CMake; the last")
+    options = parser.parse_args()
+    options.prefix = options.work / "prefix"
+    options.work.mkdir(parents=True, exist_ok=True)
+    if options.case == "install":
+        install(options)
+    elif options.case == "missing":
+        missing(options)
+    else:
+        use(options, options.case.split("_and_"), options.case)
+
+
+if __name__ == "__main__":
+    main()

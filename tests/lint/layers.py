@@ -1,0 +1,264 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Checks what the compiler does not: who includes whom, and the form of every source file.
+
+  layers.py [ROOT]        check the sources under ROOT (default: this project); exit 1 and a line for
+                          each violation
+  layers.py --self-test   break each rule once in a scratch tree and see that it is caught
+
+What a folder may include is the table of ARCHITECTURE.md, "Layers". Tests are free.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+MODULES = ("sdk", "capture", "calibration", "apps")
+
+# Folder of sdk -> the folders that it may include, itself aside.
+SDK = {"core": set()}
+SDK["model"] = {"core"}
+SDK["geometry"] = SDK["design"] = {"core", "model"}
+SDK["ambient"] = {"core"}
+SDK["stripe"] = {"core", "ambient"}
+SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
+SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
+SDK["pipeline"] = set(SDK) - {"pipeline"}
+
+# What the folders of the other modules may include of sdk; None is everything.
+OF_SDK = {"capture": {"core", "model"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
+OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
+
+# Public headers may need only what the targets link publicly.
+PUBLIC_LIBRARIES = re.compile(r"(Eigen/|opencv2/core)")
+NEVER_IN_LIBRARIES = re.compile(r"\bstd::(cout|cerr|clog|exit|abort|terminate)\b|(?<![\w:.])(printf|puts|exit|abort)\(")
+# Each of these is the business of one place.
+LIBRARY_HOME = {"ceres/": ("calibration",), "opencv2/calib3d": ("calibration",), "CLI/": ("apps",),
+                "arv": ("capture",), "linux/": ("capture",), "opencv2/highgui": ()}
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+
+
+def tracked(root):
+    """The files of the project: git's where it is a clone, all of them in an unpacked archive."""
+    listing = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True)
+    if listing.returncode == 0:
+        return sorted(pathlib.Path(name) for name in listing.stdout.split("\n") if name and (root / name).is_file())
+    return sorted(path.relative_to(root) for path in root.rglob("*") if path.is_file() and "build" not in path.parts)
+
+
+class Tree:
+    def __init__(self, root):
+        self.root = root
+        self.files = tracked(root)
+        self.violations = []
+        # <striper/folder/name.hpp> -> module
+        self.public = {}
+        for path in self.files:
+            if len(path.parts) > 3 and path.parts[1] == "include" and path.suffix == ".hpp":
+                self.public["/".join(path.parts[2:])] = path.parts[0]
+
+    def text(self, path):
+        return (self.root / path).read_text(encoding="utf-8", errors="replace")
+
+    def report(self, path, line, message):
+        self.violations.append(f"{path}:{line}: {message}")
+
+    def check(self):
+        lists = {}
+        for path in self.files:
+            if len(path.parts) == 2 and (path.name == "CMakeLists.txt" or path.suffix == ".cmake"):
+                lists[path.parts[0]] = lists.get(path.parts[0], "") + self.text(path)
+        for path in self.files:
+            self.check_licence(path)
+            if path.suffix not in (".hpp", ".cpp"):
+                continue
+            self.check_form(path)
+            if path.parts[0] in MODULES:
+                self.check_listed(path, lists)
+                self.check_includes(path)
+                self.check_silence(path)
+        return self.violations
+
+    def check_licence(self, path):
+        is_code = path.suffix in (".hpp", ".cpp", ".py", ".sh", ".cmake") or path.name == "CMakeLists.txt"
+        if not is_code:
+            return
+        lines = self.text(path).split("\n")
+        found = [number for number, line in enumerate(lines) if "SPDX-License-Identifier: Apache-2.0" in line
+                 and line.lstrip().startswith(("//", "#"))]
+        first = 1 if lines[0].startswith("#!") else 0
+        if found != [first]:
+            self.report(path, 1, "expected one line 'SPDX-License-Identifier: Apache-2.0', the first (after a #! line)")
+
+    def check_form(self, path):
+        if not re.fullmatch(r"[a-z0-9_]+\.(hpp|cpp)", path.name):
+            self.report(path, 1, "file names are lower_case.hpp or lower_case.cpp")
+        text = self.text(path)
+        if path.suffix == ".hpp":
+            if len(re.findall(r"^#pragma once$", text, re.M)) != 1:
+                self.report(path, 1, "expected one #pragma once")
+            if re.search(r"^\s*using namespace", text, re.M):
+                self.report(path, 1, "a header must not say 'using namespace'")
+
+    def check_listed(self, path, lists):
+        module = path.parts[0]
+        if module not in lists or path.parts[1] not in ("include", "src"):
+            return
+        is_header = path.parts[1] == "include"
+        if not is_header and path.suffix == ".hpp":
+            return
+        name = "/".join(path.parts[2:] if is_header else path.parts[1:])
+        if not re.search(rf"^\s*{re.escape(name)}\s*\)?\s*$", lists[module], re.M):
+            self.report(path, 1, f"is not in the {'HEADERS' if is_header else 'SOURCES'} of {module}'s CMake files")
+
+    def check_silence(self, path):
+        if path.parts[0] == "apps":
+            return
+        for number, line in enumerate(self.text(path).split("\n"), 1):
+            code = re.sub(r'"(\\.|[^"\\])*"', '""', line).split("//")[0]
+            if NEVER_IN_LIBRARIES.search(code):
+                self.report(path, number, f"a library never prints nor ends the program: {line.strip()}")
+
+    def check_includes(self, path):
+        for number, line in enumerate(self.text(path).split("\n"), 1):
+            match = INCLUDE.match(line)
+            if not match:
+                continue
+            quote, target = match.groups()
+            if target.startswith("striper/"):
+                self.check_ours(path, number, target, quote)
+            elif quote == '"':
+                self.check_private(path, number, target)
+            else:
+                self.check_library(path, number, target)
+
+    def check_ours(self, path, number, target, quote):
+        if quote == '"':
+            self.report(path, number, f"public headers are included as <{target}>")
+        module = self.public.get(target)
+        if module is None:
+            self.report(path, number, f"there is no public header {target}")
+            return
+        self.check_may(path, number, module, target.split("/")[1], target)
+
+    def check_private(self, path, number, target):
+        module = path.parts[0]
+        if path.parts[1] == "include":
+            self.report(path, number, f"a public header must not include a private one: {target}")
+            return
+        for base in (self.root / module / "src", (self.root / path).parent, self.root / module):
+            if (base / target).is_file():
+                parts = (base / target).relative_to(self.root).parts
+                folder = parts[2] if module != "apps" and len(parts) > 3 else ""
+                self.check_may(path, number, module, folder, target)
+                return
+        self.report(path, number, f"there is no private header {target} in {module}")
+
+    def check_may(self, path, number, module, folder, target):
+        own = path.parts[0]
+        inside = path.parts[3] if path.parts[1] == "include" else path.parts[2] if len(path.parts) > 3 else ""
+        if own == module and own != "sdk":
+            return
+        if own == "sdk" and module == "sdk":
+            if inside not in SDK:
+                self.report(path, number, f"folder {inside} is not in the table of layers")
+            elif folder != inside and folder not in SDK[inside]:
+                self.report(path, number, f"{inside} must not include {folder}: {target}")
+            return
+        if module == "sdk":
+            allowed = OF_SDK[own]
+            if allowed is not None and folder not in allowed:
+                self.report(path, number, f"{own} must not include {folder} of sdk: {target}")
+            return
+        if module not in OTHER_MODULES[own]:
+            self.report(path, number, f"{own} must not include {module}: {target}")
+
+    def check_library(self, path, number, target):
+        is_ours_alone = "/" not in target and not target.endswith(".h")
+        if path.parts[1] == "include" and not is_ours_alone and not PUBLIC_LIBRARIES.match(target):
+            self.report(path, number, f"a public header must not need <{target}>: only the standard library, Eigen and opencv2/core")
+        for prefix, homes in LIBRARY_HOME.items():
+            if target.startswith(prefix) and path.parts[0] not in homes:
+                self.report(path, number, f"<{target}> is for {' and '.join(homes) or 'nobody'}, not for {path.parts[0]}")
+
+
+def self_test():
+    spdx = "// SPDX-License-Identifier: Apache-2.0\n"
+    header = spdx + "#pragma once\n"
+    good = {
+        "sdk/CMakeLists.txt": "# SPDX-License-Identifier: Apache-2.0\n striper/core/a.hpp\n striper/model/b.hpp\n"
+                              " striper/scan/c.hpp\n src/core/a.cpp\n src/scan/c.cpp\n",
+        "capture/CMakeLists.txt": "# SPDX-License-Identifier: Apache-2.0\n striper/capture/d.hpp\n src/d.cpp\n",
+        "sdk/include/striper/core/a.hpp": header + "#include <string>\n#include <Eigen/Core>\n",
+        "sdk/include/striper/model/b.hpp": header + "#include <striper/core/a.hpp>\n",
+        "sdk/include/striper/scan/c.hpp": header + "#include <striper/model/b.hpp>\n",
+        "sdk/src/core/a.cpp": spdx + '#include "core/p.hpp"\n// std::cout is not for us\n',
+        "sdk/src/core/p.hpp": header,
+        "sdk/src/scan/q.hpp": header,
+        "sdk/src/scan/c.cpp": spdx + '#include "core/p.hpp"\n#include "scan/q.hpp"\n',
+        "capture/include/striper/capture/d.hpp": header + "#include <striper/core/a.hpp>\n",
+        "capture/src/d.cpp": spdx + "#include <striper/capture/d.hpp>\n",
+        "apps/striper/main.cpp": spdx + '#include <striper/scan/c.hpp>\n#include <striper/capture/d.hpp>\n#include "m.hpp"\n',
+        "apps/striper/m.hpp": header,
+    }
+    bad = {
+        "core must not include model": ("sdk/src/core/a.cpp", "#include <striper/model/b.hpp>\n"),
+        "model must not include scan": ("sdk/include/striper/model/b.hpp", "#include <striper/scan/c.hpp>\n"),
+        "core must not include scan: scan/q.hpp": ("sdk/src/core/a.cpp", '#include "scan/q.hpp"\n'),
+        "capture must not include scan of sdk": ("capture/src/d.cpp", "#include <striper/scan/c.hpp>\n"),
+        "sdk must not include capture": ("sdk/src/scan/c.cpp", "#include <striper/capture/d.hpp>\n"),
+        "must not include a private one": ("sdk/include/striper/scan/c.hpp", '#include "scan/q.hpp"\n'),
+        "there is no public header": ("sdk/src/core/a.cpp", "#include <striper/core/none.hpp>\n"),
+        "there is no private header": ("sdk/src/core/a.cpp", '#include "core/none.hpp"\n'),
+        "included as <striper/core/a.hpp>": ("sdk/src/core/a.cpp", '#include "striper/core/a.hpp"\n'),
+        "must not need <fmt/format.h>": ("sdk/include/striper/core/a.hpp", "#include <fmt/format.h>\n"),
+        "<ceres/ceres.h> is for calibration": ("sdk/src/core/a.cpp", "#include <ceres/ceres.h>\n"),
+        "never prints": ("sdk/src/core/a.cpp", "void f() { std::cout << 1; }\n"),
+        "'using namespace'": ("sdk/include/striper/core/a.hpp", "using namespace std;\n"),
+        "one #pragma once": ("sdk/src/core/p.hpp", "#pragma once\n"),
+        "expected one line 'SPDX": ("sdk/src/core/p.hpp", "// SPDX-License-Identifier: Apache-2.0\n"),
+        "HEADERS of sdk's": ("sdk/include/striper/core/new.hpp", header),
+        "SOURCES of capture's": ("capture/src/new.cpp", spdx),
+        "file names are": ("tests/Bad.cpp", spdx),
+        "not in the table of layers": ("sdk/src/novel/n.hpp", header + "#include <striper/core/a.hpp>\n"),
+    }
+
+    def violations(extra=None):
+        with tempfile.TemporaryDirectory() as scratch:
+            root = pathlib.Path(scratch)
+            for name, text in good.items():
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text)
+            if extra:
+                path = root / extra[0]
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text((path.read_text() if path.exists() else "") + extra[1])
+            return Tree(root).check()
+
+    failures = [f"clean tree: {line}" for line in violations()]
+    for expected, extra in bad.items():
+        found = violations(extra)
+        if len(found) != 1 or expected not in found[0]:
+            failures.append(f"expected one violation with '{expected}', found {found}")
+    for line in failures:
+        print(line, file=sys.stderr)
+    return 1 if failures else 0
+
+
+def main():
+    if sys.argv[1:] == ["--self-test"]:
+        return self_test()
+    if sys.argv[1:] and sys.argv[1].startswith("-"):
+        print(__doc__)
+        return 0 if sys.argv[1] in ("-h", "--help") else 2
+    root = pathlib.Path(sys.argv[1]) if sys.argv[1:] else pathlib.Path(__file__).resolve().parents[2]
+    violations = Tree(root).check()
+    for line in violations:
+        print(line, file=sys.stderr)
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
