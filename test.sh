@@ -11,12 +11,13 @@ usage: ./test.sh [--deps | --full | --only STAGE]
 
   (nothing)      release build, the quick tests and the device tests (virtual machine, virtual camera)
   --full         all of that and every stage below
-  --only STAGE   one stage: format, asan, tsan, tidy or slow
+  --only STAGE   one stage: format, asan, tsan, tidy, slow or fuzz
                    format  clang-format 14 has nothing to change
                    asan    the quick tests under AddressSanitizer and UndefinedBehaviorSanitizer
                    tsan    the quick tests of everything with threads under ThreadSanitizer
                    tidy    clang-tidy 14 has nothing to say
                    slow    large Monte Carlo and soak tests of the release build
+                   fuzz    libFuzzer on the readers of models, scenes and addresses, 20 s each; not part of --full
   --deps         only install the Debian packages that all of this needs
 
 Set STRIPER_BUILD to build somewhere else than in ./build.
@@ -57,6 +58,12 @@ stage_slow() {
   ctest --test-dir "$build/release" --output-on-failure -L slow
 }
 
+stage_fuzz() {
+  cmake --preset fuzz -B "$build/fuzz"
+  cmake --build "$build/fuzz" --target fuzzers
+  ctest --test-dir "$build/fuzz" --output-on-failure -L fuzz
+}
+
 mkdir -p "$build"
 all_packages=("${packages_to_build[@]}" "${packages_to_test[@]}" "${packages_to_test_fully[@]}")
 case "${1:-}" in
@@ -70,7 +77,7 @@ case "${1:-}" in
     ;;
   --only)
     case "${2:-}" in
-      format | asan | tsan | tidy | slow) install_packages "${all_packages[@]}"; "stage_$2" ;;
+      format | asan | tsan | tidy | slow | fuzz) install_packages "${all_packages[@]}"; "stage_$2" ;;
       *) usage >&2; exit 2 ;;
     esac
     ;;

@@ -1,15 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves how a source's address is taken apart and that whatever is wrong in it is refused by name.
+// Proves how a source's address is taken apart, that what was put together comes apart again
+// whatever characters it has, and that whatever is wrong in it is refused by name.
+#include <functional>
+#include <map>
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 
+#include "support/random.hpp"
+
 namespace striper {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::uniform;
+
+std::size_t below(std::size_t count) {
+  return static_cast<std::size_t>(uniform(0.0, static_cast<double>(count)));
+}
+
+std::string random_text(const std::string& characters, std::size_t longest) {
+  std::string text;
+  for (std::size_t size = below(longest + 1); size > 0; --size) {
+    text += characters[below(characters.size())];
+  }
+  return text;
+}
 
 std::string message_of(const std::function<void()>& action) {
   try {
@@ -69,6 +89,36 @@ TEST(SourceUri, KeyGivenTwiceOrWithoutValueIsRefused) {
   EXPECT_THAT(message_of([] { SourceUri::parse("images:x?fps=1&laser"); }),
               HasSubstr("'laser' is not key=value"));
   EXPECT_THAT(message_of([] { SourceUri::parse(""); }), HasSubstr("empty"));
+}
+
+TEST(SourceUri, WhatWasPutTogetherComesApart) {
+  // Everything that a path, a glob or a value may have; '=' is left out of the path, where a '?'
+  // before it would begin a query by the rule itself.
+  const std::string path_characters = "ab/*?[]{}:&#%+ .,-_~\\\t\xc3\xa9";
+  const std::string value_characters = "09az,.:/*[]#%+ -_=\xc3\xa9";
+  const std::string key_characters = "abXY01_.-";
+  for (int round = 0; round < 5000; ++round) {
+    constexpr const char* kSchemes[] = {"images", "sim", "v4l2", "gige", "u3v"};
+    const std::string scheme = kSchemes[below(5)];
+    const std::string path = random_text(path_characters, 20);
+    std::map<std::string, std::string> parameters;
+    for (std::size_t i = below(4); i > 0; --i) {
+      parameters["k" + random_text(key_characters, 6)] = random_text(value_characters, 10);
+    }
+    std::string text = scheme + ":" + path;
+    char separator = '?';
+    for (const auto& [key, value] : parameters) {
+      text += separator + key + "=" + value;
+      separator = '&';
+    }
+    SourceUri uri = SourceUri::parse(text);
+    ASSERT_EQ(uri.text(), text);
+    ASSERT_EQ(uri.scheme(), scheme) << text;
+    ASSERT_EQ(uri.path(), path) << text;
+    ASSERT_EQ(uri.take_rest(), parameters) << text;
+    ASSERT_EQ(SourceUri::parse(uri.text()).path(), path) << text;
+    ASSERT_NO_THROW(uri.refuse_unused("all"));
+  }
 }
 
 }  // namespace

@@ -5,9 +5,11 @@
 // are those of numeric differences. It does not prove that a calibration of a real lens is right.
 #include <cmath>
 #include <numbers>
+#include <ostream>
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <opencv2/calib3d.hpp>
 
