@@ -25,5 +25,6 @@ using Action = std::function<ExitCode()>;
 void add_capture(CLI::App& striper, Action& action);
 void add_record(CLI::App& striper, Action& action);
 void add_simulate(CLI::App& striper, Action& action);
+void add_devices(CLI::App& striper, Action& action);
 
 }  // namespace striper::program

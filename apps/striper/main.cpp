@@ -20,6 +20,7 @@ constexpr std::array kCommands{
     striper::program::add_capture,
     striper::program::add_record,
     striper::program::add_simulate,
+    striper::program::add_devices,
 };
 
 constexpr const char* kDescription =

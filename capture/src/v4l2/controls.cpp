@@ -91,6 +91,7 @@ std::string bounds_of(const Control& control) {
     return fmt::format("a whole number from {} to {} in steps of {}", control.minimum,
                        control.maximum, control.step);
   std::vector<std::string> entries;
+  entries.reserve(control.menu.size());
   for (const MenuEntry& entry : control.menu)
     entries.push_back(fmt::format("{} ({})", entry.index, entry.text));
   return fmt::format("one of {}", fmt::join(entries, ", "));
@@ -183,6 +184,7 @@ void set_controls(const VideoDevice& device, const std::map<std::string, std::st
     const Control* const control = find(controls, name);
     if (control == nullptr) {
       std::vector<std::string> names;
+      names.reserve(controls.size());
       for (const Control& known : controls) names.push_back(known.name);
       device.fail(
           ErrorKind::kUsage,

@@ -78,6 +78,7 @@ v4l2_input find_input(const VideoDevice& device, const std::vector<v4l2_input>& 
     }
   }
   std::vector<std::string> names;
+  names.reserve(inputs.size());
   for (const v4l2_input& input : inputs)
     names.push_back(fmt::format("{} ({})", input.index, text_of(input.name)));
   device.fail(ErrorKind::kUsage,
@@ -140,13 +141,9 @@ v4l2_std_id choose_standard(const VideoDevice& device, const v4l2_input& input,
     standard = standard_from_string(wanted) & input.std;
   }
   if (standard == 0) {
-    std::vector<std::string_view> words;
-    for (const StandardName& name : kStandards) {
-      if ((name.bits & input.std) != 0) words.push_back(name.word);
-    }
     device.fail(ErrorKind::kUnsupported,
                 fmt::format("standard={} - input {} ('{}') has auto, {}", wanted, input.index,
-                            text_of(input.name), fmt::join(words, ", ")));
+                            text_of(input.name), fmt::join(standards_to_strings(input.std), ", ")));
   }
   device.require(VIDIOC_S_STD, standard,
                  fmt::format("set standard={}", standard_to_string(standard)));
@@ -194,6 +191,7 @@ const PixelFormat& choose_format(const VideoDevice& device, const std::string& w
   }
   if (usable.empty()) {
     std::vector<std::string> names;
+    names.reserve(offered.size());
     for (const std::uint32_t code : offered) names.push_back(fourcc_to_string(code));
     device.fail(ErrorKind::kUnsupported,
                 fmt::format("'{}' has no pixel format that striper knows; it has {}", device.card(),
@@ -315,12 +313,33 @@ void require_field(const VideoDevice& device, std::uint32_t wanted, std::uint32_
                           field_to_string(wanted), field_to_string(got)));
 }
 
+// Cropping and scaling survive the program that set them; where the driver has them, undo them.
+void use_whole_sensor(const VideoDevice& device) {
+  v4l2_selection whole{};
+  whole.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  whole.target = V4L2_SEL_TGT_CROP_DEFAULT;
+  if (device.attempt(VIDIOC_G_SELECTION, whole) != 0) return;
+  whole.target = V4L2_SEL_TGT_CROP;
+  device.attempt(VIDIOC_S_SELECTION, whole);
+}
+
+void fill_whole_picture(const VideoDevice& device, const v4l2_format& format) {
+  const FormatView picture = read(format);
+  v4l2_selection whole{};
+  whole.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  whole.target = V4L2_SEL_TGT_COMPOSE;
+  whole.r.width = static_cast<std::uint32_t>(picture.width);
+  whole.r.height = static_cast<std::uint32_t>(picture.height);
+  device.attempt(VIDIOC_S_SELECTION, whole);
+}
+
 void choose_picture(const VideoDevice& device, const V4l2Options& options, Agreement& agreed) {
   const std::uint32_t code = agreed.format->fourcc;
   const cv::Size wanted = wanted_size(device, options, agreed);
   std::uint32_t field = options.field.empty() ? kAnyField : field_from_string(options.field);
   if (options.field.empty() && agreed.standard == 0) field = V4L2_FIELD_NONE;
 
+  use_whole_sensor(device);
   v4l2_format format = make_format(device, code, buffer_size(wanted, field), field);
   device.require(VIDIOC_S_FMT, format, "set the picture format");
   // A driver left to choose may give one field alone, which has no dark partner.
@@ -328,6 +347,8 @@ void choose_picture(const VideoDevice& device, const V4l2Options& options, Agree
     v4l2_format woven = make_format(device, code, wanted, V4L2_FIELD_INTERLACED);
     if (device.attempt(VIDIOC_S_FMT, woven) == 0) format = woven;
   }
+
+  fill_whole_picture(device, format);
 
   const FormatView got = read(format);
   if (got.code != code) {
@@ -463,6 +484,15 @@ std::string standard_to_string(v4l2_std_id standard) {
     if ((name.bits & standard) != 0) return std::string(name.word);
   }
   return (standard & V4L2_STD_525_60) != 0 ? "525 lines" : "625 lines";
+}
+
+std::vector<std::string> standards_to_strings(v4l2_std_id standards) {
+  std::vector<std::string> words;
+  words.reserve(kStandards.size());
+  for (const StandardName& name : kStandards) {
+    if ((name.bits & standards) != 0) words.emplace_back(name.word);
+  }
+  return words;
 }
 
 std::uint32_t field_from_string(std::string_view word) noexcept {

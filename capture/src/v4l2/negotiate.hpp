@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <linux/videodev2.h>
 #include <opencv2/core/types.hpp>
@@ -59,6 +61,9 @@ void set_format(const VideoDevice& device, const Agreement& agreement);
 /// `ntsc`, `pal-60`, ... -> the kernel's bits. @return 0 for a word that is none.
 v4l2_std_id standard_from_string(std::string_view word) noexcept;
 std::string standard_to_string(v4l2_std_id standard);
+
+/// The words for all standards among these bits.
+std::vector<std::string> standards_to_strings(v4l2_std_id standards);
 
 /// `interlaced-tb` <-> V4L2_FIELD_INTERLACED_TB; V4L2_FIELD_ANY for a word that is none.
 std::uint32_t field_from_string(std::string_view word) noexcept;

@@ -12,6 +12,22 @@ namespace {
 
 constexpr const char* kListHint = "`striper devices` lists those that there are";
 
+ErrorKind kind_of(int error) { return error == ENOENT ? ErrorKind::kNotFound : ErrorKind::kDevice; }
+
+std::string describe_node(std::uint32_t capabilities) {
+  if ((capabilities & (V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_VIDEO_OUTPUT_MPLANE)) != 0)
+    return "a video output";
+  if ((capabilities & (V4L2_CAP_VIDEO_M2M | V4L2_CAP_VIDEO_M2M_MPLANE)) != 0)
+    return "a converter or codec";
+  if ((capabilities & V4L2_CAP_META_CAPTURE) != 0) return "a camera's node for metadata";
+  if ((capabilities & (V4L2_CAP_VBI_CAPTURE | V4L2_CAP_SLICED_VBI_CAPTURE)) != 0)
+    return "a teletext (VBI) node";
+  if ((capabilities & V4L2_CAP_TUNER) != 0) return "a radio or tuner";
+  return "no camera";
+}
+
+}  // namespace
+
 std::string advice(int error) {
   switch (error) {
     case ENOENT:
@@ -44,22 +60,6 @@ std::string advice(int error) {
       return fmt::format("{} (error {})", std::strerror(error), error);
   }
 }
-
-ErrorKind kind_of(int error) { return error == ENOENT ? ErrorKind::kNotFound : ErrorKind::kDevice; }
-
-std::string describe_node(std::uint32_t capabilities) {
-  if ((capabilities & (V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_VIDEO_OUTPUT_MPLANE)) != 0)
-    return "a video output";
-  if ((capabilities & (V4L2_CAP_VIDEO_M2M | V4L2_CAP_VIDEO_M2M_MPLANE)) != 0)
-    return "a converter or codec";
-  if ((capabilities & V4L2_CAP_META_CAPTURE) != 0) return "a camera's node for metadata";
-  if ((capabilities & (V4L2_CAP_VBI_CAPTURE | V4L2_CAP_SLICED_VBI_CAPTURE)) != 0)
-    return "a teletext (VBI) node";
-  if ((capabilities & V4L2_CAP_TUNER) != 0) return "a radio or tuner";
-  return "no camera";
-}
-
-}  // namespace
 
 VideoDevice::VideoDevice(std::shared_ptr<VideoCalls> calls, std::string path)
     : calls_(std::move(calls)), path_(std::move(path)), fd_(calls_->open(path_)) {

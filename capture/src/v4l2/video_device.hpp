@@ -75,6 +75,9 @@ std::string text_of(const Byte (&bytes)[kSize]) {
   return text;
 }
 
+/// What an error number of a control call means here and what to do about it.
+std::string advice(int error);
+
 /// All inputs that the device has, in order.
 std::vector<v4l2_input> list_inputs(const VideoDevice& device);
 

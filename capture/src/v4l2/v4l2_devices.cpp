@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/v4l2/v4l2_devices.hpp>
+
+#include "v4l2/controls.hpp"
+#include "v4l2/negotiate.hpp"
+#include "v4l2/pixel_format.hpp"
+#include "v4l2/v4l2_stream.hpp"
+#include "v4l2/video_device.hpp"
+
+namespace striper::v4l2 {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kAtMost = 256;  // Entries of a list that a driver gives.
+
+std::vector<double> list_rates(const VideoDevice& device, std::uint32_t code, std::uint32_t width,
+                               std::uint32_t height) {
+  std::vector<double> rates_hz;
+  for (std::uint32_t index = 0; index < kAtMost; ++index) {
+    v4l2_frmivalenum interval{};
+    interval.index = index;
+    interval.pixel_format = code;
+    interval.width = width;
+    interval.height = height;
+    if (device.attempt(VIDIOC_ENUM_FRAMEINTERVALS, interval) != 0) break;
+    if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE || interval.discrete.numerator == 0) break;
+    rates_hz.push_back(static_cast<double>(interval.discrete.denominator) /
+                       interval.discrete.numerator);
+  }
+  return rates_hz;
+}
+
+void list_sizes(const VideoDevice& device, std::uint32_t code, CameraFormat& format) {
+  for (std::uint32_t index = 0; index < kAtMost; ++index) {
+    v4l2_frmsizeenum size{};
+    size.index = index;
+    size.pixel_format = code;
+    if (device.attempt(VIDIOC_ENUM_FRAMESIZES, size) != 0) break;
+    if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) {
+      const v4l2_frmsize_stepwise& range = size.stepwise;
+      format.size_range =
+          fmt::format("{}x{} to {}x{} in steps of {}x{}", range.min_width, range.min_height,
+                      range.max_width, range.max_height, range.step_width, range.step_height);
+      break;
+    }
+    format.sizes.push_back({static_cast<int>(size.discrete.width),
+                            static_cast<int>(size.discrete.height),
+                            list_rates(device, code, size.discrete.width, size.discrete.height)});
+  }
+}
+
+std::vector<CameraFormat> list_formats(const VideoDevice& device) {
+  std::vector<CameraFormat> formats;
+  for (std::uint32_t index = 0; index < kAtMost; ++index) {
+    v4l2_fmtdesc description{};
+    description.index = index;
+    description.type = device.buffer_type();
+    if (device.attempt(VIDIOC_ENUM_FMT, description) != 0) break;
+    CameraFormat format;
+    format.name = fourcc_to_string(description.pixelformat);
+    format.description = text_of(description.description);
+    format.is_usable = find_pixel_format(description.pixelformat) != nullptr;
+    list_sizes(device, description.pixelformat, format);
+    formats.push_back(std::move(format));
+  }
+  return formats;
+}
+
+std::vector<CameraInput> describe_inputs(const VideoDevice& device) {
+  int current = -1;
+  if (device.attempt(VIDIOC_G_INPUT, current) != 0) current = -1;
+  std::vector<CameraInput> inputs;
+  for (const v4l2_input& input : list_inputs(device)) {
+    inputs.push_back({static_cast<int>(input.index), text_of(input.name),
+                      standards_to_strings(input.std), signal_trouble(input.status),
+                      static_cast<int>(input.index) == current});
+  }
+  return inputs;
+}
+
+std::string type_name(std::uint32_t type) {
+  switch (type) {
+    case V4L2_CTRL_TYPE_INTEGER:
+      return "integer";
+    case V4L2_CTRL_TYPE_BOOLEAN:
+      return "boolean";
+    case V4L2_CTRL_TYPE_MENU:
+      return "menu";
+    case V4L2_CTRL_TYPE_BUTTON:
+      return "button";
+    case V4L2_CTRL_TYPE_INTEGER64:
+      return "integer64";
+    case V4L2_CTRL_TYPE_BITMASK:
+      return "bitmask";
+    case V4L2_CTRL_TYPE_INTEGER_MENU:
+      return "integer menu";
+    default:
+      return "other";
+  }
+}
+
+std::vector<CameraControl> describe_controls(const VideoDevice& device) {
+  std::vector<CameraControl> described;
+  for (const Control& control : list_controls(device)) {
+    CameraControl one;
+    one.name = control.name;
+    one.type = type_name(control.type);
+    one.minimum = static_cast<double>(control.minimum);
+    one.maximum = static_cast<double>(control.maximum);
+    one.step = static_cast<double>(control.step);
+    one.default_value = static_cast<double>(control.default_value);
+    one.is_settable = (control.flags & V4L2_CTRL_FLAG_READ_ONLY) == 0;
+    std::int64_t value = 0;
+    const bool is_readable = (control.flags & V4L2_CTRL_FLAG_WRITE_ONLY) == 0;
+    if (is_readable && read_control(device, control, value) == 0)
+      one.value = static_cast<double>(value);
+    for (const MenuEntry& entry : control.menu)
+      one.menu.push_back(fmt::format("{}: {}", entry.index, entry.text));
+    described.push_back(std::move(one));
+  }
+  return described;
+}
+
+// Links of udev's that name the same node and stay the same when it is plugged in again.
+std::vector<std::string> lasting_names(const std::string& path) {
+  std::vector<std::string> uris;
+  std::error_code error;
+  for (const char* const folder : {"/dev/v4l/by-id", "/dev/v4l/by-path"}) {
+    for (const auto& link : fs::directory_iterator(folder, error)) {
+      if (fs::equivalent(link.path(), path, error)) uris.push_back("v4l2:" + link.path().string());
+    }
+  }
+  std::sort(uris.begin(), uris.end());
+  return uris;
+}
+
+int number_of(const std::string& path) {
+  const std::size_t digits = path.find_last_not_of("0123456789") + 1;
+  int number = 0;
+  std::from_chars(path.data() + digits, path.data() + path.size(), number);
+  return number;
+}
+
+std::vector<std::string> list_nodes() {
+  std::vector<std::string> nodes;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator("/dev", error)) {
+    const std::string path = entry.path().string();
+    if (path.starts_with("/dev/video")) nodes.push_back(path);
+  }
+  std::sort(nodes.begin(), nodes.end(),
+            [](const std::string& a, const std::string& b) { return number_of(a) < number_of(b); });
+  return nodes;
+}
+
+}  // namespace
+
+CameraListing describe(const std::string& path, std::shared_ptr<VideoCalls> calls) {
+  const VideoDevice device(std::move(calls), path);
+  CameraListing listing;
+  listing.uri = "v4l2:" + path;
+  listing.kind = "v4l2";
+  listing.name = device.card();
+  listing.driver = device.driver();
+  listing.address = device.bus();
+  listing.other_uris = lasting_names(path);
+  listing.inputs = describe_inputs(device);
+  listing.formats = list_formats(device);
+  listing.controls = describe_controls(device);
+  return listing;
+}
+
+}  // namespace striper::v4l2
+
+namespace striper {
+
+CameraListing describe_v4l2_camera(const std::string& path) {
+  return v4l2::describe(path, v4l2::system_video_calls());
+}
+
+std::vector<CameraListing> list_v4l2_cameras() {
+  const auto calls = v4l2::system_video_calls();
+  std::vector<CameraListing> listings;
+  for (const std::string& node : v4l2::list_nodes()) {
+    const int fd = calls->open(node);
+    if (fd == -EACCES || fd == -EPERM) {
+      CameraListing listing;
+      listing.uri = "v4l2:" + node;
+      listing.kind = "v4l2";
+      listing.name = "unknown";
+      listing.trouble = v4l2::advice(-fd);
+      listings.push_back(std::move(listing));
+    }
+    if (fd < 0) continue;
+    calls->close(fd);
+    try {
+      listings.push_back(v4l2::describe(node, calls));
+    } catch (const Error&) {
+      continue;  // Outputs, codecs, metadata: nothing that can be opened as a camera.
+    }
+  }
+  return listings;
+}
+
+}  // namespace striper
