@@ -107,6 +107,85 @@ void constrain_camera(const JointOptions& options, JointState& state, ceres::Pro
     problem.SetManifold(camera, new ceres::SubsetManifold(count, {count - 1}));
 }
 
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// One residual's derivatives: by what is common to all views, and by the pose of its own view.
+struct JacobianRow {
+  Eigen::VectorXd shared;
+  Vector6 own = Vector6::Zero();
+  Eigen::Index pose = -1;
+
+  JacobianRow(const ceres::CRSMatrix& J, int row, Eigen::Index common)
+      : shared(Eigen::VectorXd::Zero(common)) {
+    const auto r = static_cast<std::size_t>(row);
+    for (int k = J.rows[r]; k < J.rows[r + 1]; ++k) {
+      const Eigen::Index column = J.cols[static_cast<std::size_t>(k)];
+      const double value = J.values[static_cast<std::size_t>(k)];
+      if (column < common) {
+        shared[column] = value;
+      } else {
+        pose = (column - common) / 6;
+        own[(column - common) % 6] = value;
+      }
+    }
+  }
+};
+
+// The normal matrix in its arrow shape: the common block, each pose's block, and what joins them.
+struct Arrow {
+  Eigen::MatrixXd common;
+  std::vector<Eigen::MatrixXd> join;
+  std::vector<Matrix6> pose;
+
+  Arrow(Eigen::Index size, Eigen::Index poses)
+      : common(Eigen::MatrixXd::Zero(size, size)),
+        join(static_cast<std::size_t>(poses), Eigen::MatrixXd::Zero(size, 6)),
+        pose(static_cast<std::size_t>(poses), Matrix6::Zero()) {}
+
+  void add(const JacobianRow& row) {
+    common.noalias() += row.shared * row.shared.transpose();
+    if (row.pose < 0) return;
+    const auto i = static_cast<std::size_t>(row.pose);
+    join[i].noalias() += row.shared * row.own.transpose();
+    pose[i].noalias() += row.own * row.own.transpose();
+  }
+
+  Eigen::MatrixXd schur() const {
+    Eigen::MatrixXd matrix = common;
+    for (std::size_t i = 0; i < pose.size(); ++i)
+      matrix -= join[i] * pose[i].ldlt().solve(join[i].transpose());
+    return matrix;
+  }
+};
+
+// The diagonal of the hat matrix, from the inverse of the arrow.
+class Shares {
+ public:
+  Shares(const Arrow& arrow, const Eigen::MatrixXd& schur)
+      : common_(schur.ldlt().solve(Eigen::MatrixXd::Identity(schur.rows(), schur.cols()))) {
+    for (std::size_t i = 0; i < arrow.pose.size(); ++i) {
+      const Matrix6 inverse = arrow.pose[i].ldlt().solve(Matrix6::Identity());
+      const Eigen::MatrixXd gain = inverse * arrow.join[i].transpose();  // 6 x common.
+      join_.emplace_back(-common_ * gain.transpose());
+      pose_.emplace_back(inverse + gain * common_ * gain.transpose());
+    }
+  }
+
+  double of(const JacobianRow& row) const {
+    double share = row.shared.dot(common_ * row.shared);
+    if (row.pose < 0) return share;
+    const auto i = static_cast<std::size_t>(row.pose);
+    share += 2.0 * row.shared.dot(join_[i] * row.own) + row.own.dot(pose_[i] * row.own);
+    return share;
+  }
+
+ private:
+  Eigen::MatrixXd common_;
+  std::vector<Eigen::MatrixXd> join_;
+  std::vector<Matrix6> pose_;
+};
+
 }  // namespace
 
 CameraModel JointState::camera_now() const {
@@ -176,56 +255,35 @@ Eigen::Vector2d corner_residual(const JointState& state, const BendShape& shape,
   return residual;
 }
 
-ReducedInformation reduced_information(ceres::Problem& problem, JointState& state) {
+ReducedInformation reduced_information(ceres::Problem& problem, JointState& state,
+                                       int corner_numbers, int stripe_numbers) {
   ceres::Problem::EvaluateOptions options;
   options.apply_loss_function = false;
   ReducedInformation reduced;
   // Columns of the Jacobian in this order: camera, bend, planes, then the poses; held ones absent.
-  const auto add = [&](double* block, int size, int first, bool common) {
+  const auto add = [&](double* block, int first, bool common) {
     if (problem.IsParameterBlockConstant(block)) return;
     options.parameter_blocks.push_back(block);
     const int free = problem.ParameterBlockTangentSize(block);
-    for (int i = 0; common && i < std::min(free, size); ++i) reduced.parameter.push_back(first + i);
+    for (int i = 0; common && i < free; ++i) reduced.parameter.push_back(first + i);
   };
   const int count = static_cast<int>(state.parameters.size());
-  add(state.parameters.data(), count, 0, true);
-  add(state.bend.data(), 2, count, true);
+  add(state.parameters.data(), 0, true);
+  add(state.bend.data(), count, true);
   for (std::size_t i = 0; i < state.planes.size(); ++i)
-    add(state.planes[i].data(), 3, count + 2 + 3 * static_cast<int>(i), true);
-  for (PoseBlock& pose : state.poses) add(pose.data(), 6, 0, false);
+    add(state.planes[i].data(), count + 2 + 3 * static_cast<int>(i), true);
+  for (PoseBlock& pose : state.poses) add(pose.data(), 0, false);
 
   ceres::CRSMatrix J;
   problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
   const auto common = static_cast<Eigen::Index>(reduced.parameter.size());
-  const Eigen::Index poses = (J.num_cols - common) / 6;
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(common, common);
-  std::vector<Eigen::MatrixXd> B(static_cast<std::size_t>(poses), Eigen::MatrixXd::Zero(common, 6));
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  std::vector<Matrix6> C(static_cast<std::size_t>(poses), Matrix6::Zero());
-  Eigen::VectorXd shared(common);
-  for (int row = 0; row < J.num_rows; ++row) {
-    shared.setZero();
-    Eigen::Matrix<double, 6, 1> own = Eigen::Matrix<double, 6, 1>::Zero();
-    Eigen::Index pose = -1;
-    for (int k = J.rows[static_cast<std::size_t>(row)];
-         k < J.rows[static_cast<std::size_t>(row) + 1]; ++k) {
-      const Eigen::Index column = J.cols[static_cast<std::size_t>(k)];
-      const double value = J.values[static_cast<std::size_t>(k)];
-      if (column < common) {
-        shared[column] = value;
-      } else {
-        pose = (column - common) / 6;
-        own[(column - common) % 6] = value;
-      }
-    }
-    A.selfadjointView<Eigen::Lower>().rankUpdate(shared);
-    if (pose < 0) continue;
-    B[static_cast<std::size_t>(pose)].noalias() += shared * own.transpose();
-    C[static_cast<std::size_t>(pose)].noalias() += own * own.transpose();
-  }
-  reduced.matrix = A.selfadjointView<Eigen::Lower>();
-  for (std::size_t i = 0; i < C.size(); ++i)
-    reduced.matrix -= B[i] * C[i].ldlt().solve(B[i].transpose());
+  Arrow arrow(common, (J.num_cols - common) / 6);
+  for (int row = 0; row < J.num_rows; ++row) arrow.add(JacobianRow(J, row, common));
+  reduced.matrix = arrow.schur();
+  const Shares shares(arrow, reduced.matrix);
+  for (int row = 0; row < std::min(J.num_rows, corner_numbers + stripe_numbers); ++row)
+    (row < corner_numbers ? reduced.corner_share : reduced.stripe_share) +=
+        shares.of(JacobianRow(J, row, common));
   return reduced;
 }
 

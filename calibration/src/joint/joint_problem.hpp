@@ -50,8 +50,17 @@ std::unique_ptr<ceres::Problem> make_problem(const Observations& observations,
 struct ReducedInformation {
   Eigen::MatrixXd matrix;
   std::vector<int> parameter;  ///< Row -> camera parameter, then 2 bend, then 3 per plane.
+
+  /// How many unknowns each class of residuals determines: the trace of its part of the hat matrix.
+  /// NaN where the matrix is singular.
+  double corner_share = 0.0;
+  double stripe_share = 0.0;
 };
-ReducedInformation reduced_information(ceres::Problem& problem, JointState& state);
+
+/// @param corner_numbers how many scalar residuals are corners'; they come first in the problem,
+/// @param stripe_numbers the stripes' next, a prior's last.
+ReducedInformation reduced_information(ceres::Problem& problem, JointState& state,
+                                       int corner_numbers, int stripe_numbers);
 
 /// Distance along the pixel's line from the predicted stripe: residual of one stripe pixel in px.
 /// Also the weight that makes the cost function so. Empty where the ray or the derivative fails.

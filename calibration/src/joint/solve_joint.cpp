@@ -8,6 +8,7 @@
 #include <Eigen/Dense>
 #include <ceres/solver.h>
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <striper/core/error.hpp>
 #include <striper/intrinsics/initial_camera.hpp>
@@ -66,6 +67,17 @@ JointState initial_state(const Observations& observations, const JointOptions& o
   return state;
 }
 
+JointState state_from(const JointSolution& start) {
+  JointState state;
+  state.camera = start.camera;
+  const Eigen::VectorXd parameters = state.camera.parameters();
+  state.parameters.assign(parameters.data(), parameters.data() + parameters.size());
+  for (const Eigen::Isometry3d& T : start.T_cam_board) state.poses.push_back(detail::to_block(T));
+  for (const LaserPlane& plane : start.planes) state.planes.push_back(detail::to_block(plane));
+  state.bend = {start.bend_m.x(), start.bend_m.y()};
+  return state;
+}
+
 JointWeights initial_weights(const Observations& observations, const JointOptions& options) {
   JointWeights weights;
   weights.corner_sigma_px = options.corner_sigma_px.value_or(0.15);
@@ -76,8 +88,19 @@ JointWeights initial_weights(const Observations& observations, const JointOption
   return weights;
 }
 
+// The solver's log goes to stderr, and a library does not print: a failed step is no news, the
+// summary says how it ended.
+void keep_solver_quiet() {
+  static const bool once = [] {
+    FLAGS_minloglevel = std::max(FLAGS_minloglevel, static_cast<int>(google::GLOG_FATAL));
+    return true;
+  }();
+  static_cast<void>(once);
+}
+
 ceres::Solver::Summary run(const JointOptions& options, JointState& state,
                            ceres::Problem& problem) {
+  keep_solver_quiet();
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -326,8 +349,11 @@ Eigen::MatrixXd file_covariance(const detail::ReducedInformation& reduced,
   return 0.5 * (covariance + covariance.transpose());
 }
 
-void fill_covariance(ceres::Problem& problem, JointState& state, JointSolution& solution) {
-  const detail::ReducedInformation reduced = detail::reduced_information(problem, state);
+void fill_covariance(ceres::Problem& problem, const Counts& counts, JointState& state,
+                     JointSolution& solution) {
+  const detail::ReducedInformation reduced =
+      detail::reduced_information(problem, state, static_cast<int>(counts.corner_numbers),
+                                  static_cast<int>(counts.stripe_numbers));
   const Eigen::Index size = reduced.matrix.rows();
   if (size == 0) return;
   const Eigen::VectorXd scale =
@@ -343,6 +369,12 @@ void fill_covariance(ceres::Problem& problem, JointState& state, JointSolution& 
   std::sort(solution.weakest.begin(), solution.weakest.end(),
             [](const auto& a, const auto& b) { return a.second > b.second; });
   if (solution.rcond < kSingular || !reduced.matrix.allFinite()) return;
+  // The stripes take part in the poses too: each class loses the unknowns that it determines.
+  if (std::isfinite(reduced.corner_share) && std::isfinite(reduced.stripe_share)) {
+    solution.corners.dof = counts.corner_numbers - reduced.corner_share;
+    if (counts.stripe_numbers > 0.0)
+      solution.stripes.dof = counts.stripe_numbers - reduced.stripe_share;
+  }
   const Eigen::MatrixXd root = scale.asDiagonal() * eigen.eigenvectors() *
                                eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
   const Eigen::MatrixXd inverse = root * root.transpose();
@@ -422,10 +454,13 @@ JointSolution solve_joint(const Observations& observations, const JointOptions& 
   JointOptions options = given;
   if (options.known_camera) options.lens = options.known_camera->camera.lens();
   require_enough(observations, options);
-  JointState state = initial_state(observations, options);
+  const bool warm = options.start != nullptr;
+  JointState state = warm ? state_from(*options.start) : initial_state(observations, options);
   JointWeights weights = initial_weights(observations, options);
-  solve_camera(observations, options, weights, state);
-  start_planes(observations, state);
+  if (!warm) {
+    solve_camera(observations, options, weights, state);
+    start_planes(observations, state);
+  }
 
   // Robust, then least squares on what is left, then once more with the sigmas so measured.
   const bool all_sigmas_given =
@@ -433,7 +468,7 @@ JointSolution solve_joint(const Observations& observations, const JointOptions& 
   const int rounds = all_sigmas_given ? 2 : 3;
   ceres::Solver::Summary summary;
   std::unique_ptr<ceres::Problem> problem;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = warm ? 1 : 0; round < rounds; ++round) {
     const Residuals residuals = compute_residuals(observations, state);
     if (round < 2) estimate_sigmas(observations, options, residuals, weights);
     if (round > 0) reject_outliers(observations, options, residuals, weights);
@@ -449,8 +484,48 @@ JointSolution solve_joint(const Observations& observations, const JointOptions& 
   JointSolution solution = package(observations, options, weights, state);
   solution.converged = summary.termination_type == ceres::CONVERGENCE;
   solution.summary = summary.BriefReport();
-  fill_covariance(*problem, state, solution);
+  fill_covariance(*problem, count(weights, options, state), state, solution);
   return solution;
+}
+
+double stripe_rms_px(const Observations& observations, const StripeView& stripe,
+                     const CameraModel& camera, const Eigen::Isometry3d& T_cam_board,
+                     const LaserPlane& plane, const Eigen::Vector2d& bend_m) {
+  JointState state;
+  state.camera = camera;
+  const Eigen::VectorXd parameters = camera.parameters();
+  state.parameters.assign(parameters.data(), parameters.data() + parameters.size());
+  state.bend = {bend_m.x(), bend_m.y()};
+  const BendShape shape(observations.board);
+  std::vector<double> squares;
+  for (const Eigen::Vector2d& pixel : stripe.pixel)
+    if (const auto at =
+            detail::stripe_residual(state, shape, observations.axis, detail::to_block(T_cam_board),
+                                    detail::to_block(plane), pixel))
+      squares.push_back(at->residual_px * at->residual_px);
+  if (squares.empty()) return kNan;
+  return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) /
+                   static_cast<double>(squares.size()));
+}
+
+std::vector<Eigen::Vector3d> stripe_points_cam(const Observations& observations,
+                                               const JointSolution& solution, int laser) {
+  JointState state = state_from(solution);
+  const BendShape shape(observations.board);
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t s = 0; s < observations.stripes.size(); ++s) {
+    const StripeView& stripe = observations.stripes[s];
+    if (stripe.laser != laser) continue;
+    const auto& pose = state.poses[static_cast<std::size_t>(stripe.view)];
+    for (std::size_t i = 0; i < stripe.pixel.size(); ++i) {
+      if (!std::isfinite(solution.stripe_residual_px[s][i])) continue;
+      const Unprojection ray = solution.camera.unproject(stripe.pixel[i]);
+      if (ray.status != CameraStatus::kOk) continue;
+      points.push_back(
+          detail::point_on_board<double>(ray.xy, pose.data(), state.bend.data(), shape));
+    }
+  }
+  return points;
 }
 
 Eigen::Isometry3d solve_pose(const CameraModel& camera, const Board& board, const CornerView& view,

@@ -19,7 +19,7 @@ namespace striper {
 namespace {
 
 constexpr double kMarginSquares = 3.0;  // How far beyond the print the board may go on.
-constexpr std::size_t kMostPoints = 200;
+constexpr std::size_t kMostPoints = 120;
 constexpr int kFewestOnLine = 20;
 constexpr double kLeastGatePx = 0.5;
 constexpr std::size_t kTrialPictures = 6;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Dense>
 
+#include <striper/geometry/triangulator.hpp>
 #include <striper/joint/solve_joint.hpp>
 
 #include "support/striper_session.hpp"
@@ -88,6 +89,25 @@ inline double ks_p_value(std::vector<double> u) {
   for (int k = 1; k <= 100; ++k)
     p += (k % 2 == 1 ? 2.0 : -2.0) * std::exp(-2.0 * k * k * lambda * lambda);
   return std::clamp(p, 0.0, 1.0);
+}
+
+/// The pixel of a striper that sees the laser plane straight ahead at a range.
+inline Eigen::Vector2d pixel_at_range(const StriperModel& truth, double range_m) {
+  return Triangulator(truth, 0).project(range_m, 0.0).pixel;
+}
+
+inline StriperModel model_of(const CameraModel& camera, const LaserPlane& plane) {
+  StriperModel model;
+  model.camera = camera;
+  model.lasers.push_back({plane, std::nullopt, std::nullopt});
+  model.axis = StripeAxis::kColumns;
+  return model;
+}
+
+inline StriperModel model_of(const JointSolution& solution) {
+  StriperModel model = model_of(solution.camera, solution.planes.at(0));
+  model.covariance = ModelCovariance{covariance_names(solution.camera, 1), solution.covariance};
+  return model;
 }
 
 inline double rms(const std::vector<double>& values) {

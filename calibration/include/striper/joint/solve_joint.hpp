@@ -21,6 +21,8 @@ struct KnownCamera {
   std::optional<Eigen::MatrixXd> covariance;
 };
 
+struct JointSolution;
+
 /// How `solve_joint` adjusts. Every default is here and nowhere else.
 struct JointOptions {
   LensModel lens = LensModel::kPlumbBob;
@@ -36,6 +38,10 @@ struct JointOptions {
   /// A residual beyond this many sigmas is an outlier: removed, listed.
   double outlier_sigmas = 4.5;
   bool remove_outliers = true;
+
+  /// Where to begin, with the views of the observations; null: from nothing. Saves most of the time
+  /// when a view is left out of a solution. Not kept.
+  const JointSolution* start = nullptr;
 
   int max_iterations = 60;
   int threads = 1;
@@ -114,6 +120,17 @@ JointSolution solve_joint(const Observations& observations, const JointOptions& 
 /// @param corner_rms_px receives the rms of the 2-D distances, outliers included.
 Eigen::Isometry3d solve_pose(const CameraModel& camera, const Board& board, const CornerView& view,
                              const Eigen::Vector2d& bend_m, double* corner_rms_px);
+
+/// rms distance of a stripe from where camera, pose and plane put it, px along the pixel's line:
+/// what cross-validation asks of a held-out view. NaN without a point.
+double stripe_rms_px(const Observations& observations, const StripeView& stripe,
+                     const CameraModel& camera, const Eigen::Isometry3d& T_cam_board,
+                     const LaserPlane& plane, const Eigen::Vector2d& bend_m);
+
+/// The stripe points that a laser's plane was fitted to, in the camera frame: where each pixel's
+/// ray meets its board. Outliers are left out.
+std::vector<Eigen::Vector3d> stripe_points_cam(const Observations& observations,
+                                               const JointSolution& solution, int laser);
 
 /// The names of the covariance's rows for a camera and `planes` lasers, as in the model file.
 std::vector<std::string> covariance_names(const CameraModel& camera, std::size_t planes);

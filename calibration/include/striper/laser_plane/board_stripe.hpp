@@ -40,7 +40,7 @@ std::string to_string(const StripeRecipe& recipe);
 
 /// The stripe on the board of one picture.
 struct BoardStripe {
-  std::vector<Eigen::Vector2d> pixel;  ///< Neighbouring returns averaged: 200 at most.
+  std::vector<Eigen::Vector2d> pixel;  ///< Neighbouring returns averaged: 120 at most.
   std::vector<double> sigma_px;        ///< Across the stripe.
   int returns = 0;                     ///< What the extractor found on the board.
   int on_line = 0;                     ///< Of these, on one straight line.

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+#include <striper/geometry/triangulator.hpp>
+#include <striper/joint/trust.hpp>
+
+namespace striper {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+using Severity = Finding::Severity;
+
+// rms tilt of the board normals about their mean, about the camera's x and y axes.
+Eigen::Vector2d tilt_spread_deg(const JointSolution& solution) {
+  std::vector<Eigen::Vector2d> tilts;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Eigen::Isometry3d& T : solution.T_cam_board) {
+    const Eigen::Vector3d n = T.linear().col(2);
+    tilts.emplace_back(std::atan2(n.y(), std::abs(n.z())), std::atan2(n.x(), std::abs(n.z())));
+    mean += tilts.back();
+  }
+  mean /= static_cast<double>(std::max<std::size_t>(tilts.size(), 1));
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
+  for (const auto& tilt : tilts) squares += (tilt - mean).cwiseAbs2();
+  return kDegrees *
+         (squares / static_cast<double>(std::max<std::size_t>(tilts.size(), 1))).cwiseSqrt();
+}
+
+struct Checker {
+  const Observations& observations;
+  const JointSolution& solution;
+  const JointOptions& options;
+  const StriperModel& model;
+  double widening;  // What the sigmas were multiplied by for a misfit.
+  const TrustLimits& limits;
+  std::vector<Finding> findings;
+
+  void add(Severity severity, const char* code, std::string message, std::string advice) {
+    findings.push_back({severity, code, std::move(message), std::move(advice)});
+  }
+
+  void check_views() {
+    const auto views = static_cast<int>(observations.views.size());
+    if (options.known_camera) return;
+    if (views < limits.fewest_views)
+      add(Severity::kRefusal, "too_few_views",
+          fmt::format("the board was found in {} pictures; {} at least are needed", views,
+                      limits.fewest_views),
+          "add pictures of the board at different tilts, ten or more in all");
+    else if (views < limits.few_views)
+      add(Severity::kWarning, "few_views",
+          fmt::format("the board was found in {} pictures only", views),
+          "ten to twenty pictures at different tilts, distances and places halve the error bars");
+  }
+
+  void check_tilts() {
+    if (options.known_camera || observations.views.size() < 2) return;
+    const Eigen::Vector2d spread = tilt_spread_deg(solution);
+    const double most = spread.norm();
+    const std::string figures = fmt::format(
+        "the boards' tilts vary by {:.1f} degrees rms up and down and {:.1f} left and right",
+        spread.x(), spread.y());
+    if (most < limits.least_tilt_deg)
+      add(Severity::kRefusal, "boards_parallel",
+          fmt::format("the boards are nearly parallel: {}, {:.0f} at least are needed. The focal "
+                      "length and the distances cannot be told apart",
+                      figures, limits.least_tilt_deg),
+          "add pictures with the board turned by 30 to 45 degrees: its top towards the camera, its "
+          "bottom, its left side, its right side");
+    else if (spread.minCoeff() < limits.least_tilt_deg)
+      add(Severity::kWarning, "boards_tilted_one_way", figures,
+          spread.x() < spread.y() ? "add pictures with the board's top or bottom towards the camera"
+                                  : "add pictures with the board's left or right side towards the "
+                                    "camera");
+    else if (most < limits.low_tilt_deg)
+      add(Severity::kWarning, "boards_tilted_little", figures,
+          "turn the board further, by 30 to 45 degrees each way");
+  }
+
+  void check_condition() {
+    if (solution.covariance.size() > 0 && solution.rcond > 1e-12) return;
+    std::string direction;
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, solution.weakest.size()); ++i)
+      direction += (i > 0 ? ", " : "") + solution.weakest[i].first;
+    add(Severity::kRefusal, "singular",
+        fmt::format("the pictures leave a direction of the model free (mostly {}; reciprocal "
+                    "condition {:.0e})",
+                    direction, solution.rcond),
+        "add pictures with the board at other tilts and distances");
+  }
+
+  void check_focal_length() {
+    if (options.known_camera || solution.covariance.size() == 0) return;
+    const double error = std::max(std::sqrt(solution.covariance(0, 0)) / solution.camera.fx(),
+                                  std::sqrt(solution.covariance(1, 1)) / solution.camera.fy());
+    const std::string figures = fmt::format(
+        "the focal length is known to {:.2f} % only (fx {:.1f} +- {:.1f}, fy {:.1f} +- {:.1f} px)",
+        100.0 * error, solution.camera.fx(), std::sqrt(solution.covariance(0, 0)),
+        solution.camera.fy(), std::sqrt(solution.covariance(1, 1)));
+    const char* advice =
+        "tilt the board more (30 to 45 degrees, both ways) and fill the picture with it";
+    if (error / widening > limits.most_focal_error)
+      add(Severity::kRefusal, "focal_length_unknown",
+          fmt::format("{}; the limit is {:.1f} %", figures, 100.0 * limits.most_focal_error),
+          advice);
+    else if (error > limits.high_focal_error)
+      add(Severity::kWarning, "focal_length_uncertain", figures, advice);
+  }
+
+  void check_residuals() {
+    const double limit_px =
+        limits.high_corner_rms_px * std::max(1.0, observations.image_width / 640.0);
+    const Eigen::Vector2d half = observations.board.half_extent_m();
+    const double bend = std::max(std::abs(solution.bend_m.x()) / half.x(),
+                                 std::abs(solution.bend_m.y()) / half.y());
+    if (bend > limits.high_bend)
+      add(Severity::kWarning, "board_bent",
+          fmt::format(
+              "the board is bent: its middle stands {:.2f} mm (across) and {:.2f} mm (down) "
+              "off its ends. The bend is solved for, as a parabola; a real one is not quite",
+              1e3 * solution.bend_m.x(), 1e3 * solution.bend_m.y()),
+          "glue the print to something flat: glass, aluminium, thick board");
+    if (solution.corners.rms_px > limit_px)
+      add(Severity::kWarning, "corners_do_not_fit",
+          fmt::format("the corners fit to {:.2f} px rms only; {:.2f} px is usual. The board is not "
+                      "flat, or the pictures are blurred, or the lens model does not fit",
+                      solution.corners.rms_px, limit_px),
+          "use a flat, stiff board; hold it still; look at the residual plots");
+  }
+
+  void check_scale() {
+    std::vector<double> depths;
+    for (const auto& T : solution.T_cam_board) depths.push_back(T.translation().z());
+    std::sort(depths.begin(), depths.end());
+    const double middle = depths.empty() ? 1.0 : depths[depths.size() / 2];
+    if (middle > 0.05 && middle < 30.0) return;
+    add(Severity::kWarning, "scale_unlikely",
+        fmt::format("the boards come out {:.3g} m away, with squares of {:g} m", middle,
+                    observations.board.square_m),
+        "the square is given in metres: is it right?");
+  }
+
+  void check_laser(int laser) {
+    const std::vector<Eigen::Vector3d> points = stripe_points_cam(observations, solution, laser);
+    if (points.size() < 3) return;
+    check_plane_spread(laser, points);
+    check_coverage(laser);
+    check_range(laser, points);
+  }
+
+  void check_plane_spread(int laser, const std::vector<Eigen::Vector3d>& points) {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const auto& p : points) mean += p / static_cast<double>(points.size());
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (const auto& p : points) scatter += (p - mean) * (p - mean).transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
+    const double spread = std::sqrt(eigen.eigenvalues()[1] / eigen.eigenvalues()[2]);
+    if (spread >= limits.least_plane_spread) return;
+    add(Severity::kRefusal, "planes_coincident",
+        fmt::format("laser {}: all stripes lie on nearly the same line in space (width over length "
+                    "{:.3f}, {:.2f} at least is needed), so that its plane can turn about it",
+                    laser, spread, limits.least_plane_spread),
+        "add pictures with the stripe on the board at other distances");
+  }
+
+  void check_coverage(int laser) {
+    const bool columns = observations.axis == StripeAxis::kColumns;
+    Eigen::AlignedBox2d box;
+    int pictures = 0;
+    for (const StripeView& stripe : observations.stripes) {
+      if (stripe.laser != laser) continue;
+      ++pictures;
+      for (const Eigen::Vector2d& pixel : stripe.pixel) box.extend(pixel);
+    }
+    const Eigen::Vector2d size = box.sizes();
+    const double along =
+        columns ? size.x() / observations.image_width : size.y() / observations.image_height;
+    const double across =
+        columns ? size.y() / observations.image_height : size.x() / observations.image_width;
+    const std::string figures = fmt::format(
+        "laser {}: in {} picture{} the stripe covers {:.0f} % of the image along it and {:.0f} % "
+        "across it",
+        laser, pictures, pictures == 1 ? "" : "s", 100.0 * along, 100.0 * across);
+    const std::string where = fmt::format(
+        "move the board {} so that the stripe on it reaches both ends of the picture, near and far",
+        columns ? "to the left and right" : "up and down");
+    if (along < limits.least_coverage && across < limits.least_coverage)
+      add(Severity::kRefusal, "stripe_in_corner", figures + ": a corner of it only", where);
+    else if (along < limits.low_coverage)
+      add(Severity::kWarning, "stripe_covers_little", figures, where);
+    if (pictures < 3)
+      add(options.known_camera || pictures > 1 ? Severity::kWarning : Severity::kRefusal,
+          "few_stripes",
+          fmt::format("laser {}: the stripe was found on the board in {} picture{}", laser,
+                      pictures, pictures == 1 ? "" : "s"),
+          "ten pictures with the stripe on the board, near and far, are a good number");
+  }
+
+  void check_range(int laser, const std::vector<Eigen::Vector3d>& points) {
+    if (solution.covariance.size() == 0) return;
+    const Triangulator triangulator(model, laser);
+    std::vector<std::pair<double, double>> relative;  // (range, sigma / range) at the stripes.
+    for (std::size_t i = 0; i < points.size(); i += std::max<std::size_t>(1, points.size() / 60)) {
+      const Projection at = model.camera.project(points[i]);
+      if (at.status != CameraStatus::kOk) continue;
+      const PlanePoint point = triangulator.triangulate(at.pixel);
+      if (point.status != ReturnStatus::kOk) continue;
+      relative.emplace_back(point.range_m(), triangulator.sigma_cal_m(at.pixel) / point.range_m());
+    }
+    if (relative.empty()) return;
+    std::nth_element(
+        relative.begin(), relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2),
+        relative.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto [range_m, error] = relative[relative.size() / 2];
+    const std::string figures = fmt::format(
+        "laser {}: the calibration leaves {:.1f} mm of one-sigma error at {:.2f} m ({:.2f} %)",
+        laser, 1e3 * error * range_m, range_m, 100.0 * error);
+    const char* advice =
+        "add pictures with the stripe on the board over the ranges that matter, the board tilted";
+    if (error / widening > limits.most_range_error)
+      add(Severity::kRefusal, "range_unknown",
+          fmt::format("{}; the limit is {:.1f} %", figures, 100.0 * limits.most_range_error),
+          advice);
+    else if (error > limits.high_range_error)
+      add(Severity::kWarning, "range_uncertain", figures, advice);
+  }
+};
+
+}  // namespace
+
+Finding::Severity worst(const std::vector<Finding>& findings) {
+  Severity severity = Severity::kNote;
+  for (const Finding& finding : findings) severity = std::max(severity, finding.severity);
+  return severity;
+}
+
+std::string to_string(Finding::Severity severity) {
+  switch (severity) {
+    case Severity::kNote:
+      return "note";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kRefusal:
+      break;
+  }
+  return "refusal";
+}
+
+std::vector<Finding> check_trust(const Observations& observations, const JointSolution& solution,
+                                 const JointOptions& options, const StriperModel& model,
+                                 double covariance_factor, const TrustLimits& limits) {
+  Checker checker{observations, solution, options, model, std::sqrt(covariance_factor), limits, {}};
+  checker.check_views();
+  checker.check_tilts();
+  checker.check_condition();
+  checker.check_focal_length();
+  checker.check_residuals();
+  checker.check_scale();
+  for (int laser = 0; laser < static_cast<int>(solution.planes.size()); ++laser)
+    checker.check_laser(laser);
+  return std::move(checker.findings);
+}
+
+std::vector<RangeSigma> predict_range_sigma(const StriperModel& model, int laser,
+                                            const std::vector<double>& ranges_m,
+                                            double nearest_data_m, double farthest_data_m) {
+  const Triangulator triangulator(model, laser);
+  std::vector<RangeSigma> sigmas;
+  for (const double range_m : ranges_m) {
+    RangeSigma at{range_m, kNan, Eigen::Vector2d::Constant(kNan),
+                  range_m >= nearest_data_m && range_m <= farthest_data_m};
+    // Straight ahead first, then further and further to either side.
+    for (int step = 0; step <= 160 && std::isnan(at.sigma_m); ++step) {
+      const double bearing = 0.5 / kDegrees * (step % 2 == 0 ? step / 2 : -(step + 1) / 2);
+      const Projection seen =
+          triangulator.project(range_m * std::cos(bearing), range_m * std::sin(bearing));
+      if (seen.status != CameraStatus::kOk || seen.pixel.minCoeff() < 0.0 ||
+          seen.pixel.x() > model.camera.width() - 1 || seen.pixel.y() > model.camera.height() - 1)
+        continue;
+      at.pixel = seen.pixel;
+      at.sigma_m = triangulator.sigma_cal_m(seen.pixel);
+    }
+    sigmas.push_back(at);
+  }
+  return sigmas;
+}
+
+RangeMap range_map(const StriperModel& model, int laser, int columns, int rows) {
+  const Triangulator triangulator(model, laser);
+  RangeMap map{columns, rows, {}, {}};
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      const Eigen::Vector2d pixel((column + 0.5) * model.camera.width() / columns - 0.5,
+                                  (row + 0.5) * model.camera.height() / rows - 0.5);
+      const PlanePoint point = triangulator.triangulate(pixel);
+      const bool ok = point.status == ReturnStatus::kOk;
+      map.range_m.push_back(ok ? point.range_m() : kNan);
+      map.sigma_m.push_back(ok ? triangulator.sigma_cal_m(pixel) : kNan);
+    }
+  return map;
+}
+
+}  // namespace striper

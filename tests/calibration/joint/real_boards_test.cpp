@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves on published pictures of boards that the camera comes out as their references have it,
+// that the fit is not worse and not much slower than cv::calibrateCamera on the same corners, and
+// that a degenerate set is refused. Skips where the pictures are absent.
+#include <chrono>
+
+#include <gmock/gmock.h>
+#include <opencv2/calib3d.hpp>
+
+#include "real_support.hpp"
+
+namespace striper {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Field;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Our adjustment and OpenCV's on the same corners, all of them, the same five-coefficient lens.
+void expect_not_worse_than_opencv(const Observations& given) {
+  Observations observations = given;
+  observations.stripes.clear();
+  std::vector<std::vector<cv::Point3f>> object;
+  std::vector<std::vector<cv::Point2f>> image;
+  for (const CornerView& view : observations.views) {
+    auto& points = object.emplace_back();
+    auto& pixels = image.emplace_back();
+    for (std::size_t i = 0; i < view.pixel.size(); ++i) {
+      const Eigen::Vector2d p = observations.board.point_m(view.point[i]);
+      points.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), 0.0F);
+      pixels.emplace_back(static_cast<float>(view.pixel[i].x()),
+                          static_cast<float>(view.pixel[i].y()));
+    }
+  }
+  JointOptions options;
+  options.remove_outliers = false;
+  options.threads = 2;
+  double ours_s = 1e9;
+  double theirs_s = 1e9;
+  double ours_px = 0.0;
+  double theirs_px = 0.0;
+  for (int run = 0; run < 3; ++run) {
+    auto start = std::chrono::steady_clock::now();
+    ours_px = solve_joint(observations, options).corners.rms_px;
+    ours_s = std::min(ours_s, seconds_since(start));
+    cv::Mat K;
+    cv::Mat D;
+    std::vector<cv::Mat> rotations;
+    std::vector<cv::Mat> translations;
+    start = std::chrono::steady_clock::now();
+    theirs_px =
+        cv::calibrateCamera(object, image, {observations.image_width, observations.image_height}, K,
+                            D, rotations, translations);
+    theirs_s = std::min(theirs_s, seconds_since(start));
+  }
+  std::printf("rms %.5f px in %.3f s; cv::calibrateCamera %.5f px in %.3f s\n", ours_px, ours_s,
+              theirs_px, theirs_s);
+  EXPECT_LE(ours_px, theirs_px * 1.00001);
+  EXPECT_LE(ours_s, 2.0 * theirs_s);
+}
+
+CalibrationInput boards_of(const char* set, const char* size, double square_m,
+                           const std::string& folder = "", const std::string& prefix = "") {
+  CalibrationInput input;
+  input.board = parse_board(size, square_m);
+  input.boards = testing::pictures_in(testing::real_data(set) / folder, prefix);
+  return input;
+}
+
+TEST(RealBoards, BouguetsExampleComesOutAsPublished) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("bouguet-calib-example");
+  const Calibration c = calibrate(boards_of("bouguet-calib-example", "13x12", 0.030), {});
+  EXPECT_EQ(20U, c.observations.views.size());
+  EXPECT_NEAR(c.model.camera.fx(), 657.46, 1.0);
+  EXPECT_NEAR(c.model.camera.fy(), 657.95, 1.0);
+  EXPECT_NEAR(c.model.camera.cx(), 303.1, 2.0);
+  EXPECT_NEAR(c.model.camera.cy(), 242.6, 2.0);
+  EXPECT_LT(c.solution.corners.rms_px, 0.2);
+  EXPECT_TRUE(c.trustworthy());
+  expect_not_worse_than_opencv(c.observations);
+}
+
+// The reference's corners hold errors of its own (a refinement window that reaches into the
+// neighbouring squares: 1.2 px in one view). On them we must agree with it.
+TEST(RealBoards, OpenCvsLeftCameraComesOutAsPublishedOnItsCorners) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("opencv-left-right");
+  const Observations corners =
+      testing::corners_from_csv(testing::real_data("opencv-left-right") / "opencv_corners_left.csv",
+                                parse_board("9x6", 0.025), 640, 480);
+  ASSERT_EQ(13U, corners.views.size());
+  JointOptions options;
+  options.remove_outliers = false;
+  const JointSolution all = solve_joint(corners, options);
+  EXPECT_NEAR(all.camera.fx(), 535.9, 1.0);
+  EXPECT_LE(all.corners.rms_px, 0.41);
+  const JointSolution cleaned = solve_joint(corners, JointOptions{});
+  EXPECT_LT(cleaned.corners.rms_px, 0.3);
+  expect_not_worse_than_opencv(corners);
+}
+
+// From the pictures themselves the corners fit more than twice as well, and the focal length lies
+// within two of the reference's own standard deviations (1.35 px).
+TEST(RealBoards, OpenCvsLeftCameraFitsBetterFromItsPictures) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("opencv-left-right");
+  const Calibration c = calibrate(boards_of("opencv-left-right", "9x6", 0.025, "", "left"), {});
+  EXPECT_EQ(13U, c.observations.views.size());
+  EXPECT_NEAR(c.model.camera.fx(), 535.9, 2.0 * 1.35);
+  EXPECT_LT(c.solution.corners.rms_px, 0.2);
+  EXPECT_TRUE(c.trustworthy());
+}
+
+TEST(RealBoards, NearlyParallelBoardsAreRefused) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("anugrah-step-scans");
+  const Calibration c = calibrate(boards_of("anugrah-step-scans", "5x5", 0.005, "calibration"), {});
+  EXPECT_FALSE(c.trustworthy());
+  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "boards_parallel")));
+  EXPECT_THAT(c.verdict(), ::testing::HasSubstr("Do not trust"));
+}
+
+}  // namespace
+}  // namespace striper

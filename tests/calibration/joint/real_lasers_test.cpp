@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves on published pictures of a stripe on a board that the laser plane comes out as their
+// references have it, with the channel and the axis found by themselves: a green line on an almost
+// white board that only a colour difference shows, a red line clipped to white that a colour
+// difference hollows out. Skips where the pictures are absent.
+#include <fstream>
+
+#include <gmock/gmock.h>
+
+#include <striper/laser_plane/initial_plane.hpp>
+
+#include "real_support.hpp"
+
+namespace striper {
+namespace {
+
+using ::testing::Contains;
+using ::testing::Field;
+
+double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 57.29578;
+}
+
+// Every return on the line and on the board, before neighbours were averaged, against the plane.
+double return_rms_m(const Calibration& c) {
+  double squares = 0.0;
+  double count = 0.0;
+  const auto points = stripe_points_cam(c.observations, c.solution, 0);
+  for (const auto& p : points) {
+    squares += std::pow(c.model.lasers[0].plane.signed_distance_m(p), 2.0);
+    count += 1.0;
+  }
+  return std::sqrt(squares / count);
+}
+
+TEST(RealLasers, SrvsGreenLineComesOutAsItsPointsHaveIt) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("srv-green-laser-turntable");
+  const auto set = testing::real_data("srv-green-laser-turntable");
+  CalibrationInput boards;
+  boards.board = parse_board("8x6", 0.040);
+  boards.boards = testing::pictures_in(set / "camera_180717");
+  const Calibration camera = calibrate(boards, {});
+  EXPECT_EQ(14U, camera.observations.views.size());
+  EXPECT_NEAR(camera.model.camera.fx(), 619.7, 3.0);
+  EXPECT_TRUE(camera.model.lasers.empty());
+
+  // As the reference did it: the camera from its own pictures, held.
+  CalibrationInput lasers;
+  lasers.board = boards.board;
+  lasers.lasers.push_back({testing::pictures_in(set / "laser_180717"), {}});
+  CalibrationOptions options;
+  options.known_camera = KnownCamera{camera.model.camera, std::nullopt};
+  const Calibration c = calibrate(lasers, options);
+  EXPECT_EQ(StripeAxis::kRows, c.model.axis);
+  EXPECT_EQ(Channel::kGreenMinusRed, c.model.channel);
+  EXPECT_GE(c.observations.stripes.size(), 50U);
+
+  std::vector<Eigen::Vector3d> reference;
+  std::ifstream lines(set / "reference" / "laser_points.csv");
+  for (double x, y, z; lines >> x >> y >> z;) reference.emplace_back(x, y, z);
+  ASSERT_GT(reference.size(), 10000U);
+  const LaserPlane expected = fit_plane(reference).value();
+  const LaserPlane& found = c.model.lasers.at(0).plane;
+  std::printf("plane %.3f degrees and %.2f mm from the reference's, points %.3f mm rms\n",
+              angle_deg(found.normal(), expected.normal()),
+              1e3 * (found.distance_m() - expected.distance_m()), 1e3 * return_rms_m(c));
+  EXPECT_LT(angle_deg(found.normal(), expected.normal()), 0.15);
+  EXPECT_NEAR(found.distance_m(), expected.distance_m(), 0.001);
+  EXPECT_LE(return_rms_m(c), 0.00055);
+}
+
+TEST(RealLasers, BlasersRedLineClippedToWhiteKeepsItsCore) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("blaser-cmu");
+  CalibrationInput input;
+  input.board = parse_board("9x6", 0.030);
+  input.lasers.push_back(
+      {testing::pictures_in(testing::real_data("blaser-cmu") / "handheld_1280x720"), {}});
+  const Calibration c = calibrate(input, {});
+  EXPECT_EQ(StripeAxis::kColumns, c.model.axis);
+  EXPECT_NE(Channel::kRedMinusGreen, c.model.channel);
+  EXPECT_NE(Channel::kGreenMinusRed, c.model.channel);
+  EXPECT_GE(c.observations.stripes.size(), 15U);
+  EXPECT_LE(return_rms_m(c), 0.0005);
+  EXPECT_NEAR(c.depths_m.at(0).first, 0.16, 0.05);
+  EXPECT_LT(angle_deg(c.model.lasers[0].plane.normal(),
+                      Eigen::Vector3d(0.05262, 0.91128, 0.40842).normalized()),
+            0.5);
+  EXPECT_TRUE(c.trustworthy());
+  std::printf("plane rms %.3f mm over %.3f to %.3f m\n", 1e3 * return_rms_m(c), c.depths_m[0].first,
+              c.depths_m[0].second);
+}
+
+TEST(RealLasers, ABentBoardIsTakenWithAWarning) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("b33-handheld-known-distance");
+  CalibrationInput input;
+  input.board = parse_board("9x7", 0.025);
+  input.boards = testing::pictures_in(testing::real_data("b33-handheld-known-distance") / "cal_in");
+  const Calibration c = calibrate(input, {});
+  EXPECT_TRUE(c.trustworthy());
+  EXPECT_EQ(Finding::Severity::kWarning, worst(c.findings));
+  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "corners_do_not_fit")));
+}
+
+}  // namespace
+}  // namespace striper
