@@ -24,6 +24,10 @@ using Action = std::function<ExitCode()>;
 // and one in main.cpp per subcommand, in the order of `striper --help`.
 void add_capture(CLI::App& striper, Action& action);
 void add_record(CLI::App& striper, Action& action);
+void add_calibrate(CLI::App& striper, Action& action);
+void add_verify(CLI::App& striper, Action& action);
+void add_board(CLI::App& striper, Action& action);
+void add_diff(CLI::App& striper, Action& action);
 void add_simulate(CLI::App& striper, Action& action);
 void add_devices(CLI::App& striper, Action& action);
 

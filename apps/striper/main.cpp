@@ -17,8 +17,14 @@ using striper::program::ExitCode;
 
 // One line per subcommand, in the order of `striper --help`.
 constexpr std::array kCommands{
-    striper::program::add_capture,
-    striper::program::add_record,
+    striper::program::add_capture,   striper::program::add_record,
+#ifdef STRIPER_HAS_CALIBRATION
+    striper::program::add_calibrate,
+#endif
+    striper::program::add_verify,
+#ifdef STRIPER_HAS_CALIBRATION
+    striper::program::add_board,     striper::program::add_diff,
+#endif
     striper::program::add_simulate,
     striper::program::add_devices,
 };

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+// striper calibrate: pictures of a board, with and without the laser on it, become a model.
+#include <ctime>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <striper/core/error.hpp>
+#include <striper/images/picture_files.hpp>
+#include <striper/intrinsics/camera_file.hpp>
+#include <striper/joint/calibrate.hpp>
+#include <striper/model/model_yaml.hpp>
+#include <striper/report/report.hpp>
+
+#include "program.hpp"
+#include "summary.hpp"
+#include "terminal.hpp"
+
+namespace striper::program {
+namespace {
+
+struct CalibrateArguments {
+  std::string board;
+  double square_m = 0.0;
+  std::vector<std::string> boards;
+  std::vector<std::vector<std::string>> lasers;
+  std::vector<std::vector<std::string>> pairs;
+  std::string intrinsics;
+  std::string lens = "auto";
+  std::string axis = "auto";
+  std::string channel = "auto";
+  bool force = false;
+  std::string camera_info;
+  std::string output;
+  std::string report;
+  bool json = false;
+};
+
+constexpr const char* kDescription =
+    "Calibrate: pictures of a checkerboard, with and without the laser on it, become a model.";
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  striper calibrate --board 8x6 --square 0.040 --boards boards/ --lasers lit/ -o "
+    "striper.yaml\n"
+    "      boards/ shows the board, lit/ the board and the stripe on it in one picture\n"
+    "  striper calibrate --board 8x6 --square 0.040 --pairs 'off/*.png' 'on/*.png' -o "
+    "striper.yaml\n"
+    "      the same pose twice, laser off then on: the surest way\n"
+    "  striper calibrate --board 8x6 --square 0.040 --boards boards/ -o camera.yaml\n"
+    "      the camera alone; later: --intrinsics camera.yaml --lasers lit/\n"
+    "  striper calibrate ... --lasers first/ --lasers second/ -o striper.yaml\n"
+    "      two lasers: the k-th --lasers (or --pairs) is laser k\n\n"
+    "Ten to twenty poses: tilted by 30 to 45 degrees each way, near and far, everywhere in the\n"
+    "picture, the stripe on the board or on its white margin. The report says what is missing.\n"
+    "Exit code 3: the pictures cannot give a model that is to be trusted; nothing is written\n"
+    "(--force writes it all the same, marked).";
+
+void define(CLI::App& command, CalibrateArguments& arguments) {
+  command.add_option("--board", arguments.board, "Inner corners, 8x6, or circles:7x7")
+      ->type_name("SIZE")
+      ->required();
+  command.add_option("--square", arguments.square_m, "Side of a square (or spacing), metres")
+      ->type_name("M")
+      ->check(above_zero())
+      ->required();
+  command.add_option("--boards", arguments.boards, "Pictures of the board")->type_name("GLOB...");
+  command
+      .add_option("--lasers", arguments.lasers,
+                  "Pictures of board and stripe together; again for the next laser")
+      ->type_name("GLOB...");
+  command
+      .add_option("--pairs", arguments.pairs,
+                  "The same poses twice: laser off, laser on; again for the next laser")
+      ->type_name("OFF ON");
+  command
+      .add_option("--intrinsics", arguments.intrinsics,
+                  "A camera known beforehand: a model, ROS camera_info or OpenCV file")
+      ->type_name("FILE");
+  command
+      .add_option("--lens", arguments.lens,
+                  "plumb_bob, rational, equidistant; auto: by cross-validation")
+      ->type_name("NAME")
+      ->check(one_of({"auto", "plumb_bob", "rational", "equidistant"}));
+  command.add_option("--axis", arguments.axis, "One return per image column or row")
+      ->type_name("AXIS")
+      ->check(one_of({"auto", "columns", "rows"}));
+  command.add_option("--channel", arguments.channel, "What of a colour picture shows the stripe")
+      ->type_name("NAME")
+      ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
+  command.add_flag("--force", arguments.force, "Write a model that must not be trusted, marked");
+  command.add_option("--camera-info", arguments.camera_info, "Also write a ROS camera_info YAML")
+      ->type_name("FILE");
+  command.add_option("-o,--output", arguments.output, "The model")->type_name("FILE")->required();
+  command.add_option("--report", arguments.report, "Also write a report for people, HTML")
+      ->type_name("FILE");
+  command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
+  command.footer(kExamples);
+}
+
+std::vector<SessionPicture> pictures_of(const std::string& pattern) {
+  std::vector<SessionPicture> pictures;
+  for (const auto& path : picture_files(pattern)) pictures.emplace_back(path);
+  return pictures;
+}
+
+std::vector<SessionPicture> pictures_of(const std::vector<std::string>& patterns) {
+  std::vector<SessionPicture> pictures;
+  for (const std::string& pattern : patterns)
+    for (SessionPicture& picture : pictures_of(pattern)) pictures.push_back(std::move(picture));
+  return pictures;
+}
+
+// Two patterns, or the even list that the shell has made of them: first half off, second half on.
+LaserPictures pair_up(const std::vector<std::string>& words) {
+  LaserPictures laser;
+  if (words.size() == 2) {
+    laser.off = pictures_of(words[0]);
+    laser.on = pictures_of(words[1]);
+  } else {
+    if (words.size() % 2 != 0)
+      throw Error(ErrorKind::kUsage,
+                  fmt::format("--pairs got {} pictures; expected as many with the laser off as on",
+                              words.size()));
+    const auto half = words.begin() + static_cast<std::ptrdiff_t>(words.size() / 2);
+    laser.off = pictures_of(std::vector<std::string>(words.begin(), half));
+    laser.on = pictures_of(std::vector<std::string>(half, words.end()));
+  }
+  if (laser.off.size() != laser.on.size())
+    throw Error(ErrorKind::kUsage,
+                fmt::format("--pairs names {} pictures with the laser off and {} with it on; they "
+                            "must be the same poses in the same order",
+                            laser.off.size(), laser.on.size()));
+  return laser;
+}
+
+CalibrationInput input_of(const CalibrateArguments& arguments) {
+  CalibrationInput input;
+  input.board = parse_board(arguments.board, arguments.square_m);
+  input.boards = pictures_of(arguments.boards);
+  for (const auto& words : arguments.lasers) input.lasers.push_back({pictures_of(words), {}});
+  for (const auto& words : arguments.pairs) input.lasers.push_back(pair_up(words));
+  if (input.boards.empty() && input.lasers.empty())
+    throw Error(ErrorKind::kUsage, "no pictures: give --boards, --lasers or --pairs");
+  if (!arguments.lasers.empty() && !arguments.pairs.empty())
+    throw Error(ErrorKind::kUsage,
+                "--lasers and --pairs together leave open which laser is which; use one of them");
+  return input;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
+}
+
+CalibrationOptions options_of(const CalibrateArguments& arguments) {
+  CalibrationOptions options;
+  if (arguments.lens == "plumb_bob") options.lens = LensModel::kPlumbBob;
+  if (arguments.lens == "rational") options.lens = LensModel::kRationalPolynomial;
+  if (arguments.lens == "equidistant") options.lens = LensModel::kEquidistant;
+  if (arguments.axis != "auto") options.axis = stripe_axis_from_string(arguments.axis);
+  if (arguments.channel != "auto") options.channel = *channel_from_string(arguments.channel);
+  if (!arguments.intrinsics.empty()) options.known_camera = load_camera(arguments.intrinsics);
+  options.force = arguments.force;
+  options.date = today();
+  return options;
+}
+
+void say_result(const Calibration& calibration) {
+  for (const Finding& finding : calibration.findings)
+    say(fmt::format("{}: {}\n    {}", to_string(finding.severity), finding.message,
+                    finding.advice));
+  for (std::size_t laser = 0; laser < calibration.range_sigmas.size(); ++laser)
+    for (const RangeSigma& at : calibration.range_sigmas[laser])
+      if (std::isfinite(at.sigma_m))
+        say(fmt::format("laser {}: one-sigma calibration error at {:g} m: {:.2f} mm{}", laser,
+                        at.range_m, 1e3 * at.sigma_m, at.inside_data ? "" : " (extrapolated)"));
+  say(fmt::format("{} boards of {} pictures, {} stripes; corners {:.3f} px rms{}; {:.1f} s",
+                  calibration.observations.views.size(), calibration.pictures.size(),
+                  calibration.observations.stripes.size(), calibration.solution.corners.rms_px,
+                  calibration.observations.stripes.empty()
+                      ? std::string()
+                      : fmt::format(", stripes {:.3f} px rms", calibration.solution.stripes.rms_px),
+                  calibration.seconds));
+  say(calibration.verdict());
+}
+
+nlohmann::json summarize(const Calibration& calibration, const std::string& output) {
+  nlohmann::json summary;
+  summary["output"] = output;
+  summary["trustworthy"] = calibration.trustworthy();
+  summary["verdict"] = calibration.verdict();
+  summary["views"] = calibration.observations.views.size();
+  summary["stripes"] = calibration.observations.stripes.size();
+  summary["corner_rms_px"] = calibration.solution.corners.rms_px;
+  summary["stripe_rms_px"] = calibration.solution.stripes.rms_px;
+  summary["seconds"] = calibration.seconds;
+  summary["findings"] = nlohmann::json::array();
+  for (const Finding& finding : calibration.findings)
+    summary["findings"].push_back({{"severity", to_string(finding.severity)},
+                                   {"code", finding.code},
+                                   {"message", finding.message},
+                                   {"advice", finding.advice}});
+  for (const auto& laser : calibration.range_sigmas) {
+    nlohmann::json sigmas = nlohmann::json::array();
+    for (const RangeSigma& at : laser)
+      sigmas.push_back({{"range_m", at.range_m}, {"sigma_m", at.sigma_m}});
+    summary["range_sigmas"].push_back(sigmas);
+  }
+  return summary;
+}
+
+ExitCode run_calibration(const CalibrateArguments& arguments) {
+  const CalibrationInput input = input_of(arguments);
+  CalibrationOptions options = options_of(arguments);
+  std::string stage;
+  {
+    Progress progress("% done", 100);
+    options.progress = [&](const std::string& now, double fraction) {
+      if (stop_requested()) throw Error(ErrorKind::kDevice, "interrupted");
+      if (now != stage && now != "done") say(now);
+      stage = now;
+      progress.update(static_cast<std::uint64_t>(100.0 * fraction));
+    };
+    const Calibration calibration = calibrate(input, options);
+    say_result(calibration);
+    if (!arguments.report.empty()) save_report(calibration, arguments.report);
+    const bool write = calibration.trustworthy() || arguments.force;
+    if (write) {
+      save_model(calibration.model, arguments.output);
+      if (!arguments.camera_info.empty())
+        save_camera_info(calibration.model.camera, "striper", arguments.camera_info);
+      say(fmt::format("wrote {}{}", arguments.output,
+                      arguments.report.empty() ? "" : " and " + arguments.report));
+    } else {
+      say(fmt::format("{} was not written; --force writes it all the same, marked",
+                      arguments.output));
+    }
+    if (arguments.json) print_json(summarize(calibration, write ? arguments.output : ""));
+    return write ? ExitCode::kDone : ExitCode::kUntrustworthy;
+  }
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& striper, Action& action) {
+  add_command<CalibrateArguments>(striper, action, "calibrate", kDescription, define,
+                                  run_calibration);
+}
+
+}  // namespace striper::program
