@@ -190,6 +190,8 @@ void PaperExtractor::measure_line(const LitFrame& frame, int line, double noise_
   // First from just outside the maximum, to learn how wide the peak is; then from outside its
   // flanks.
   double background = local_background(pixels, plateau.first, plateau.last);
+  // Beside a blind region the brightest pixel that is left may lie below what surrounds it.
+  if (!(peak > background)) return;
   Flanks flanks = measure_flanks(pixels, plateau, 0.5 * (peak + background));
   const int reach = static_cast<int>(std::ceil(flanks.before + flanks.after));
   background = local_background(pixels, plateau.first - reach, plateau.last + reach);
