@@ -2,6 +2,8 @@
 // Proves over hundreds of simulated calibrations (points alone, true model) that the range error of
 // the calibration is as small as the information in the points allows, and that the covariance
 // says how large it is. Does not prove anything about pictures or about lenses that no model fits.
+#include <gtest/gtest.h>
+
 #include "monte_carlo_support.hpp"
 
 namespace striper {
