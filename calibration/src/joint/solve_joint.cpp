@@ -267,7 +267,8 @@ ResidualClass corner_class(const JointWeights& weights, const Residuals& residua
   double sum = 0.0;
   for (std::size_t v = 0; v < residuals.corner_px.size(); ++v)
     for (std::size_t i = 0; i < residuals.corner_px[v].size(); ++i)
-      if (weights.corner_used[v][i]) sum += residuals.corner_px[v][i].squaredNorm();
+      if (weights.corner_used[v][i] && residuals.corner_px[v][i].allFinite())
+        sum += residuals.corner_px[v][i].squaredNorm();
   c.dof = counts.corner_numbers - counts.camera_unknowns;
   c.rms_px = std::sqrt(sum / std::max(0.5 * counts.corner_numbers, 1.0));
   c.sigma_px = weights.corner_sigma_px;
@@ -282,7 +283,8 @@ ResidualClass stripe_class(const Observations& observations, const JointWeights&
   std::vector<double> sigmas;
   for (std::size_t s = 0; s < residuals.stripe_px.size(); ++s)
     for (std::size_t i = 0; i < residuals.stripe_px[s].size(); ++i) {
-      if (!weights.stripe_used[s][i]) continue;
+      // A pixel can lose its ray while the lens is still moving; it then has no residual.
+      if (!weights.stripe_used[s][i] || !std::isfinite(residuals.stripe_px[s][i])) continue;
       const double sigma_px = weights.stripe_factor * observations.stripes[s].sigma_px[i];
       const double r = residuals.stripe_px[s][i];
       sum += r * r;

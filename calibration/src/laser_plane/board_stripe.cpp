@@ -22,6 +22,7 @@ constexpr double kMarginSquares = 3.0;  // How far beyond the print the board ma
 constexpr std::size_t kMostPoints = 120;
 constexpr int kFewestOnLine = 20;
 constexpr double kLeastGatePx = 0.5;
+constexpr double kMostLineRmsPx = 4.0;  // A blurred, speckled line; noise scatters by dozens.
 constexpr std::size_t kTrialPictures = 6;
 
 // The best method that this build has.
@@ -242,6 +243,11 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
     stripe.reason =
         fmt::format("no straight stripe on the board ({} returns, {} of them on a line)",
                     stripe.returns, stripe.on_line);
+    return stripe;
+  }
+  if (line->rms > kMostLineRmsPx) {
+    stripe.reason = fmt::format(
+        "no straight stripe on the board (the returns scatter by {:.0f} px)", line->rms);
     return stripe;
   }
   stripe.line_rms_px = line->rms;

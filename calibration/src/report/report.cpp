@@ -33,12 +33,16 @@ table{border-collapse:collapse;margin:.5em 0}td,th{padding:3px 12px;text-align:l
 td.n{text-align:right;font-variant-numeric:tabular-nums}
 svg text{font:11px system-ui,sans-serif;fill:#444}svg .mark{fill:#fff;font-weight:600;paint-order:stroke;stroke:#0008;stroke-width:2px}
 .frame{fill:none;stroke:#888}.grid{stroke:#0001;fill:none}
-.row{display:flex;flex-wrap:wrap;gap:18px}.card{width:320px;font-size:12.5px;line-height:1.35;overflow-wrap:anywhere}
+.row{display:flex;flex-wrap:wrap;gap:18px;align-items:flex-start}.card{width:320px;font-size:12.5px;line-height:1.35;overflow-wrap:anywhere}
 .small{color:#666;font-size:13px}.refusal{color:#b3261e;font-weight:600}.warning{color:#b86a10;font-weight:600}
 </style>)";
 
 std::string mm(double metres) {
   return std::isfinite(metres) ? fmt::format("{:.2f} mm", 1e3 * metres) : std::string("–");
+}
+
+std::string figure(double value, const char* unit = "") {
+  return std::isfinite(value) ? fmt::format("{:.2g}{}", value, unit) : std::string("–");
 }
 
 std::string file_name(const std::string& path) {
@@ -107,16 +111,16 @@ class Report {
     const Eigen::VectorXd values = c_.model.camera.parameters();
     const auto names = c_.model.camera.parameter_names();
     for (Eigen::Index i = 0; i < values.size(); ++i)
-      add("<tr><td>{}</td><td class=\"n\">{:.5g}</td><td class=\"n\">{:.2g}</td></tr>",
-          names[static_cast<std::size_t>(i)], values[i], sigma(i));
+      add("<tr><td>{}</td><td class=\"n\">{:.5g}</td><td class=\"n\">{}</td></tr>",
+          names[static_cast<std::size_t>(i)], values[i], figure(sigma(i)));
     add("</table>");
     for (std::size_t p = 0; p < c_.model.lasers.size(); ++p) {
       const LaserPlane& plane = c_.model.lasers[p].plane;
       const Eigen::Index at = values.size() + 4 * static_cast<Eigen::Index>(p);
       add("<table><tr><th>laser {}</th><th>value</th><th>one sigma</th></tr>", p);
       for (int k = 0; k < 3; ++k)
-        add("<tr><td>normal {}</td><td class=\"n\">{:.5f}</td><td class=\"n\">{:.3f}°</td></tr>",
-            "xyz"[k], plane.normal()[k], sigma(at + k) * 57.29578);
+        add("<tr><td>normal {}</td><td class=\"n\">{:.5f}</td><td class=\"n\">{}</td></tr>",
+            "xyz"[k], plane.normal()[k], figure(sigma(at + k) * 57.29578, "°"));
       add("<tr><td>distance</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>",
           mm(plane.distance_m()), mm(sigma(at + 3)));
       add("</table>");
@@ -145,6 +149,7 @@ class Report {
   void range_error(std::size_t laser) {
     add("<h2>Laser {}: the range error that the calibration leaves</h2>", laser);
     const auto [near_m, far_m] = c_.depths_m[laser];
+    if (!(far_m > 0.0)) return;
     add("<p>The stripe was seen on the boards at ranges of {:.2f} to {:.2f} m; beyond them the "
         "figures extrapolate.</p><div class=\"row\">",
         near_m, far_m);
