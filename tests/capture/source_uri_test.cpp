@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -103,7 +104,8 @@ TEST(SourceUri, WhatWasPutTogetherComesApart) {
     const std::string path = random_text(path_characters, 20);
     std::map<std::string, std::string> parameters;
     for (std::size_t i = below(4); i > 0; --i) {
-      parameters["k" + random_text(key_characters, 6)] = random_text(value_characters, 10);
+      parameters[fmt::format("k{}", random_text(key_characters, 6))] =
+          random_text(value_characters, 10);
     }
     std::string text = scheme + ":" + path;
     char separator = '?';
