@@ -2,9 +2,11 @@
 // Links the installed calibration library and what it stands on.
 #include <cstdio>
 
-#include <striper/joint/solver_version.hpp>
+#include <striper/board/board.hpp>
+#include <striper/joint/calibrate.hpp>
 
 int main() {
-  std::printf("calibrates with %s\n", striper::solver_version().c_str());
-  return striper::solver_version().empty() ? 1 : 0;
+  const striper::Board board = striper::parse_board("8x6", 0.04);
+  std::printf("a board of %d corners\n", board.point_count());
+  return board.point_count() == 48 && !striper::board_svg(board).empty() ? 0 : 1;
 }
