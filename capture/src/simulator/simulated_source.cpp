@@ -138,7 +138,7 @@ void SimulatedSource::start() {
   start_time_ = std::chrono::steady_clock::now();
 }
 
-NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds timeout) {
+NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds /*timeout*/) {
   const auto per_picture = static_cast<std::uint64_t>(simulator_.frames_per_picture());
   const std::uint64_t picture = next_frame_ / per_picture;
   const int part = static_cast<int>(next_frame_ % per_picture);
@@ -149,11 +149,8 @@ NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds timeout
     if (options_.realtime) {
       const auto due = start_time_ + std::chrono::nanoseconds(
                                          std::llround(1e9 * simulator_.time_s(picture, part)));
-      const auto patience = std::chrono::steady_clock::now() + timeout;
-      stopped_.wait_until(lock, std::min<std::chrono::steady_clock::time_point>(due, patience),
-                          [this] { return !running_; });
+      stopped_.wait_until(lock, due, [this] { return !running_; });
       if (!running_) return NextStatus::kStopped;
-      if (due > patience) return NextStatus::kTimeout;
     }
   }
   frame = simulator_.render(picture, part);

@@ -140,8 +140,9 @@ TEST(SimulatedSource, RealTimeWaitsUntilAPictureIsDue) {
   source->start();
   const auto begin = std::chrono::steady_clock::now();
   Frame frame;
-  for (int i = 0; i < 3; ++i)
-    EXPECT_EQ(source->next(frame, milliseconds(10000)), NextStatus::kFrame);
+  for (int picture = 0; picture < 3; ++picture) {
+    EXPECT_EQ(source->next(frame, milliseconds(1)), NextStatus::kFrame);  // It never times out.
+  }
   EXPECT_GE(std::chrono::steady_clock::now() - begin, milliseconds(500));
 }
 

@@ -34,7 +34,8 @@ struct SimulatedSourceOptions {
 /// - `illumination=unknown` the frames do not say which laser fired, as with a real grabber
 /// - `fields` = `progressive`, `split-top`, `split-bottom` (pictures of two woven fields, the named
 ///   one first), `alternate-top`, `alternate-bottom` (each field a frame)
-/// - `realtime=yes` frames come when they are due, not when they are ready
+/// - `realtime=yes` frames come when they are due, not when they are ready: `next` waits for that,
+///   whatever its timeout, until `stop`
 class SimulatedSource : public FrameSource {
  public:
   explicit SimulatedSource(Simulator simulator, SimulatedSourceOptions options = {});
