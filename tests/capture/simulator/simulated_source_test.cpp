@@ -127,14 +127,6 @@ TEST(SimulatedSource, FieldsAreWovenOrOneByOne) {
   EXPECT_EQ(frames[3].image.rows, 240);
 }
 
-TEST(SimulatedSource, RealTimeTimesOutBeforeAPictureIsDue) {
-  const auto source = open_source(wall("?frames=3&fps=0.02&realtime=yes"));
-  source->start();
-  Frame frame;
-  EXPECT_EQ(source->next(frame, milliseconds(1000)), NextStatus::kFrame);
-  EXPECT_EQ(source->next(frame, milliseconds(1)), NextStatus::kTimeout);
-}
-
 TEST(SimulatedSource, RealTimeWaitsUntilAPictureIsDue) {
   const auto source = open_source(wall("?frames=3&fps=4&realtime=yes"));
   source->start();
