@@ -25,6 +25,8 @@ constexpr double kWeakFirstProminence = 6.0;
 
 // The background's own error limits the significance of peaks below this.
 constexpr float kWeakSignificance = 8.0F;
+// Below this, no better background makes a peak of it.
+constexpr float kHopelessSignificance = 2.5F;
 
 constexpr int kGuessLines = 128;
 constexpr double kGuessProminence = 4.0;
@@ -32,6 +34,15 @@ constexpr int kGuessReach = 32;
 
 // Two candidates nearer than this, in widths, are one peak.
 constexpr double kSamePeak = 1.0;
+
+// The rule `continuous`: what the chain of lines must say before it is believed,
+constexpr float kProbable = 0.5F;
+constexpr float kCertain = 0.9F;
+// how near to it, in widths, a line's own candidate is the same peak,
+constexpr double kFollowedReach = 2.0;
+// and what a line must show itself, but for a few in a row: else the stripe is bridged, not seen.
+constexpr float kLeastFollowed = 0.5F;
+constexpr int kMostBridged = 3;
 
 constexpr int kMostPasses = 3;
 constexpr double kWidthSettled = 0.04;
@@ -152,6 +163,7 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
     choose_seeds(noise_dn(noise));
     measure(frame, noise, unknown);
     report(unknown, stripe);
+    if (options_.peak == PeakRule::kContinuous) follow(frame, noise, unknown, stripe);
     return;
   }
   choose_seeds(noise_dn(noise));
@@ -160,6 +172,7 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
     if (std::abs(learn_width(frame, learnt.width) - 1.0) < kWidthSettled) break;
   }
   report(learnt.width, stripe);
+  if (options_.peak == PeakRule::kContinuous) follow(frame, noise, learnt.width, stripe);
   if (!options_.excess_sigma_px) learnt.excess.update(stripe);
   add_other_errors(learnt.excess, stripe);
 }
@@ -277,7 +290,8 @@ void ProfileExtractor::measure_weak_again(const ProfileImages& images, const Pla
   weak_seeds_.clear();
   weak_index_.clear();
   for (std::size_t i = 0; i < seeds_.size(); ++i) {
-    if (measured_.significance[i] >= kWeakSignificance) continue;
+    const float significance = measured_.significance[i];
+    if (significance >= kWeakSignificance || significance < kHopelessSignificance) continue;
     weak_seeds_.push_back({seeds_[i].line, measured_.across[i]});
     weak_index_.push_back(static_cast<std::int32_t>(i));
   }
@@ -470,6 +484,63 @@ void ProfileExtractor::put(std::size_t i, const Peak& peak, float share, ReturnS
   stripe.confidence[i] =
       share * detection_.probability_not_noise(measured_.significance[peak.seed]);
   stripe.status[i] = status;
+}
+
+// Where the stripe of all lines together runs through a candidate of a line, that one is taken;
+// where there is none, what is there is measured. A line whose only peak is strong keeps it:
+// existence is the line's own affair where the line can tell.
+void ProfileExtractor::follow(const LitFrame& frame, const PlanNoise& noise,
+                              const WidthTracker& width, Stripe& stripe) {
+  const double typical = width.model().at_pivot;
+  tracker_.track(frame, options_.axis, typical, noise_dn(noise));
+  weak_seeds_.clear();
+  for (int line = 0; line < chunks_.lines(); ++line) {
+    const ContinuousTracker::Answer& answer = tracker_.of_line(line);
+    if (answer.probability < kProbable || take_candidate_at(line, width, stripe)) continue;
+    const auto i = static_cast<std::size_t>(line);
+    if (stripe.status[i] == ReturnStatus::kNoStripe || stripe.status[i] == ReturnStatus::kWeak) {
+      weak_seeds_.push_back({line, answer.across});
+    }
+  }
+  if (weak_seeds_.empty()) return;
+  // The line alone would lose its way: the filter's peak is looked for close by and stands.
+  ProfilePlan plan = plan_profile(width.model(), noise, false, true);
+  plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
+  measure_profiles(images_of(frame, options_.axis), plan, weak_seeds_.data(),
+                   static_cast<int>(weak_seeds_.size()), measured_.arrays());
+  int bridged = 0;
+  for (std::size_t n = 0; n < weak_seeds_.size(); ++n) {
+    const int line = weak_seeds_[n].line;
+    const bool goes_on = n > 0 && weak_seeds_[n - 1].line == line - 1;
+    const bool shows = measured_.significance[n] > kLeastFollowed;
+    bridged = shows ? 0 : (goes_on ? bridged + 1 : 1);
+    const float probability = tracker_.of_line(line).probability;
+    const Peak peak{n, measured_.across[n] + static_cast<double>(measured_.offset[n]),
+                    ReturnStatus::kWeak};
+    if (bridged > kMostBridged) continue;
+    if (!(peak.position >= 0.0 && peak.position <= length_ - 1)) continue;
+    const auto i = static_cast<std::size_t>(line);
+    put(i, peak, 1.0F, probability >= kCertain ? ReturnStatus::kOk : ReturnStatus::kWeak, stripe);
+    stripe.confidence[i] = probability;
+  }
+}
+
+bool ProfileExtractor::take_candidate_at(int line, const WidthTracker& width,
+                                         Stripe& stripe) const {
+  const ContinuousTracker::Answer& answer = tracker_.of_line(line);
+  LinePeaks peaks{};
+  const int count = peaks_of_line(line, width, peaks);
+  const double near = kFollowedReach * width.model().at(answer.across) + 1.0;
+  for (int n = 0; n < count; ++n) {
+    Peak& peak = peaks[static_cast<std::size_t>(n)];
+    if (std::abs(peak.position - answer.across) > near) continue;
+    const bool is_sure = answer.probability >= kCertain && peak.status == ReturnStatus::kWeak;
+    const auto i = static_cast<std::size_t>(line);
+    put(i, peak, 1.0F, is_sure ? ReturnStatus::kOk : peak.status, stripe);
+    stripe.confidence[i] = answer.probability;
+    return true;
+  }
+  return false;
 }
 
 void ProfileExtractor::add_other_errors(const ExcessScatter& excess, Stripe& stripe) const {

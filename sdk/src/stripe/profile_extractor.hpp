@@ -9,6 +9,7 @@
 #include <striper/stripe/extractor.hpp>
 
 #include "stripe/background_noise.hpp"
+#include "stripe/continuous_tracker.hpp"
 #include "stripe/detection.hpp"
 #include "stripe/excess_scatter.hpp"
 #include "stripe/profile_kernel.hpp"
@@ -83,12 +84,16 @@ class ProfileExtractor : public StripeExtractor {
   void report(const WidthTracker& width, Stripe& stripe) const;
   void report_line(int line, const LinePeaks& peaks, int count, Stripe& stripe) const;
   void put(std::size_t i, const Peak& peak, float share, ReturnStatus status, Stripe& stripe) const;
+  void follow(const LitFrame& frame, const PlanNoise& noise, const WidthTracker& width,
+              Stripe& stripe);
+  bool take_candidate_at(int line, const WidthTracker& width, Stripe& stripe) const;
   void add_other_errors(const ExcessScatter& excess, Stripe& stripe) const;
 
   ExtractOptions options_;
   ChunkMaxima chunks_;
   BackgroundNoise background_noise_;
   Detection detection_;
+  ContinuousTracker tracker_;
   std::vector<Learnt> learnt_;  // One per laser.
 
   std::vector<PeakSeed> seeds_;

@@ -15,7 +15,7 @@ constexpr double kFilterReach = 3.0;  // Sigmas of the filter's half.
 constexpr double kCoreReach = 3.6;    // Beyond, the stripe is below 0.2 %.
 constexpr double kWindowReach = 7.0;  // 14 sigmas in all.
 constexpr int kLeastRing = 4;         // Pixels of background on either side.
-constexpr int kWideRing = 24;
+constexpr int kWideRing = 60;
 
 void make_filter(double sigma, ProfilePlan& plan) {
   plan.taps = std::min(ProfilePlan::kMostTaps, static_cast<int>(std::ceil(kFilterReach * sigma)));

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/continuous_tracker.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "stripe/line_view.hpp"
+
+namespace striper::detail {
+namespace {
+
+// From one line to the next.
+constexpr int kMostSlope = 3;
+constexpr std::array<float, 2 * kMostSlope + 1> kSlopes{0.03F, 0.09F, 0.2F, 0.36F,
+                                                        0.2F,  0.09F, 0.03F};
+constexpr float kPresentAtFirst = 0.05F;
+constexpr float kJump = 0.01F;
+constexpr float kVanish = 0.004F;
+constexpr float kAppear = 0.001F;
+
+// Amplitudes of the stripe in standard deviations of the filter's noise, and their weights. Weak
+// ones weigh more: strong ones convince anyway.
+struct Amplitude {
+  double value;
+  double weight;
+};
+constexpr std::array<Amplitude, 4> kAmplitudes{{{2.1, 0.65}, {3.2, 0.2}, {4.8, 0.1}, {7.0, 0.05}}};
+// Stronger than this, continuity may still overrule a line: a glint is strong as well.
+constexpr double kStrongest = 9.0;
+constexpr double kTableStep = 1.0 / 16.0;
+constexpr double kTableLow = -8.0;
+constexpr std::size_t kTableSize =
+    static_cast<std::size_t>((kStrongest - kTableLow) / kTableStep) + 2;
+
+std::array<float, kTableSize> make_likelihood_table() {
+  std::array<float, kTableSize> table{};
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const double z = kTableLow + kTableStep * static_cast<double>(i);
+    double sum = 0.0;
+    for (const auto& [a, weight] : kAmplitudes) sum += weight * std::exp(a * z - 0.5 * a * a);
+    table[i] = static_cast<float>(sum);
+  }
+  return table;
+}
+
+float likelihood_ratio(float z) {
+  static const std::array<float, kTableSize> kTable = make_likelihood_table();
+  const double at = (static_cast<double>(z) - kTableLow) / kTableStep;
+  const double clamped = std::clamp(at, 0.0, static_cast<double>(kTableSize - 1));
+  return kTable[static_cast<std::size_t>(clamped)];
+}
+
+}  // namespace
+
+void ContinuousTracker::track(const LitFrame& frame, StripeAxis axis, double width,
+                              double noise_dn) {
+  lines_ = line_count(frame.lit, axis);
+  length_ = line_length(frame.lit, axis);
+  const std::size_t states = static_cast<std::size_t>(lines_) * static_cast<std::size_t>(length_);
+  evidence_.resize(states);
+  forward_.resize(states);
+  absent_.resize(static_cast<std::size_t>(lines_));
+  answers_.assign(static_cast<std::size_t>(lines_), {});
+  for (std::vector<float>* buffer : {&scratch_, &backward_, &spread_}) {
+    buffer->resize(static_cast<std::size_t>(length_ + 2 * kMostSlope));
+  }
+  make_filter(width, noise_dn);
+  if (frame.lit.depth() == CV_8U) {
+    find_evidence<std::uint8_t>(frame, axis);
+  } else {
+    find_evidence<std::uint16_t>(frame, axis);
+  }
+  run_forward();
+  run_backward();
+}
+
+float* ContinuousTracker::row_of(std::vector<float>& table, int line) {
+  return table.data() + static_cast<std::ptrdiff_t>(line) * length_;
+}
+
+// A Gaussian minus its mean over the window, so that backgrounds and their slopes cancel.
+void ContinuousTracker::make_filter(double width, double noise_dn) {
+  taps_ = static_cast<int>(std::ceil(3.0 * width));
+  half_window_ = static_cast<int>(std::ceil(5.0 * width)) + 20;
+  reach_ = std::max(2, static_cast<int>(std::lround(2.0 * width)));
+  filter_.assign(static_cast<std::size_t>(2 * half_window_ + 1), 0.0F);
+  double sum = 0.0;
+  for (int i = -taps_; i <= taps_; ++i) {
+    const double tap = std::exp(-0.5 * i * i / (width * width));
+    filter_[static_cast<std::size_t>(i + half_window_)] = static_cast<float>(tap);
+    sum += tap;
+  }
+  const auto mean = static_cast<float>(sum / static_cast<double>(filter_.size()));
+  double energy = 0.0;
+  for (float& tap : filter_) {
+    tap -= mean;
+    energy += static_cast<double>(tap) * static_cast<double>(tap);
+  }
+  const auto scale = static_cast<float>(1.0 / (std::sqrt(energy) * noise_dn));
+  for (float& tap : filter_) tap *= scale;
+}
+
+template <typename Pixel>
+void ContinuousTracker::load_line(const LitFrame& frame, StripeAxis axis, int line_number) {
+  const LitLine<Pixel> line(frame, axis, line_number);
+  padded_.resize(static_cast<std::size_t>(length_ + 2 * half_window_));
+  hidden_.assign(static_cast<std::size_t>(length_), 0);
+  float last_seen = 0.0F;
+  for (int k = 0; k < length_; ++k) {
+    const bool hidden = line.blind(k);
+    hidden_[static_cast<std::size_t>(k)] = hidden ? 1 : 0;
+    if (!hidden) last_seen = static_cast<float>(line.value(k));
+    padded_[static_cast<std::size_t>(k + half_window_)] = last_seen;
+  }
+  const auto first = padded_.begin() + half_window_;
+  std::fill(padded_.begin(), first, *first);
+  std::fill(first + length_, padded_.end(), *(first + length_ - 1));
+}
+
+// The core of the filter tap by tap, its flat rest by a running sum.
+void ContinuousTracker::filter_line(float* evidence) {
+  const float flat = filter_.front();
+  std::fill_n(scratch_.data(), length_, 0.0F);
+  for (int i = -taps_; i <= taps_; ++i) {
+    const float tap = filter_[static_cast<std::size_t>(i + half_window_)] - flat;
+    const float* const from = padded_.data() + half_window_ + i;
+    for (int k = 0; k < length_; ++k) scratch_[static_cast<std::size_t>(k)] += tap * from[k];
+  }
+  const int window = 2 * half_window_ + 1;
+  double sum = std::accumulate(padded_.begin(), padded_.begin() + window, 0.0);
+  for (int k = 0; k < length_; ++k) {
+    const float z = scratch_[static_cast<std::size_t>(k)] + flat * static_cast<float>(sum);
+    evidence[k] = hidden_[static_cast<std::size_t>(k)] != 0 ? 1.0F : likelihood_ratio(z);
+    if (k + 1 < length_) {
+      sum += static_cast<double>(padded_[static_cast<std::size_t>(k + window)]) -
+             static_cast<double>(padded_[static_cast<std::size_t>(k)]);
+    }
+  }
+}
+
+template <typename Pixel>
+void ContinuousTracker::find_evidence(const LitFrame& frame, StripeAxis axis) {
+  for (int line = 0; line < lines_; ++line) {
+    load_line<Pixel>(frame, axis, line);
+    filter_line(row_of(evidence_, line));
+  }
+}
+
+// The chain's step from one line to the next, the same in both directions: it is symmetric.
+void ContinuousTracker::step(const float* previous, float previous_absent, float* next,
+                             float& next_absent) {
+  float* const padded = spread_.data() + kMostSlope;
+  std::fill_n(spread_.data(), kMostSlope, 0.0F);
+  std::copy_n(previous, length_, padded);
+  std::fill_n(padded + length_, kMostSlope, 0.0F);
+  const float present = std::accumulate(previous, previous + length_, 0.0F);
+  const float anywhere =
+      (kJump * present + kAppear * previous_absent) / static_cast<float>(length_);
+  constexpr float kStays = 1.0F - kJump - kVanish;
+  std::fill_n(next, length_, anywhere);
+  for (int d = -kMostSlope; d <= kMostSlope; ++d) {
+    const float weight = kStays * kSlopes[static_cast<std::size_t>(d + kMostSlope)];
+    const float* const from = padded + d;
+    for (int k = 0; k < length_; ++k) next[k] += weight * from[k];
+  }
+  next_absent = kVanish * present + (1.0F - kAppear) * previous_absent;
+}
+
+void ContinuousTracker::normalise(float* present, float& absent) const {
+  const float sum = std::accumulate(present, present + length_, absent);
+  const float scale = 1.0F / std::max(sum, 1e-30F);
+  for (int k = 0; k < length_; ++k) present[k] *= scale;
+  absent *= scale;
+}
+
+void ContinuousTracker::run_forward() {
+  for (int line = 0; line < lines_; ++line) {
+    float* const now = row_of(forward_, line);
+    float& absent = absent_[static_cast<std::size_t>(line)];
+    if (line == 0) {
+      std::fill_n(now, length_, kPresentAtFirst / static_cast<float>(length_));
+      absent = 1.0F - kPresentAtFirst;
+    } else {
+      step(row_of(forward_, line - 1), absent_[static_cast<std::size_t>(line) - 1], now, absent);
+    }
+    const float* const evidence = row_of(evidence_, line);
+    for (int k = 0; k < length_; ++k) now[k] *= evidence[k];
+    normalise(now, absent);
+  }
+}
+
+void ContinuousTracker::run_backward() {
+  float absent = 1.0F;
+  std::fill_n(backward_.data(), length_, 1.0F);
+  for (int line = lines_ - 1; line >= 0; --line) {
+    decide(line, backward_.data(), absent);
+    const float* const evidence = row_of(evidence_, line);
+    for (int k = 0; k < length_; ++k) backward_[static_cast<std::size_t>(k)] *= evidence[k];
+    // Backward, "anywhere" weighs what is reached from one pixel: the mean over all pixels.
+    float next_absent = 0.0F;
+    const float jump = std::accumulate(backward_.begin(), backward_.begin() + length_, 0.0F) /
+                       static_cast<float>(length_);
+    step(backward_.data(), 0.0F, scratch_.data(), next_absent);
+    for (int k = 0; k < length_; ++k) scratch_[static_cast<std::size_t>(k)] += kVanish * absent;
+    absent = kAppear * jump + (1.0F - kAppear) * absent;
+    normalise(scratch_.data(), absent);
+    std::swap(scratch_, backward_);
+  }
+}
+
+// The pixel about which most of the probability lies within two widths.
+void ContinuousTracker::decide(int line, const float* backward, float backward_absent) {
+  const float* const forward = row_of(forward_, line);
+  double total = static_cast<double>(absent_[static_cast<std::size_t>(line)] * backward_absent);
+  for (int k = 0; k < length_; ++k) {
+    spread_[static_cast<std::size_t>(k)] = forward[k] * backward[k];
+    total += static_cast<double>(spread_[static_cast<std::size_t>(k)]);
+  }
+  if (!(total > 0.0)) return;
+  const auto best = std::max_element(spread_.begin(), spread_.begin() + length_) - spread_.begin();
+  const auto first = std::max<std::ptrdiff_t>(0, best - reach_);
+  const auto last = std::min<std::ptrdiff_t>(length_ - 1, best + reach_);
+  double sum = 0.0;
+  double moment = 0.0;
+  for (auto k = first; k <= last; ++k) {
+    const double p = static_cast<double>(spread_[static_cast<std::size_t>(k)]);
+    sum += p;
+    moment += p * static_cast<double>(k);
+  }
+  answers_[static_cast<std::size_t>(line)] = {static_cast<std::int32_t>(std::lround(moment / sum)),
+                                              static_cast<float>(sum / total)};
+}
+
+}  // namespace striper::detail

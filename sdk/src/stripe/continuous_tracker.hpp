@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+namespace striper::detail {
+
+/// Where the stripe is in every line, given all lines: the posterior of a hidden Markov chain along
+/// the stripe.
+///
+/// The states of a line are its pixels and "absent". A pixel's evidence is the response of a
+/// zero-mean matched filter in standard deviations of noise, as a likelihood ratio over amplitudes
+/// from barely visible to strong. From line to line the stripe moves by at most three pixels, or
+/// rarely jumps, or goes. Forward and backward (Rabiner 1989) give each pixel's probability.
+///
+/// Cost: about 16 ns a pixel, 5 ms for 640x480. No allocation after the first
+/// frame of a size.
+class ContinuousTracker {
+ public:
+  struct Answer {
+    std::int32_t across = -1;  // Pixel; -1: none.
+    float probability = 0.0F;  // That the stripe is within two widths of it.
+  };
+
+  /// @param width effective sigma of the stripe, @param noise_dn white noise of lit - dark.
+  void track(const LitFrame& frame, StripeAxis axis, double width, double noise_dn);
+
+  const Answer& of_line(int line) const { return answers_[static_cast<std::size_t>(line)]; }
+
+ private:
+  template <typename Pixel>
+  void find_evidence(const LitFrame& frame, StripeAxis axis);
+  template <typename Pixel>
+  void load_line(const LitFrame& frame, StripeAxis axis, int line);
+  void make_filter(double width, double noise_dn);
+  void filter_line(float* evidence);
+  void run_forward();
+  void run_backward();
+  void step(const float* previous, float previous_absent, float* next, float& next_absent);
+  void normalise(float* present, float& absent) const;
+  void decide(int line, const float* backward, float backward_absent);
+  float* row_of(std::vector<float>& table, int line);
+
+  int lines_ = 0;
+  int length_ = 0;
+  int taps_ = 0;
+  int half_window_ = 0;
+  int reach_ = 0;                // Two widths.
+  std::vector<float> filter_;    // Scaled to standard deviations of noise.
+  std::vector<float> padded_;    // A line with `half_window_` pixels of its ends repeated.
+  std::vector<char> hidden_;     // Pixels of the line that could not be seen.
+  std::vector<float> evidence_;  // [line][pixel]: likelihood ratio.
+  std::vector<float> forward_;   // [line][pixel], scaled to a sum of 1 with `absent_`.
+  std::vector<float> absent_;    // [line].
+  std::vector<float> scratch_, backward_, spread_;
+  std::vector<Answer> answers_;
+};
+
+}  // namespace striper::detail
