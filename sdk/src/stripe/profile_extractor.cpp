@@ -282,16 +282,20 @@ void ProfileExtractor::measure(const LitFrame& frame, const PlanNoise& noise,
   align_seeds(plan.aligned);
   measure_profiles(images, plan, seeds_.data(), static_cast<int>(seeds_.size()),
                    measured_.arrays());
-  measure_weak_again(images, noise, width);
+  measure_weak_again(images, noise, width, plan.window);
 }
 
 void ProfileExtractor::measure_weak_again(const ProfileImages& images, const PlanNoise& noise,
-                                          const WidthTracker& width) {
+                                          const WidthTracker& width, int border) {
   weak_seeds_.clear();
   weak_index_.clear();
   for (std::size_t i = 0; i < seeds_.size(); ++i) {
     const float significance = measured_.significance[i];
-    if (significance >= kWeakSignificance || significance < kHopelessSignificance) continue;
+    const bool is_weak = significance < kWeakSignificance && significance > kHopelessSignificance;
+    // Near the border the background is seen on one side only: its slope needs more of it.
+    const std::int32_t across = measured_.across[i];
+    const bool is_near_border = across < border || across >= length_ - border;
+    if (!is_weak && !is_near_border) continue;
     weak_seeds_.push_back({seeds_[i].line, measured_.across[i]});
     weak_index_.push_back(static_cast<std::int32_t>(i));
   }
@@ -314,7 +318,7 @@ void ProfileExtractor::measure_weak_again(const ProfileImages& images, const Pla
   }
 }
 
-// From the strongest candidate of lines spread over the frame; where nearly all of them are
+// From the clearest candidate of lines spread over the frame; where nearly all of them are
 // clipped, from the flanks of a few.
 double ProfileExtractor::learn_width(const LitFrame& frame, WidthTracker& width) {
   if (options_.stripe_sigma_px) return 1.0;
@@ -351,8 +355,11 @@ int ProfileExtractor::add_width_samples(double least_snr, WidthTracker& width) c
   int count = 0;
   const int stride = chunks_.lines() / WidthTracker::kMostSamples + 1;
   for (int line = 0; line < chunks_.lines() && !width.is_full(); line += stride) {
-    const auto i = static_cast<std::size_t>(first_seed_[static_cast<std::size_t>(line)]);
-    if (first_seed_[static_cast<std::size_t>(line) + 1] == static_cast<std::int32_t>(i)) continue;
+    const auto l = static_cast<std::size_t>(line);
+    if (first_seed_[l] == first_seed_[l + 1]) continue;
+    const auto first = measured_.significance.begin() + first_seed_[l];
+    const auto best = std::max_element(first, first + (first_seed_[l + 1] - first_seed_[l]));
+    const auto i = static_cast<std::size_t>(best - measured_.significance.begin());
     if (measured_.clipped[i] > 0.0F || !(measured_.snr[i] > least_snr)) continue;
     width.add(measured_.across[i], measured_.width[i], measured_.snr[i]);
     ++count;

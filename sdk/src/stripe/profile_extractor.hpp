@@ -74,7 +74,7 @@ class ProfileExtractor : public StripeExtractor {
   void align_seeds(int most);
   void measure(const LitFrame& frame, const PlanNoise& noise, const WidthTracker& width);
   void measure_weak_again(const ProfileImages& images, const PlanNoise& noise,
-                          const WidthTracker& width);
+                          const WidthTracker& width, int border);
   double learn_width(const LitFrame& frame, WidthTracker& width);
   int add_clipped_samples(const LitFrame& frame, WidthTracker& width);
   int add_width_samples(double least_snr, WidthTracker& width) const;

@@ -31,6 +31,7 @@ constexpr int kMostMoves = 5;
 constexpr int kMostSteps = 2;
 constexpr int kMostClippedSteps = 6;
 constexpr float kLeastBackgroundPixels = 3.0F;
+constexpr float kEnoughOnOneSide = 24.0F;
 
 HWY_INLINE int lanes() { return static_cast<int>(hn::Lanes(Tag())); }
 HWY_INLINE V set(float value) { return hn::Set(Tag(), value); }
@@ -207,17 +208,19 @@ Line fit_background(const ProfilePlan& plan, const Window& w) {
   }
   const V count = hn::Add(count_below, count_above);
   const V least = set(kLeastBackgroundPixels);
-  const M has_both = hn::Ge(hn::Min(count_below, count_above), least);
   const M has_any = hn::Ge(count, least);
-  // One side alone tells no slope: the level is its mean.
-  const V det = hn::IfThenElse(has_both, hn::NegMulAdd(s1, s1, hn::Mul(count, s2)), set(1.0F));
+  // A few pixels on one side alone tell no slope: the level is their mean.
+  const M has_slope = hn::Or(hn::Ge(hn::Min(count_below, count_above), least),
+                             hn::Ge(count, set(kEnoughOnOneSide)));
+  const V det = hn::IfThenElse(has_slope, hn::NegMulAdd(s1, s1, hn::Mul(count, s2)), set(1.0F));
   const V safe_count = hn::Max(count, set(1.0F));
   const V mean = ratio(sf, safe_count);
   Line line;
-  line.level = hn::IfThenElse(has_both, ratio(hn::NegMulAdd(s1, s1f, hn::Mul(s2, sf)), det), mean);
-  line.slope = hn::IfThenElseZero(has_both, ratio(hn::NegMulAdd(s1, sf, hn::Mul(count, s1f)), det));
-  line.level_variance = hn::IfThenElse(has_both, ratio(s2, det), ratio(set(1.0F), safe_count));
-  line.slope_variance = hn::IfThenElseZero(has_both, ratio(count, det));
+  line.level = hn::IfThenElse(has_slope, ratio(hn::NegMulAdd(s1, s1f, hn::Mul(s2, sf)), det), mean);
+  line.slope =
+      hn::IfThenElseZero(has_slope, ratio(hn::NegMulAdd(s1, sf, hn::Mul(count, s1f)), det));
+  line.level_variance = hn::IfThenElse(has_slope, ratio(s2, det), ratio(set(1.0F), safe_count));
+  line.slope_variance = hn::IfThenElseZero(has_slope, ratio(count, det));
   // Without background there is no telling what stands out from it: no significance.
   line.level = hn::IfThenElseZero(has_any, line.level);
   line.level_variance = hn::IfThenElse(has_any, line.level_variance, set(1e12F));

@@ -129,7 +129,7 @@ TEST(StripeAccuracy, SlopingBackgroundMovesNothing) {
     for (const ExtractMethod method : {ExtractMethod::kFast, ExtractMethod::kRefined}) {
       const TrialScore s = testing::score(testing::render(t), method);
       EXPECT_LE(std::abs(s.bias_px), 0.005) << sigma;
-      if (method == ExtractMethod::kRefined) EXPECT_LE(s.rms_over_bound, 1.10) << sigma;
+      EXPECT_LE(s.rms_over_bound, 1.10) << sigma;
     }
   }
 }
