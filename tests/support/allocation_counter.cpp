@@ -2,6 +2,7 @@
 #include "support/allocation_counter.hpp"
 
 #include <atomic>
+#include <cstddef>
 #include <cstdlib>
 #include <new>
 
