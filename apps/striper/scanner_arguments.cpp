@@ -21,6 +21,14 @@ constexpr std::array<std::pair<std::string_view, ExtractMethod>, 3> kMethods{{
     {"refined", ExtractMethod::kRefined},
 }};
 
+constexpr std::array<std::pair<std::string_view, PeakRule>, 5> kPeakRules{{
+    {"brightest", PeakRule::kBrightest},
+    {"nearest", PeakRule::kNearest},
+    {"farthest", PeakRule::kFarthest},
+    {"continuous", PeakRule::kContinuous},
+    {"all", PeakRule::kAll},
+}};
+
 constexpr std::array<std::pair<std::string_view, AmbientMethod>, 5> kAmbientMethods{{
     {"auto", AmbientMethod::kAuto},
     {"none", AmbientMethod::kNone},
@@ -56,6 +64,7 @@ StriperModel load_model_for(const SourceInfo& source, const std::string& path) {
 
 void apply(const ScannerArguments& arguments, ScannerOptions& options) {
   set_from_word(arguments.method, kMethods, options.stripe.method);
+  set_from_word(arguments.peak, kPeakRules, options.stripe.peak);
   set_from_word(arguments.ambient, kAmbientMethods, options.ambient.method);
   if (arguments.axis) options.stripe.axis = *stripe_axis_from_string(*arguments.axis);
   if (arguments.channel) options.ambient.channel = *channel_from_string(*arguments.channel);
@@ -79,6 +88,12 @@ void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
                   "fast or refined")
       ->type_name("NAME")
       ->check(one_of({"paper", "fast", "refined"}));
+  command
+      .add_option("--peak", arguments.peak,
+                  "Which of several peaks of a line is the stripe: brightest, nearest, farthest, "
+                  "continuous (the one that continues its neighbours, for weak stripes) or all")
+      ->type_name("NAME")
+      ->check(one_of({"brightest", "nearest", "farthest", "continuous", "all"}));
   command
       .add_option("--axis", arguments.axis,
                   "One return per image line: columns (the stripe runs from left to right) or rows")

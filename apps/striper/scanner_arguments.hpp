@@ -16,6 +16,7 @@ namespace striper::program {
 struct ScannerArguments {
   std::optional<std::string> model;
   std::optional<std::string> method;
+  std::optional<std::string> peak;
   std::optional<std::string> axis;
   std::optional<std::string> channel;
   std::optional<std::string> ambient;

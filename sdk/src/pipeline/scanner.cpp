@@ -10,12 +10,33 @@
 
 namespace striper {
 
+namespace {
+
+// Which end of a line of pixels through the picture's middle sees the laser plane nearer: where the
+// ray comes down on the plane more steeply. The lens bends both ends alike.
+NearEnd near_end_of(const StriperModel& model) {
+  if (model.lasers.empty()) return ExtractOptions{}.near_end;
+  const CameraModel& camera = model.camera;
+  const bool columns = model.axis == StripeAxis::kColumns;
+  const auto steepness = [&](double part) {
+    const double u = (columns ? 0.5 : part) * camera.width();
+    const double v = (columns ? part : 0.5) * camera.height();
+    const Eigen::Vector3d ray((u - camera.cx()) / camera.fx(), (v - camera.cy()) / camera.fy(),
+                              1.0);
+    return model.lasers.front().plane.normal().dot(ray);
+  };
+  return steepness(0.0) > steepness(1.0) ? NearEnd::kFirstPixel : NearEnd::kLastPixel;
+}
+
+}  // namespace
+
 ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
   ScannerOptions options;
   options.ambient.channel = model.channel;
   options.ambient.lasers = static_cast<int>(model.lasers.size());
   options.stripe.axis = model.axis;
   options.stripe.noise = model.noise;
+  options.stripe.near_end = near_end_of(model);
   return options;
 }
 

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that the error bar of `refined` is true on whole scans: against the simulator's exact
+// ranges on flat walls with noise, and on real pictures against the stripe's own spread about a
+// local smooth fit, where it also shows by how much the spread falls against `paper`. It does not
+// prove the calibration's part of the error, nor anything at depth edges.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <striper/pipeline/scanner.hpp>
+#include <striper/simulator/scene_yaml.hpp>
+#include <striper/simulator/simulator.hpp>
+
+#include "support/shared_data.hpp"
+
+namespace striper {
+namespace {
+
+double quantile(std::vector<double> values, double part) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * (values.size() - 1.0));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+TEST(RangeErrorBars, ArePullsOfOneOnSimulatedWalls) {
+  std::vector<double> pulls;
+  for (const double distance_m : {1.6, 2.0, 2.5, 3.0}) {
+    Scene scene = Scene::flat_wall(distance_m);
+    scene.imager.blur_sigma_px = 0.9;
+    scene.imager.noise.speckle = 0.0;
+    scene.imager.noise.prnu = 0.0;
+    Simulator simulator(scene);
+    Scanner scanner(simulator.model());
+    for (std::uint64_t number = 0; number < 4; ++number) {
+      const std::vector<Truth> truth = simulator.truth(number);
+      for (const PolarScan& scan : scanner.process(simulator.render(number))) {
+        for (std::size_t i = 0; i < scan.returns.size(); ++i) {
+          const Return& r = scan.returns[i];
+          const TrueLine& line = truth.at(0).lines[i];
+          if (r.status != ReturnStatus::kOk || line.status != TruthStatus::kVisible) continue;
+          if (line.brightest.near_edge || line.brightest.blind) continue;
+          pulls.push_back(std::abs(r.range_m - line.brightest.range_m) / r.sigma_m);
+        }
+      }
+    }
+  }
+  ASSERT_GT(pulls.size(), 5000U);
+  const double sigma = quantile(pulls, 0.6827);
+  const auto beyond = std::count_if(pulls.begin(), pulls.end(), [](double p) { return p > 3.0; });
+  const double part = static_cast<double>(beyond) / static_cast<double>(pulls.size());
+  std::cout << pulls.size() << " returns: robust deviation of the pull " << sigma
+            << ", beyond 3 sigma " << 100.0 * part << " %\n";
+  EXPECT_NEAR(sigma, 1.0, 0.05);
+  EXPECT_LE(part, 0.007);
+}
+
+// The distance of good returns to the parabola through their neighbours, and what they predict.
+struct Spread {
+  std::vector<double> measured;
+  std::vector<double> predicted;
+};
+
+void add_spread(const Stripe& stripe, Spread& spread) {
+  constexpr int kReach = 6;
+  for (int i = kReach; i + kReach < static_cast<int>(stripe.size()); ++i) {
+    double s0 = 0.0;
+    double s2 = 0.0;
+    double s4 = 0.0;
+    double t0 = 0.0;
+    double t2 = 0.0;
+    bool all_good = true;
+    for (int k = -kReach; k <= kReach; ++k) {
+      const auto j = static_cast<std::size_t>(i + k);
+      all_good = all_good && stripe.status[j] == ReturnStatus::kOk;
+      if (k == 0) continue;
+      const double y = stripe.across_px[j] - stripe.across_px[static_cast<std::size_t>(i)];
+      const double k2 = static_cast<double>(k) * k;
+      s0 += 1.0;
+      s2 += k2;
+      s4 += k2 * k2;
+      t0 += y;
+      t2 += k2 * y;
+    }
+    if (!all_good) continue;
+    const double det = s0 * s4 - s2 * s2;
+    const double distance = (t0 * s4 - t2 * s2) / det;
+    spread.measured.push_back(std::abs(distance) / std::sqrt(1.0 + s4 / det));
+    spread.predicted.push_back(static_cast<double>(stripe.sigma_px[static_cast<std::size_t>(i)]));
+  }
+}
+
+Spread spread_of(const std::filesystem::path& picture, ExtractMethod method, StripeAxis axis,
+                 bool subtract_green) {
+  std::vector<cv::Mat> channels;
+  cv::split(cv::imread(picture.string()), channels);
+  LitFrame frame;
+  frame.lit = channels[2];
+  if (subtract_green) frame.dark = channels[1];
+  frame.full_scale_dn = 255;
+  ExtractOptions options;
+  options.method = method;
+  options.axis = axis;
+  Stripe stripe;
+  make_extractor(options)->extract(frame, stripe);
+  Spread spread;
+  add_spread(stripe, spread);
+  return spread;
+}
+
+void expect_true_error_bars(const std::filesystem::path& folder, StripeAxis axis,
+                            bool subtract_green, double least_gain) {
+  std::vector<double> ratios;
+  std::vector<double> gains;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".jpg") continue;
+    const Spread refined = spread_of(entry.path(), ExtractMethod::kRefined, axis, subtract_green);
+    const Spread paper = spread_of(entry.path(), ExtractMethod::kPaper, axis, subtract_green);
+    if (refined.measured.size() < 60 || paper.measured.size() < 60) continue;
+    const double spread = quantile(refined.measured, 0.6827);
+    ratios.push_back(spread / quantile(refined.predicted, 0.5));
+    gains.push_back(quantile(paper.measured, 0.6827) / spread);
+  }
+  ASSERT_GE(ratios.size(), 5U) << folder;
+  const double ratio = quantile(ratios, 0.5);
+  const double gain = quantile(gains, 0.5);
+  std::cout << folder.filename().string() << ": " << ratios.size()
+            << " pictures; spread over prediction " << ratio << " (median), "
+            << quantile(ratios, 0.1) << " to " << quantile(ratios, 0.9)
+            << "; spread of paper over that of refined " << gain << "\n";
+  EXPECT_NEAR(ratio, 1.0, 0.3);
+  EXPECT_GE(gain, least_gain);
+}
+
+TEST(RealErrorBars, AgreeWithTheSpreadOfARoversStripe) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
+  expect_true_error_bars(testing::real_data("neil-rover-striper"), StripeAxis::kColumns, true, 1.2);
+}
+
+TEST(RealErrorBars, AgreeWithTheSpreadOfAClippedStripe) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("anugrah-step-scans");
+  for (const char* folder : {"Reference_31-07", "1mmscan_stairs"}) {
+    expect_true_error_bars(testing::real_data("anugrah-step-scans") / folder, StripeAxis::kRows,
+                           false, 2.0);
+  }
+}
+
+}  // namespace
+}  // namespace striper
