@@ -36,7 +36,9 @@ TEST(RangeErrorBars, ArePullsOfOneOnSimulatedWalls) {
     scene.imager.noise.speckle = 0.0;
     scene.imager.noise.prnu = 0.0;
     Simulator simulator(scene);
-    Scanner scanner(simulator.model());
+    ScannerOptions options = ScannerOptions::for_model(simulator.model());
+    options.ambient.cadence = Cadence::parse("0");  // Always lit: no picture is held back.
+    Scanner scanner(simulator.model(), options);
     for (std::uint64_t number = 0; number < 4; ++number) {
       const std::vector<Truth> truth = simulator.truth(number);
       for (const PolarScan& scan : scanner.process(simulator.render(number))) {
