@@ -184,8 +184,9 @@ void read_daylight(const SceneField& field, Daylight& light) {
                      "sky_w_m2_nm", "ambient_w_m2_nm", "sky_radiance_w_m2_sr_nm"});
   field.read("sun_w_m2_nm", light.sun_w_m2_nm);
   if (field.find("sun_azimuth_deg") || field.find("sun_elevation_deg")) {
-    double azimuth = 0.0;
-    double elevation = 45.0 * kDegree;
+    const Eigen::Vector3d before = light.sun_direction.normalized();
+    double azimuth = std::atan2(before.y(), before.x());
+    double elevation = std::asin(before.z());
     field.read("sun_azimuth_deg", azimuth, kDegree);
     field.read("sun_elevation_deg", elevation, kDegree);
     light.sun_direction = {std::cos(elevation) * std::cos(azimuth),

@@ -8,7 +8,7 @@
 
 namespace striper {
 
-/// Reads a scene file; every key, its unit and its default are in capture/README.md.
+/// Reads a scene file; every key, its unit and its default are in data/scenes/README.md.
 ///
 /// @throws Error{kNotFound} where there is no such file, Error{kBadFile} quoting the file, the
 /// field, the value and what was expected for everything else; an unknown key is refused too.
