@@ -16,8 +16,8 @@ namespace striper::detail {
 /// with `scene 'FILE' line N: path.to.field: value - expected ...`. All is Error{kBadFile}.
 class SceneField {
  public:
-  SceneField(YAML::Node node, std::string path, std::string file)
-      : node_(std::move(node)), path_(std::move(path)), file_(std::move(file)) {}
+  SceneField(const YAML::Node& node, std::string path, std::string file)
+      : node_(node), path_(std::move(path)), file_(std::move(file)) {}
 
   /// Refuses what is no map, and any key that is not among `known`.
   void require_map(std::initializer_list<std::string_view> known) const;

@@ -368,7 +368,7 @@ Scene parse_scene(const std::string& yaml, const std::string& name) {
     throw Error(ErrorKind::kBadFile, fmt::format("scene '{}' line {}: {} - expected YAML", name,
                                                  error.mark.line + 1, error.msg));
   }
-  const Scene scene = read_scene(SceneField(node, "", name), name);
+  Scene scene = read_scene(SceneField(node, "", name), name);
   try {
     scene.validate();
   } catch (const Error& error) {

@@ -92,8 +92,9 @@ class TruthFinder {
     std::vector<Spot> found;
     bool any_ray = false;
     Sample before = sample(line, first_px());
-    for (double along = first_px() + 0.5; along <= last_px() + 0.5; along += 1.0) {
-      const Sample here = sample(line, std::min(along, last_px()));
+    const int length = by_columns_ ? region_.height : region_.width;
+    for (int i = 0; i <= length; ++i) {  // Every pixel's centre, then the last one's far edge.
+      const Sample here = sample(line, std::min(first_px() + 0.5 + i, last_px()));
       any_ray = any_ray || here.ray.allFinite();
       look_between(line, before, here, before.facet, found);
       if (here.facet != before.facet) look_between(line, before, here, here.facet, found);

@@ -50,7 +50,8 @@ class View {
   const std::vector<int>& candidates(int u, int v) const noexcept {
     const int column = (u - rays_.region().x) / kTile;
     const int row = (v - rays_.region().y) / kTile;
-    return tiles_[static_cast<std::size_t>(row * tiles_across_ + column)];
+    const int tile = row * tiles_across_ + column;
+    return tiles_[static_cast<std::size_t>(tile)];
   }
 
   const Scene& scene_;

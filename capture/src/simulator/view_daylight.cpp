@@ -97,7 +97,8 @@ class DaylightPainter {
 
  private:
   const Seen& seen(int column, int row) const noexcept {
-    return seen_[static_cast<std::size_t>(row * region_.width + column)];
+    const int index = row * region_.width + column;
+    return seen_[static_cast<std::size_t>(index)];
   }
 
   void see_pixels() {

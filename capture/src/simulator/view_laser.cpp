@@ -41,7 +41,8 @@ class CellSpread {
 
   int reach() const noexcept { return reach_; }
   double share(int cell, int pixel) const noexcept {
-    return shares_[static_cast<std::size_t>(cell)][static_cast<std::size_t>(pixel + reach_)];
+    const int index = pixel + reach_;
+    return shares_[static_cast<std::size_t>(cell)][static_cast<std::size_t>(index)];
   }
 
   /// Where a cell's middle is, from the pixel's centre, in pixels.
@@ -101,7 +102,8 @@ class StripePainter {
     double high = -low;
     for (int j = std::max(row - 1, 0); j <= std::min(row + 1, region_.height - 1); ++j) {
       for (int i = std::max(column - 1, 0); i <= std::min(column + 1, region_.width - 1); ++i) {
-        const double height = heights_[static_cast<std::size_t>(j * region_.width + i)];
+        const int index = j * region_.width + i;
+        const double height = heights_[static_cast<std::size_t>(index)];
         if (height < low) low = height;
         if (height > high) high = height;
       }
@@ -194,8 +196,8 @@ class StripePainter {
       const int base = position < 0.0 ? -1 : 0;
       const Eigen::Vector4d weights = cubic_weights(position - base);
       for (int i = 0; i < 4; ++i) {
-        taps[static_cast<std::size_t>(cell)][static_cast<std::size_t>(base - 1 + i + kTaps / 2)] =
-            weights[i];
+        const int tap = base - 1 + i + kTaps / 2;
+        taps[static_cast<std::size_t>(cell)][static_cast<std::size_t>(tap)] = weights[i];
       }
     }
     return taps;
