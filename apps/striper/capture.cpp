@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
@@ -102,6 +103,7 @@ ExitCode capture(const CaptureArguments& arguments) {
     throw Error(ErrorKind::kUsage,
                 "--json needs -o FILE: the standard output carries the scans themselves");
   }
+  if (arguments.output == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
   const auto source = open_source(arguments.source);
   Scanner scanner = make_scanner(arguments.scanner, source->info());
   CsvOptions csv = arguments.csv;

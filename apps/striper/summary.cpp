@@ -46,7 +46,9 @@ nlohmann::json to_json(const FrameLoopResult& result) {
 }
 
 void print_json(const nlohmann::json& summary) {
-  const std::string text = summary.dump(2) + "\n";
+  // A path need not be UTF-8.
+  const std::string text =
+      summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   for (std::size_t done = 0; done < text.size();) {
     const ssize_t count = ::write(STDOUT_FILENO, text.data() + done, text.size() - done);
     if (count < 0 && errno == EINTR) continue;

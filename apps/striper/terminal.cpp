@@ -16,6 +16,7 @@ constexpr auto kDrawInterval = std::chrono::milliseconds(100);
 constexpr std::uint64_t kBarWidth = 24;
 
 std::mutex terminal_mutex;
+bool progress_is_wanted = true;
 bool line_is_open = false;  // A progress line stands where the next message would go.
 
 // Past the buffers of stdio, in one write, so that lines of several threads never mix.
@@ -40,8 +41,10 @@ std::string count(std::uint64_t number, std::string_view what) {
   return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
 }
 
+void show_no_progress() noexcept { progress_is_wanted = false; }
+
 Progress::Progress(std::string_view what, std::optional<std::uint64_t> total)
-    : what_(what), total_(total), is_shown_(::isatty(STDERR_FILENO) == 1) {}
+    : what_(what), total_(total), is_shown_(progress_is_wanted && ::isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   const std::lock_guard lock(terminal_mutex);

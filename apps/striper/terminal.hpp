@@ -16,6 +16,9 @@ void say(std::string_view message);
 /// "1 scan", "2 scans". @param what in the singular, with a regular plural.
 std::string count(std::uint64_t number, std::string_view what);
 
+/// Keeps progress lines away from now on: for when the data itself goes to the terminal.
+void show_no_progress() noexcept;
+
 /// A line on the terminal that shows how far long work is; nothing where the standard error stream
 /// is no terminal. Goes away when destroyed. One at a time.
 class Progress {

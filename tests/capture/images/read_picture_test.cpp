@@ -180,7 +180,7 @@ TEST_P(EveryFormat, SurvivesFlippedBits) {
   const cv::Mat image = draw_picture(GetParam().type, {23, 17});
   const std::string whole = testing::read_bytes(write(image));
   const auto path = scratch_ / "flipped";
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < 150; ++trial) {
     std::string bytes = whole;
     for (int flip = 0; flip < 3; ++flip) {
       // Half of them in the first 64 bytes, where the sizes are.

@@ -87,7 +87,7 @@ Frame plain_frame(std::uint64_t sequence, int type = CV_8UC1) {
   frame.bit_depth = CV_MAT_DEPTH(type) == CV_16U ? 16 : 8;
   frame.sensor_size = frame.image.size();
   frame.sequence = sequence;
-  frame.time.monotonic_ns = static_cast<std::int64_t>(sequence) * 33'366'667;
+  frame.time.monotonic_ns = static_cast<std::int64_t>(sequence % 1'000'000) * 33'366'667;
   return frame;
 }
 
