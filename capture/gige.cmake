@@ -15,6 +15,7 @@ endif()
 if(ARAVIS_FOUND)
   striper_sources(capture
     HEADERS
+      striper/gige/gige_network.hpp
       striper/gige/gige_options.hpp
       striper/gige/gige_source.hpp
       striper/gige/virtual_camera.hpp
@@ -24,6 +25,7 @@ if(ARAVIS_FOUND)
       src/gige/feature_access.cpp
       src/gige/find_camera.cpp
       src/gige/frame_pool.cpp
+      src/gige/gige_network.cpp
       src/gige/gige_options.cpp
       src/gige/gige_source.cpp
       src/gige/gvcp_client.cpp

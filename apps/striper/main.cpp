@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "camera_commands.hpp"
 #include "commands.hpp"
 #include "help_formatter.hpp"
 #include "program.hpp"
@@ -51,5 +52,9 @@ int main(int argc, char** argv) {
 
   Action action;
   for (const auto add_command : kCommands) add_command(striper, action);
+#ifdef STRIPER_HAS_ARAVIS
+  striper::program::add_doctor(striper, action);
+  striper::program::add_virtual_camera(striper, action);
+#endif
   return static_cast<int>(striper::program::run(striper, argc, argv, action));
 }

@@ -26,10 +26,11 @@ struct PoolSlot {
   cv::Mat unpacked;
   cv::Mat scratch;
 
-  std::int64_t arrival_ns = 0;  ///< CLOCK_MONOTONIC, of the first packet.
-  std::uint64_t arrival = 0;    ///< Number of the buffer in the order of completion.
-  std::uint64_t trigger = 0;    ///< Number of the software trigger that took it.
-  Illumination commanded;       ///< What the host had the laser do for it.
+  std::int64_t arrival_ns = 0;    ///< CLOCK_MONOTONIC, of the first packet.
+  std::int64_t completed_ns = 0;  ///< CLOCK_MONOTONIC, of the last packet.
+  std::uint64_t arrival = 0;      ///< Number of the buffer in the order of completion.
+  std::uint64_t trigger = 0;      ///< Number of the software trigger that took it.
+  Illumination commanded;         ///< What the host had the laser do for it.
 
   std::shared_ptr<FramePool> keeper;  ///< Set while leased.
   alignas(std::max_align_t) std::array<std::byte, 96> lease_memory{};

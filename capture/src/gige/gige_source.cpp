@@ -94,6 +94,7 @@ struct GigeSource::State {
   detail::FrameNumbers numbers;
   std::uint64_t next_arrival = 0;
   bool is_parity_known = true;
+  std::int64_t completed_ns = 0;
   SourceStatistics statistics;
   GigeStatistics causes;
 
@@ -217,6 +218,7 @@ bool GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
   frame.status = verdict.status;
   frame.status_detail = verdict.detail;
   frame.sequence = number.sequence;
+  completed_ns = slot.completed_ns;
   describe(frame, slot, number.since_start);
   if (frame.status == FrameStatus::kOk) fill_image(frame, slot);
   if (!frame.lease) session->pool().give_back(slot);
@@ -299,6 +301,7 @@ SourceStatistics GigeSource::statistics() const {
 GigeStatistics GigeSource::stream_statistics() const {
   const std::lock_guard lock(state_->mutex);
   GigeStatistics result = state_->causes;
+  result.last_completed_ns = state_->completed_ns;
   if (state_->session) state_->session->add_to(result);
   return result;
 }
@@ -349,6 +352,7 @@ void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
     const std::lock_guard lock(mutex);
     statistics.overrun += session->overrun();
     session->add_to(causes);
+    ++causes.losses;
     session.reset();
   }
   burial = std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });

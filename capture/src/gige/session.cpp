@@ -182,6 +182,7 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
       static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer)) - utc_offset_now_ns();
   const bool is_plausible = first_packet_ns <= now_ns && now_ns - first_packet_ns < kSurelyWrong_ns;
   slot.arrival_ns = is_plausible ? first_packet_ns : now_ns;
+  slot.completed_ns = now_ns;
   slot.arrival = arrivals_++;
   last_arrival_ns_ = now_ns;
   {
@@ -270,6 +271,9 @@ void Session::start_clock() {
 
 void Session::follow_clock() {
   if (!has_latch_ || is_lost_) return;
+  // Aravis asks a camera that is gone for three seconds, which is longer than a loss may stay
+  // unnoticed: so it is asked only while the camera answers.
+  if (!read_register(opened_.address, gvcp::kControlPrivilege, kProbeWithin)) return;
   std::int64_t device = 0;
   std::int64_t host = 0;
   std::int64_t uncertainty = 0;

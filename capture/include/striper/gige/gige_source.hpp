@@ -20,9 +20,12 @@ struct GigeStatistics {
   std::uint64_t resend_requests = 0;  ///< Packets asked for again.
   std::uint64_t resent_packets = 0;   ///< Packets that came then.
   std::uint64_t socket_drops = 0;     ///< Packets that the kernel threw away: buffer too small.
+  std::uint64_t losses = 0;           ///< Times the camera was found to be gone.
   int packet_bytes = 0;
   int socket_buffer_bytes = 0;  ///< In force, as the kernel counts.
   double clock_rate = 1.0;      ///< Host seconds per camera second.
+  /// When the last packet of the picture that `next` gave last had come, on CLOCK_MONOTONIC.
+  std::int64_t last_completed_ns = 0;
 };
 
 /// A GigE Vision or USB3 Vision camera, through Aravis:

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// striper virtual-camera: a scene as a GigE Vision camera on this machine.
+#include <chrono>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <striper/capture/source_uri.hpp>
+#include <striper/gige/virtual_camera.hpp>
+#include <striper/simulator/simulated_source.hpp>
+
+#include "camera_commands.hpp"
+#include "program.hpp"
+#include "terminal.hpp"
+
+namespace striper::program {
+namespace {
+
+struct VirtualCameraArguments {
+  std::string scene;
+  VirtualCameraOptions camera;
+  double clock_skew_ppm = 0.0;
+  int loop = 0;
+  std::optional<double> seconds;
+};
+
+constexpr const char* kDescription =
+    "Virtual camera: serves a simulated scene as a GigE Vision camera on this machine, so that "
+    "the\n"
+    "whole product, and any other GigE Vision program, can be tried without hardware.";
+
+constexpr const char* kExamples =
+    "Line2 fires laser 0, Line3 laser 1; until a client sets one of them the scene's lasers fire "
+    "by\n"
+    "themselves. It answers on 127.0.0.0/8 only.\n\n"
+    "Examples:\n"
+    "  striper virtual-camera data/scenes/room.yaml &\n"
+    "  striper devices\n"
+    "  striper capture gige:STRIPER1 -o scans.csv --frames 100\n"
+    "  striper capture 'gige:STRIPER1?strobe=Line2&laser=0,dark&fps=60' --seconds 5\n"
+    "  arv-tool-0.8 -a 127.0.0.1 control ExposureTime=250\n"
+    "      another GenICam client\n"
+    "  striper virtual-camera data/scenes/wall.yaml --loop 50 --lost-packets 0.001\n"
+    "      fast, and a bad cable";
+
+void define(CLI::App& command, VirtualCameraArguments& arguments) {
+  command
+      .add_option("SCENE", arguments.scene,
+                  "The scene file, with the keys of a sim: source where wanted (?noise=off)")
+      ->required();
+  command
+      .add_option("--address", arguments.camera.address,
+                  "Where it is, one of 127.0.0.0/8; default 127.0.0.1")
+      ->type_name("IP");
+  command.add_option("--serial", arguments.camera.serial, "Its name; default STRIPER1")
+      ->type_name("TEXT");
+  command
+      .add_option("--loop", arguments.loop,
+                  "Make the first N pictures in advance and repeat them: for high frame rates")
+      ->type_name("N")
+      ->check(above_zero());
+  command
+      .add_option("--lost-packets", arguments.camera.lost_packets,
+                  "Fraction of the packets that are lost; default 0")
+      ->type_name("0..1");
+  command.add_flag("!--no-resend", arguments.camera.can_resend,
+                   "The camera cannot send packets again");
+  command.add_option("--link", arguments.camera.link_mbit_s, "Speed of its cable; default 1000")
+      ->type_name("MBIT/S")
+      ->check(above_zero());
+  command.add_option("--clock-skew", arguments.clock_skew_ppm, "Its clock is fast by this")
+      ->type_name("PPM");
+  command.add_option("--seconds", arguments.seconds, "End after so long; default: Ctrl-C")
+      ->type_name("S")
+      ->check(above_zero());
+  command.footer(kExamples);
+}
+
+std::shared_ptr<VirtualScene> load(const VirtualCameraArguments& arguments) {
+  const std::string& text = arguments.scene;
+  const auto source =
+      SimulatedSource::open(SourceUri::parse(text.starts_with("sim:") ? text : "sim:" + text));
+  const auto scene = make_virtual_scene(source->simulator().scene());
+  return arguments.loop > 0 ? make_looped_scene(scene, arguments.loop) : scene;
+}
+
+ExitCode serve(const VirtualCameraArguments& arguments) {
+  VirtualCameraOptions options = arguments.camera;
+  options.clock_skew = 1e-6 * arguments.clock_skew_ppm;
+  options.validate();
+  const VirtualCamera camera(load(arguments), options);
+  say(fmt::format("{} is gige:{} at {}; Ctrl-C ends it", arguments.scene, options.serial,
+                  options.address));
+
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  const auto is_over = [&] {
+    return arguments.seconds &&
+           std::chrono::duration<double>(Clock::now() - begin).count() > *arguments.seconds;
+  };
+  while (!stop_requested() && !is_over()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  const VirtualCameraStatistics did = camera.statistics();
+  say(fmt::format("{} pictures, {} packets, {} lost on purpose, {} sent again, {} clients",
+                  did.pictures, did.packets, did.lost, did.resent, did.controllers));
+  return ExitCode::kDone;
+}
+
+}  // namespace
+
+void add_virtual_camera(CLI::App& striper, Action& action) {
+  add_command<VirtualCameraArguments>(striper, action, "virtual-camera", kDescription, define,
+                                      serve);
+}
+
+}  // namespace striper::program

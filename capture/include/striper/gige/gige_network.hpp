@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace striper {
+
+/// A GenICam camera that answers.
+struct GigeListing {
+  std::string uri;       ///< What opens it.
+  std::string protocol;  ///< `GigE Vision` or `USB3 Vision`.
+  std::string maker;
+  std::string model;
+  std::string serial;
+  std::string user_name;  ///< Empty if it has none.
+  std::string mac;        ///< Empty for USB.
+  std::string address;    ///< IP address, or where it is on the USB.
+  std::string interface;  ///< Network interface; empty for USB.
+  std::string access;     ///< `free`, `held by 10.0.0.5:4711`, `other subnet`, `unknown`.
+};
+
+/// Every GigE Vision and USB3 Vision camera, in half a second. Takes control of none. Never throws.
+std::vector<GigeListing> list_gige_cameras();
+
+/// One thing that was looked at, what was found and what to do.
+struct Finding {
+  enum class Severity { kGood, kDoubtful, kBad };
+  Severity severity = Severity::kGood;
+  std::string what;
+  std::string cure;  ///< Empty where nothing need be done.
+};
+
+/// Looks for what keeps a GigE Vision camera from being reached: nobody answers, another subnet,
+/// filters in this machine, another program that holds it, small packets. Takes no control.
+/// @param name as in `gige:NAME`.
+std::vector<Finding> examine_gige_network(const std::string& name);
+
+/// Whether any finding is bad: streaming need not be tried.
+bool any_bad(const std::vector<Finding>& findings) noexcept;
+
+}  // namespace striper

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <striper/gige/gige_network.hpp>
+
+#include "gige/arv_ptr.hpp"
+#include "gige/gvcp.hpp"
+#include "gige/gvcp_client.hpp"
+
+namespace striper {
+namespace {
+
+using namespace std::chrono_literals;
+using detail::GvcpDevice;
+using detail::NetworkInterface;
+using Severity = Finding::Severity;
+
+constexpr auto kAnswerWithin = 500ms;
+constexpr int kJumboMtu = 8000;
+
+std::string ip(std::uint32_t address) { return detail::gvcp::to_string_ip(address); }
+
+std::string access_text(const GvcpDevice& device) {
+  if (!device.is_reachable()) return "other subnet";
+  const detail::Access access = detail::access_of(device.address, kAnswerWithin);
+  switch (access.state) {
+    case detail::AccessState::kFree:
+      return "free";
+    case detail::AccessState::kHeld:
+      return access.holder.empty() ? "held" : "held by " + access.holder;
+    case detail::AccessState::kSilent:
+      break;
+  }
+  return "unknown";
+}
+
+GigeListing listing_of(const GvcpDevice& device) {
+  GigeListing one;
+  one.uri = "gige:" + (device.serial.empty() ? ip(device.address) : device.serial);
+  one.protocol = "GigE Vision";
+  one.maker = device.manufacturer;
+  one.model = device.model;
+  one.serial = device.serial;
+  one.user_name = device.user_name;
+  one.mac = device.mac;
+  one.address = ip(device.address);
+  one.interface = device.interface_name;
+  one.access = access_text(device);
+  return one;
+}
+
+void add_usb_cameras(std::vector<GigeListing>& listings) {
+  ArvInterface* const usb = arv_uv_interface_get_instance();
+  arv_interface_update_device_list(usb);
+  const auto text = [](const char* value) { return std::string(value != nullptr ? value : ""); };
+  for (unsigned i = 0; i < arv_interface_get_n_devices(usb); ++i) {
+    GigeListing one;
+    one.protocol = "USB3 Vision";
+    one.maker = text(arv_interface_get_device_vendor(usb, i));
+    one.model = text(arv_interface_get_device_model(usb, i));
+    one.serial = text(arv_interface_get_device_serial_nbr(usb, i));
+    one.address = text(arv_interface_get_device_address(usb, i));
+    one.uri =
+        "u3v:" + (one.serial.empty() ? text(arv_interface_get_device_id(usb, i)) : one.serial);
+    one.access = "unknown";
+    listings.push_back(one);
+  }
+}
+
+std::string first_line(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
+/// Strict reverse-path filtering throws away the answers of a camera on another subnet.
+bool filters_strictly(const std::string& interface) {
+  const std::string folder = "/proc/sys/net/ipv4/conf/";
+  const std::string all = first_line(folder + "all/rp_filter");
+  const std::string own = first_line(folder + interface + "/rp_filter");
+  return std::max(all, own) == "1";
+}
+
+Finding nobody_answers(const std::string& name, const std::vector<NetworkInterface>& interfaces) {
+  std::vector<std::string> asked;
+  for (const NetworkInterface& one : interfaces) {
+    asked.push_back(fmt::format("{} ({})", one.name, ip(one.address)));
+  }
+  std::string cure =
+      "is the camera powered and plugged into one of these? Does the link light glow? A firewall "
+      "drops the answers unless UDP from port 3956 is let in (nft: `udp sport 3956 accept`)";
+  for (const NetworkInterface& one : interfaces) {
+    if (one.name == "lo" || !filters_strictly(one.name)) continue;
+    cure += fmt::format(
+        "; {0} filters by reverse path: `sysctl -w net.ipv4.conf.{0}.rp_filter=2` shows a camera "
+        "of another subnet",
+        one.name);
+  }
+  return {Severity::kBad,
+          fmt::format("no camera{} answers; asked on {}", name.empty() ? "" : " at all",
+                      fmt::join(asked, ", ")),
+          cure};
+}
+
+Finding not_that_one(const std::string& name, const std::vector<GvcpDevice>& present) {
+  std::vector<std::string> there;
+  for (const GvcpDevice& one : present) {
+    there.push_back(fmt::format("{} at {}", one.serial, ip(one.address)));
+  }
+  return {Severity::kBad, fmt::format("no camera '{}'; there are {}", name, fmt::join(there, ", ")),
+          "name one of these"};
+}
+
+void examine_camera(const GvcpDevice& device, const std::vector<NetworkInterface>& interfaces,
+                    std::vector<Finding>& findings) {
+  findings.push_back({Severity::kGood,
+                      fmt::format("{} {} {} answers at {} on {}", device.manufacturer, device.model,
+                                  device.serial, ip(device.address), device.interface_name),
+                      ""});
+  if (!device.is_reachable()) {
+    findings.push_back(
+        {Severity::kBad,
+         fmt::format("wrong subnet: the camera is {}, {} is {}/{}", ip(device.address),
+                     device.interface_name, ip(device.interface_address),
+                     ip(device.interface_mask)),
+         fmt::format("`ip addr add {}/24 dev {}`, or give the camera an address of {}'s subnet",
+                     ip((device.address & 0xffffff00) | 254), device.interface_name,
+                     device.interface_name)});
+    return;
+  }
+  const detail::Access access = detail::access_of(device.address, kAnswerWithin);
+  if (access.state == detail::AccessState::kHeld) {
+    findings.push_back(
+        {Severity::kBad,
+         fmt::format("held by another program{}",
+                     access.holder.empty() ? "" : " (" + access.holder + ")"),
+         "stop that program; one that died lets go after the heartbeat time, 3 s or so"});
+  } else if (access.state == detail::AccessState::kFree) {
+    findings.push_back({Severity::kGood, "free to be opened", ""});
+  } else {
+    findings.push_back({Severity::kDoubtful, "does not tell whether it is held", ""});
+  }
+  for (const NetworkInterface& one : interfaces) {
+    if (one.name != device.interface_name || one.mtu >= kJumboMtu) continue;
+    findings.push_back(
+        {Severity::kDoubtful, fmt::format("MTU of {} is {}: many small packets", one.name, one.mtu),
+         fmt::format("`ip link set {} mtu 9000`, where camera and switch can", one.name)});
+  }
+}
+
+}  // namespace
+
+std::vector<GigeListing> list_gige_cameras() {
+  std::vector<GigeListing> listings;
+  for (const GvcpDevice& device : detail::discover(kAnswerWithin)) {
+    listings.push_back(listing_of(device));
+  }
+  add_usb_cameras(listings);
+  return listings;
+}
+
+std::vector<Finding> examine_gige_network(const std::string& name) {
+  std::vector<Finding> findings;
+  const std::vector<NetworkInterface> interfaces = detail::network_interfaces();
+  std::uint32_t address = 0;
+  const bool is_address = detail::gvcp::parse_ip(name, address);
+  const std::vector<GvcpDevice> present = detail::discover(kAnswerWithin);
+  auto found = std::find_if(present.begin(), present.end(), [&](const GvcpDevice& d) {
+    return name.empty() || d.serial == name || d.user_name == name || d.mac == name ||
+           d.model == name || d.manufacturer + "-" + d.serial == name ||
+           (is_address && d.address == address);
+  });
+  if (found != present.end()) {
+    examine_camera(*found, interfaces, findings);
+  } else if (present.empty()) {
+    findings.push_back(nobody_answers(name, interfaces));
+  } else {
+    findings.push_back(not_that_one(name, present));
+  }
+  return findings;
+}
+
+bool any_bad(const std::vector<Finding>& findings) noexcept {
+  return std::any_of(findings.begin(), findings.end(),
+                     [](const Finding& one) { return one.severity == Severity::kBad; });
+}
+
+}  // namespace striper
