@@ -101,16 +101,47 @@ void refine_corners(const cv::Mat& grey, const Board& board, Corners& corners, B
   view.blur_px = blurs.empty() ? 0.0 : blurs[blurs.size() / 2];
 }
 
+// The brightness that all but the brightest pixels stay below.
+double bright_level(const cv::Mat& grey) {
+  cv::Mat histogram;
+  const int channel = 0;
+  const int bins = 256;
+  const float range[] = {0.0F, 256.0F};
+  const float* ranges = range;
+  cv::calcHist(&grey, 1, &channel, {}, histogram, 1, &bins, &ranges);
+  double above = 0.0;
+  int level = 255;
+  for (; level > 0; --level) {
+    above += histogram.at<float>(level);
+    if (above > 0.005 * static_cast<double>(grey.total())) break;
+  }
+  return level;
+}
+
+// Squares of a dozen pixels or fewer in a dim picture are found twice as large and bright.
+bool find_enlarged(const cv::Mat& grey, cv::Size size, int flags, Corners& corners) {
+  constexpr double kLargest = 1.3e6;
+  if (static_cast<double>(grey.total()) > kLargest) return false;
+  cv::Mat bright;
+  grey.convertTo(bright, CV_8U, std::min(8.0, 250.0 / std::max(bright_level(grey), 8.0)));
+  cv::Mat large;
+  cv::resize(bright, large, {}, 2.0, 2.0, cv::INTER_CUBIC);
+  if (!cv::findChessboardCornersSB(large, size, corners, flags)) return false;
+  // Pixel (0, 0) is a centre in both.
+  for (cv::Point2f& corner : corners) corner = 0.5F * (corner - cv::Point2f(0.5F, 0.5F));
+  return true;
+}
+
 bool find_checkerboard(const cv::Mat& grey, const Board& board, Corners& corners, bool& classic) {
   const cv::Size size(board.columns, board.rows);
   const int sb_flags =
       cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY;
   classic = false;
   if (cv::findChessboardCornersSB(grey, size, corners, sb_flags)) return true;
-  classic = true;
-  return cv::findChessboardCorners(
+  classic = cv::findChessboardCorners(
       grey, size, corners,
       cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+  return classic || find_enlarged(grey, size, sb_flags, corners);
 }
 
 bool find_circles(const cv::Mat& grey, const Board& board, Corners& corners) {
@@ -166,7 +197,7 @@ std::string why_not_found(const cv::Mat& grey, const Board& board) {
   cv::Scalar mean;
   cv::Scalar deviation;
   cv::meanStdDev(grey, mean, deviation);
-  if (mean[0] < 15.0) return fmt::format("too dark (mean {:.0f} of 255)", mean[0]);
+  if (bright_level(grey) < 30.0) return fmt::format("too dark (mean {:.0f} of 255)", mean[0]);
   if (mean[0] > 245.0) return fmt::format("over-exposed (mean {:.0f} of 255)", mean[0]);
   if (deviation[0] < 5.0)
     return fmt::format("no contrast (standard deviation {:.1f})", deviation[0]);

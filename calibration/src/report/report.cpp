@@ -186,7 +186,7 @@ class Report {
       }
     // Figures on the map: range and sigma.
     for (int row = 3; row < map.rows; row += 6)
-      for (int column = 5; column < map.columns; column += 12) {
+      for (int column = 8; column < map.columns; column += 16) {
         const auto i = static_cast<std::size_t>(row * map.columns + column);
         if (!std::isfinite(map.sigma_m[i])) continue;
         plot.text(cell.cwiseProduct(Eigen::Vector2d(column + 0.5, row + 0.5)),

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves that the calibration commands do on a simulated session what their help promises: a model
+that agrees with the truth within its own error bars, exit code 3 with the reason where the pictures
+cannot give one, cameras handed on, boards drawn, models compared, a striper verified on a wall.
+
+Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 calibrate_test.py
+"""
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+STRIPER = os.environ["STRIPER"]
+SOURCE = pathlib.Path(os.environ["STRIPER_SOURCE_DIR"])
+SESSION = SOURCE / "data" / "calibration"
+BOARD = ["--board", "9x6", "--square", "0.06"]
+
+
+def run(*arguments):
+    return subprocess.run([STRIPER, *map(str, arguments)], capture_output=True, text=True, timeout=240)
+
+
+class Calibrate(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.directory = tempfile.TemporaryDirectory()
+        cls.out = pathlib.Path(cls.directory.name)
+        cls.model = cls.out / "striper.yaml"
+        cls.result = run("calibrate", *BOARD, "--lasers", SESSION, "-o", cls.model, "--report",
+                         cls.out / "report.html", "--camera-info", cls.out / "camera_info.yaml", "--json")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.directory.cleanup()
+
+    def test_finds_a_model_that_can_be_trusted(self):
+        self.assertEqual(0, self.result.returncode, self.result.stderr)
+        summary = json.loads(self.result.stdout)
+        self.assertTrue(summary["trustworthy"], summary["verdict"])
+        self.assertEqual(10, summary["views"])
+        self.assertEqual(10, summary["stripes"])
+        self.assertLess(summary["corner_rms_px"], 0.05)
+        self.assertIn("quality:", self.model.read_text())
+
+    def test_agrees_with_the_truth_within_its_error_bars(self):
+        difference = run("diff", SESSION / "truth.yaml", self.model, "--max-range", "3", "--json")
+        self.assertEqual(0, difference.returncode, difference.stderr)
+        sigmas = {s["range_m"]: s["sigma_m"] for s in json.loads(self.result.stdout)["range_sigmas"][0]}
+        self.assertLess(sigmas[2.0], 0.002)
+        for pixel in json.loads(difference.stdout)["pixels"]:
+            if 1.6 < pixel["range_m"] < 2.0 and 100 < pixel["u_px"] < 380:
+                self.assertLess(abs(pixel["difference_m"]), 4.0 * sigmas[2.0])
+
+    def test_reports_with_the_verdict_first(self):
+        report = (self.out / "report.html").read_text()
+        self.assertLess(report.index("can be"), report.index("<table"))
+        self.assertNotIn("src=\"http", report)
+        self.assertEqual(10, report.count("class=\"card\""))
+
+    def test_hands_its_camera_on(self):
+        again = run("calibrate", *BOARD, "--lasers", SESSION, "--intrinsics",
+                    self.out / "camera_info.yaml", "-o", self.out / "again.yaml")
+        self.assertEqual(0, again.returncode, again.stderr)
+        self.assertEqual(0, run("diff", self.model, self.out / "again.yaml").returncode)
+
+    def test_refuses_two_pictures_and_says_what_is_missing(self):
+        pictures = sorted(SESSION.glob("*.png"))[:2]
+        refused = run("calibrate", *BOARD, "--lasers", *pictures, "-o", self.out / "two.yaml")
+        self.assertEqual(3, refused.returncode, refused.stderr)
+        self.assertFalse((self.out / "two.yaml").exists())
+        self.assertIn("add pictures", refused.stderr)
+
+    def test_says_when_squares_were_counted_for_corners(self):
+        wrong = run("calibrate", "--board", "10x7", "--square", "0.06", "--boards", SESSION, "-o",
+                    self.out / "wrong.yaml")
+        self.assertEqual(3, wrong.returncode)
+        self.assertIn("inner corners", wrong.stderr)
+
+    def test_refuses_nonsense(self):
+        self.assertEqual(2, run("calibrate", *BOARD, "-o", self.out / "x.yaml").returncode)
+        self.assertEqual(2, run("calibrate", "--board", "huge", "--square", "1", "--boards", SESSION,
+                                "-o", self.out / "x.yaml").returncode)
+
+    def test_verifies_a_wall(self):
+        directory = self.out / "wall"
+        self.assertEqual(0, run("simulate", SOURCE / "data/scenes/wall.yaml", "-o", directory,
+                                "--frames", "3").returncode)
+        good = run("verify", f"images:{directory}?laser=0", "--model", directory / "model.yaml",
+                   "--distance", "2.0", "--min-fill", "0.5", "--json")
+        figures = json.loads(good.stdout)
+        self.assertAlmostEqual(2.0, figures["distance_m"], delta=0.01)
+        self.assertLess(figures["flatness_rms_m"], 0.02)
+
+
+class BoardFile(unittest.TestCase):
+    def test_draws_at_true_scale(self):
+        drawn = run("board", "--size", "8x6", "--square", "0.04")
+        self.assertEqual(0, drawn.returncode)
+        self.assertIn('width="440.0000mm"', drawn.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
