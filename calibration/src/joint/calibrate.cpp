@@ -447,6 +447,13 @@ class Calibrator {
 
   void judge_validation() {
     const CrossValidation& validation = result_.validation;
+    if (options_.known_camera && !options_.known_camera->covariance)
+      note(Severity::kNote, "camera_error_unknown",
+           "the intrinsics that were given carry no covariance: the error bars leave the camera's "
+           "own "
+           "error out",
+           "give a model of this program, which carries it, or calibrate the camera from these "
+           "pictures too");
     if (validation.splits == 0) {
       if (!options_.known_camera)
         note(Severity::kNote, "not_cross_validated",
