@@ -100,14 +100,15 @@ class Calibrator {
           check_size(picture.picture.name, image.size(), lock);
           picture.board = find_board(image, input_.board);
           picture.board_reason = picture.board.reason;
+          // Inside of the try: a caller may end the work by throwing from its progress.
+          const std::lock_guard guard(lock);
+          report("finding boards",
+                 0.5 * static_cast<double>(++done) / static_cast<double>(result_.pictures.size()));
         } catch (...) {
           const std::lock_guard guard(lock);
           failure = std::current_exception();
           next = result_.pictures.size();
         }
-        const std::lock_guard guard(lock);
-        report("finding boards",
-               0.5 * static_cast<double>(++done) / static_cast<double>(result_.pictures.size()));
       }
     };
     std::vector<std::thread> others;

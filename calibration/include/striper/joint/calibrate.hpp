@@ -66,7 +66,8 @@ struct CalibrationOptions {
   TrustLimits limits;
   std::string date;  ///< For the quality block; empty: left out.
 
-  /// Called between pieces of work with what is being done and the fraction done, 0 to 1.
+  /// Called between pieces of work, one call at a time, with what is being done and the fraction
+  /// done, 0 to 1. An exception that it throws ends the calibration and comes out of `calibrate`.
   std::function<void(const std::string& stage, double fraction)> progress;
 };
 
