@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper record: keeps what a source gives, without loss, for images: to replay.
+#include <optional>
 #include <string>
 
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include <striper/capture/open_source.hpp>
 #include <striper/images/recorder.hpp>
 
+#include "board_poses.hpp"
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "summary.hpp"
@@ -21,6 +23,7 @@ struct RecordArguments {
   std::string directory;
   FrameLimits limits;
   double every_s = 0.0;
+  std::optional<std::string> board;
   bool json = false;
 };
 
@@ -33,7 +36,9 @@ constexpr const char* kExamples =
     "  striper capture images:run1 --model striper.yaml -o scans.csv\n"
     "      the same scans as from the camera, as often as you like\n"
     "  striper record v4l2:/dev/video0 -o shots --every 2 --frames 20\n"
-    "      a picture every two seconds\n\n"
+    "      a picture every two seconds\n"
+    "  striper record v4l2:/dev/video0 -o boards --when-board 8x6\n"
+    "      pictures for a calibration: move the board about until you have some 20 poses\n\n"
     "The directory gets one PNG per frame (8 or 16 bits) and frames.csv: number, times,\n"
     "illumination, field, bit depth, region and status of each. Ctrl-C or a full disk loses "
     "nothing\n"
@@ -52,6 +57,11 @@ void define(CLI::App& command, RecordArguments& arguments) {
                   "Keep only pictures that are at least so many seconds apart")
       ->type_name("S")
       ->check(above_zero());
+  command
+      .add_option("--when-board", arguments.board,
+                  "Keep only pictures that show this board (inner corners, or circles:7x7) sharply "
+                  "and where it was not yet: for calibrating a live camera")
+      ->type_name("8x6");
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
@@ -81,10 +91,13 @@ class Spacing {
 
 ExitCode record(const RecordArguments& arguments) {
   const auto source = open_source(arguments.source);
-  Recorder recorder(arguments.directory, source->info());
   Spacing spacing(arguments.every_s);
+  std::optional<NewBoardPoses> poses;
+  if (arguments.board) poses.emplace(*arguments.board);
+  Recorder recorder(arguments.directory, source->info());
   const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
-    if (spacing.lets_through(frame)) recorder.write(frame);
+    const bool is_wanted = spacing.lets_through(frame) && (!poses || poses->lets_through(frame));
+    if (is_wanted) recorder.write(frame);
   });
 
   say(fmt::format("read {}", describe(result)));

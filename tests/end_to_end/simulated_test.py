@@ -6,6 +6,7 @@ truth that the scans agree with; and that the first example runs.
 Run by ctest; by hand: STRIPER=.../striper STRIPER_EXAMPLE=.../01_stream_scans python3 simulated_test.py
 """
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -126,6 +127,45 @@ class Simulate(Simulated):
         self.assertEqual(program.returncode, 0, message)
         self.assertTrue(scans.endswith("\n"))
         self.assertIn("interrupted", message)
+
+
+class WhenBoard(Simulated):
+    """A board before the camera, 30 px a square; 0.1 m/s is half a square a picture."""
+
+    SCENE = """striper_scene: 1
+camera: {width: 640, height: 480, fov_deg: 55, lens: plumb_bob}
+lasers:
+  - {position_m: [0, 0, -0.5], fan_deg: 60, thickness_deg: 0.2, wavelength_nm: 900, pulse_uj: 10.4}
+imager: {blur_px: 0.6, shutter_us: 1000}
+daylight: {ambient_w_m2_nm: 0.02}
+timing: {picture_rate_hz: 5}
+objects:
+  - {name: board, shape: rectangle, size_m: [0.6, 0.5], position_m: [0.8, 0.1, 0], VELOCITY
+     reflectance: 0.8, checkerboard: {columns: 8, rows: 6, square_m: 0.04, black: 0.05, white: 0.85}}
+"""
+
+    def record(self, name, velocity, code=0, board="8x6", frames=6):
+        scene = self.path(name + ".yaml")
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(self.SCENE.replace("VELOCITY", velocity))
+        done = run(
+            STRIPER, "record", f"sim:{scene}?frames={frames}", "-o", self.path(name), "--json",
+            "--when-board", board, code=code,
+        )
+        return done if code else json.loads(done.stdout)["recorded"]
+
+    def test_board_at_rest_is_kept_once(self):
+        self.assertEqual(self.record("rest", ""), 1)
+
+    def test_board_that_moves_is_kept_in_every_new_pose(self):
+        self.assertIn(self.record("moving", "velocity_m_s: [0, -0.1, 0],"), range(3, 7))
+
+    def test_board_that_is_not_there_is_never_kept(self):
+        self.assertEqual(self.record("absent", "", board="9x5", frames=1), 0)
+
+    def test_wrong_board_leaves_no_directory(self):
+        self.assertIn("8by6", self.record("wrong", "", code=2, board="8by6").stderr)
+        self.assertFalse(os.path.exists(self.path("wrong")))
 
 
 class Plot(Simulated):
