@@ -25,7 +25,7 @@
 namespace striper::program {
 namespace {
 
-using Severity = Finding::Severity;
+using Severity = Diagnosis::Severity;
 
 struct DoctorArguments {
   std::string source;
@@ -78,7 +78,7 @@ class PictureExam {
     for (int u = 0; u < frame.image.cols; u += kEvery) look_at_column(frame.image, u);
   }
 
-  void conclude(std::vector<Finding>& findings) const {
+  void conclude(std::vector<Diagnosis>& findings) const {
     if (pictures_ == 0 || columns_ == 0) return;
     const double saturated = static_cast<double>(saturated_) / static_cast<double>(pixels_);
     const double striped = static_cast<double>(widths_.size()) / columns_;
@@ -149,7 +149,7 @@ class PictureExam {
     widths_.push_back(static_cast<double>(std::distance(first, last) + 1));
   }
 
-  void conclude_without_stripe(std::vector<Finding>& findings, double saturated) const {
+  void conclude_without_stripe(std::vector<Diagnosis>& findings, double saturated) const {
     if (saturated > 0.02) return;
     if (brightest_ < 0.1 * full_scale_) {
       findings.push_back({Severity::kBad,
@@ -180,7 +180,7 @@ class PictureExam {
 };
 
 void conclude_stream(const FrameLoopResult& result, const SourceInfo& info,
-                     std::vector<Finding>& findings) {
+                     std::vector<Diagnosis>& findings) {
   const SourceStatistics& got = result.statistics;
   findings.push_back({Severity::kGood, "read " + describe(result), ""});
   if (got.dropped + got.incomplete > 0) {
@@ -205,7 +205,7 @@ void conclude_stream(const FrameLoopResult& result, const SourceInfo& info,
   }
 }
 
-void conclude_network(const GigeStatistics& network, std::vector<Finding>& findings) {
+void conclude_network(const GigeStatistics& network, std::vector<Diagnosis>& findings) {
   if (network.socket_drops > 0) {
     findings.push_back({Severity::kBad,
                         fmt::format("this machine threw {} packets away: the socket's buffer of {} "
@@ -226,7 +226,7 @@ void conclude_network(const GigeStatistics& network, std::vector<Finding>& findi
   }
 }
 
-void watch(const DoctorArguments& arguments, std::vector<Finding>& findings) {
+void watch(const DoctorArguments& arguments, std::vector<Diagnosis>& findings) {
   const auto source = open_source(arguments.source);
   const SourceInfo info = source->info();
   findings.push_back({Severity::kGood, "opened: " + info.description, ""});
@@ -242,8 +242,8 @@ void watch(const DoctorArguments& arguments, std::vector<Finding>& findings) {
   pictures.conclude(findings);
 }
 
-std::vector<Finding> examine(const DoctorArguments& arguments) {
-  std::vector<Finding> findings;
+std::vector<Diagnosis> examine(const DoctorArguments& arguments) {
+  std::vector<Diagnosis> findings;
   try {
     const SourceUri uri = SourceUri::parse(arguments.source);
     if (uri.scheme() == "gige") findings = examine_gige_network(uri.path());
@@ -262,9 +262,9 @@ std::vector<Finding> examine(const DoctorArguments& arguments) {
 }
 
 ExitCode doctor(const DoctorArguments& arguments) {
-  const std::vector<Finding> findings = examine(arguments);
+  const std::vector<Diagnosis> findings = examine(arguments);
   nlohmann::json list = nlohmann::json::array();
-  for (const Finding& one : findings) {
+  for (const Diagnosis& one : findings) {
     list.push_back({{"severity", word(one.severity)}, {"what", one.what}, {"cure", one.cure}});
     if (arguments.json) continue;
     fmt::print("{:<9} {}\n", word(one.severity), one.what);

@@ -17,7 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 using detail::GvcpDevice;
 using detail::NetworkInterface;
-using Severity = Finding::Severity;
+using Severity = Diagnosis::Severity;
 
 constexpr auto kAnswerWithin = 500ms;
 constexpr int kJumboMtu = 8000;
@@ -86,7 +86,7 @@ bool filters_strictly(const std::string& interface) {
   return std::max(all, own) == "1";
 }
 
-Finding nobody_answers(const std::string& name, const std::vector<NetworkInterface>& interfaces) {
+Diagnosis nobody_answers(const std::string& name, const std::vector<NetworkInterface>& interfaces) {
   std::vector<std::string> asked;
   for (const NetworkInterface& one : interfaces) {
     asked.push_back(fmt::format("{} ({})", one.name, ip(one.address)));
@@ -107,7 +107,7 @@ Finding nobody_answers(const std::string& name, const std::vector<NetworkInterfa
           cure};
 }
 
-Finding not_that_one(const std::string& name, const std::vector<GvcpDevice>& present) {
+Diagnosis not_that_one(const std::string& name, const std::vector<GvcpDevice>& present) {
   std::vector<std::string> there;
   for (const GvcpDevice& one : present) {
     there.push_back(fmt::format("{} at {}", one.serial, ip(one.address)));
@@ -117,7 +117,7 @@ Finding not_that_one(const std::string& name, const std::vector<GvcpDevice>& pre
 }
 
 void examine_camera(const GvcpDevice& device, const std::vector<NetworkInterface>& interfaces,
-                    std::vector<Finding>& findings) {
+                    std::vector<Diagnosis>& findings) {
   findings.push_back({Severity::kGood,
                       fmt::format("{} {} {} answers at {} on {}", device.manufacturer, device.model,
                                   device.serial, ip(device.address), device.interface_name),
@@ -164,8 +164,8 @@ std::vector<GigeListing> list_gige_cameras() {
   return listings;
 }
 
-std::vector<Finding> examine_gige_network(const std::string& name) {
-  std::vector<Finding> findings;
+std::vector<Diagnosis> examine_gige_network(const std::string& name) {
+  std::vector<Diagnosis> findings;
   const std::vector<NetworkInterface> interfaces = detail::network_interfaces();
   std::uint32_t address = 0;
   const bool is_address = detail::gvcp::parse_ip(name, address);
@@ -185,9 +185,9 @@ std::vector<Finding> examine_gige_network(const std::string& name) {
   return findings;
 }
 
-bool any_bad(const std::vector<Finding>& findings) noexcept {
+bool any_bad(const std::vector<Diagnosis>& findings) noexcept {
   return std::any_of(findings.begin(), findings.end(),
-                     [](const Finding& one) { return one.severity == Severity::kBad; });
+                     [](const Diagnosis& one) { return one.severity == Severity::kBad; });
 }
 
 }  // namespace striper

@@ -24,7 +24,7 @@ struct GigeListing {
 std::vector<GigeListing> list_gige_cameras();
 
 /// One thing that was looked at, what was found and what to do.
-struct Finding {
+struct Diagnosis {
   enum class Severity { kGood, kDoubtful, kBad };
   Severity severity = Severity::kGood;
   std::string what;
@@ -34,9 +34,9 @@ struct Finding {
 /// Looks for what keeps a GigE Vision camera from being reached: nobody answers, another subnet,
 /// filters in this machine, another program that holds it, small packets. Takes no control.
 /// @param name as in `gige:NAME`.
-std::vector<Finding> examine_gige_network(const std::string& name);
+std::vector<Diagnosis> examine_gige_network(const std::string& name);
 
 /// Whether any finding is bad: streaming need not be tried.
-bool any_bad(const std::vector<Finding>& findings) noexcept;
+bool any_bad(const std::vector<Diagnosis>& findings) noexcept;
 
 }  // namespace striper
