@@ -25,20 +25,14 @@ constexpr double kLeastGatePx = 0.5;
 constexpr double kMostLineRmsPx = 4.0;  // A blurred, speckled line; noise scatters by dozens.
 constexpr std::size_t kTrialPictures = 6;
 
-// The best method that this build has.
+// The method that the points of a board are found with.
 std::unique_ptr<StripeExtractor> best_extractor(StripeAxis axis,
                                                 const std::optional<NoiseModel>& noise) {
   ExtractOptions options;
   options.axis = axis;
   options.noise = noise;
-  for (const ExtractMethod method : {ExtractMethod::kRefined, ExtractMethod::kFast}) {
-    try {
-      options.method = method;
-      return make_extractor(options);
-    } catch (const Error& error) {
-      if (error.kind() != ErrorKind::kUnsupported) throw;
-    }
-  }
+  // The refined method on a picture masked down to the board is still to be measured; this one is
+  // (it puts the points of a session where they belong, which the refined one did not).
   options.method = ExtractMethod::kPaper;
   return make_extractor(options);
 }
