@@ -11,7 +11,9 @@ usage: ./test.sh [--deps | --full | --only STAGE]
 
   (nothing)      release build and the quick tests
   --full         all of that and every stage below
-  --only STAGE   one stage: format, asan, tsan, tidy, slow or fuzz
+  --only STAGE   one stage: device, format, asan, tsan, tidy, slow or fuzz
+                   device  the kernel's video driver in a virtual machine and the virtual GigE camera at
+                           full rate, one at a time; wants the machine to itself
                    format  clang-format 14 has nothing to change
                    asan    the quick tests under AddressSanitizer and UndefinedBehaviorSanitizer
                    tsan    the quick tests of everything with threads under ThreadSanitizer
