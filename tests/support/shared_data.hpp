@@ -9,14 +9,10 @@
 namespace striper::testing {
 
 /// A file or folder of this project's sources, `data/scenes/room.yaml` for example.
-inline std::filesystem::path source_path(const std::string& relative) {
-  return std::filesystem::path(STRIPER_SOURCE_DIR) / relative;
-}
+std::filesystem::path source_path(const std::string& relative);
 
 /// A set of real pictures in the optional folder of extra test data beside the project.
-inline std::filesystem::path real_data(const std::string& set) {
-  return std::filesystem::path(STRIPER_SHARED_DIR) / "realdata" / set;
-}
+std::filesystem::path real_data(const std::string& set);
 
 }  // namespace striper::testing
 
