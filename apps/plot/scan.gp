@@ -23,17 +23,24 @@ if (!exists("RANGE_max")) {
   exit status 1
 }
 
+# The picture reaches as far as the returns do, but for the few that lie three quartile distances beyond the upper
+# quartile: a single false return at the horizon would shrink all others to a spot.
+min(a, b) = a < b ? a : b
+reach = min(RANGE_max, RANGE_up_quartile + 3 * (RANGE_up_quartile - RANGE_lo_quartile) + 0.1 * RANGE_up_quartile)
+within_reach(value) = column("range_m") <= reach ? of_frame(value) : NaN
+stats scans using (within_reach(column("range_m"))) name "DRAWN" nooutput
+
 # Where the outer ray misses the laser plane there is no far end: the bar leaves the picture.
-beyond = 2.0 * RANGE_max
+beyond = 2.0 * reach
 far(value) = value < beyond ? value : beyond
 near_x(dummy) = of_frame(column("range_near_m") * cos(column("bearing_rad")))
 near_y(dummy) = of_frame(column("range_near_m") * sin(column("bearing_rad")))
 bar_x(dummy) = (far(column("range_far_m")) - column("range_near_m")) * cos(column("bearing_rad"))
 bar_y(dummy) = (far(column("range_far_m")) - column("range_near_m")) * sin(column("bearing_rad"))
 
-stats scans using (of_frame(column("y_m"))) name "Y" nooutput
-stats scans using (of_frame(column("x_m"))) name "X" nooutput
-margin = 0.1 * RANGE_max
+stats scans using (within_reach(column("y_m"))) name "Y" nooutput
+stats scans using (within_reach(column("x_m"))) name "X" nooutput
+margin = 0.1 * reach
 low_y = Y_min - margin
 high_y = Y_max + margin
 high_x = X_max + margin
@@ -48,7 +55,8 @@ if (strlen(ARG2) > 4 && substr(ARG2, strlen(ARG2) - 3, strlen(ARG2)) eq ".png") 
 }
 set output ARG2
 
-set title sprintf("Frame %d: %d returns, seen from above", frame, RANGE_records)
+beyond_text = RANGE_records > DRAWN_records ? sprintf(" (%d beyond the picture)", RANGE_records - DRAWN_records) : ""
+set title sprintf("Frame %d: %d returns, seen from above%s", frame, RANGE_records, beyond_text)
 set xlabel "y, to the left (m)"
 set ylabel "x, forward (m)"
 set size ratio -1
