@@ -17,6 +17,9 @@
 namespace striper {
 namespace {
 
+// Two for interlaced fields, some more for whoever switches between regions of interest.
+constexpr std::size_t kMostRayTables = 8;
+
 Return return_of_image(const Stripe& stripe, std::size_t i) noexcept {
   Return out;
   out.u_px = stripe.u_px(i);
@@ -58,7 +61,7 @@ struct ScanProjector::Impl {
   StriperModel model;
   ScanOptions options;
   std::vector<LaserTables> lasers;
-  std::vector<RayTable> ray_tables;  // One per image grid that was seen: two for interlaced fields.
+  std::vector<RayTable> ray_tables;  // One per image grid that was seen, the latest last.
   detail::PlaneBatch batch{};
   std::array<std::size_t, detail::PlaneBatch::kSize>
       batch_return{};  // Which return each element is.
@@ -105,6 +108,8 @@ const RayTable& ScanProjector::Impl::rays_for(const Stripe& stripe) {
   for (const RayTable& table : ray_tables) {
     if (table.serves(stripe.axis, along, lines)) return table;
   }
+  // A region of interest that wanders must not fill the memory.
+  if (ray_tables.size() == kMostRayTables) ray_tables.erase(ray_tables.begin());
   return ray_tables.emplace_back(model.camera, stripe.axis, along, lines);
 }
 
@@ -122,6 +127,8 @@ void ScanProjector::Impl::project_returns(const LaserTables& laser, const Stripe
   int count = 0;
   const auto flush = [&] {
     if (count == 0) return;
+    // The rest of the batch may be of another, larger table.
+    std::fill(batch.node.begin() + count, batch.node.end(), batch.node[0]);
     detail::project_batch(input, batch);
     finish_batch(laser, stripe, returns, count);
     // The next batch goes on about where this one ended.
