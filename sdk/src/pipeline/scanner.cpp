@@ -3,13 +3,14 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <opencv2/core.hpp>
 
 #include <striper/ambient/ambient_stage.hpp>
+#include <striper/core/error.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/scan/scan_projector.hpp>
 
 namespace striper {
-
 namespace {
 
 // Which end of a line of pixels through the picture's middle sees the laser plane nearer: where the
@@ -28,6 +29,41 @@ NearEnd near_end_of(const StriperModel& model) {
   return steepness(0.0) > steepness(1.0) ? NearEnd::kFirstPixel : NearEnd::kLastPixel;
 }
 
+// The stripe runs the same way for every stage, the scan frame included: as the extractor is told.
+template <typename Described>
+Described with_axis(Described described, StripeAxis axis) {
+  described.axis = axis;
+  return described;
+}
+
+void require_lasers(const Cadence& cadence, std::size_t count) {
+  for (const Illumination entry : cadence.pattern()) {
+    if (!entry.is_lit() || static_cast<std::size_t>(entry.laser_index()) < count) continue;
+    throw Error(
+        ErrorKind::kBadValue,
+        fmt::format("the cadence '{}' fires laser {}, but the model has {} laser{}, counted "
+                    "from 0",
+                    cadence.to_string(), entry.laser_index(), count, count == 1 ? "" : "s"));
+  }
+}
+
+// What no stage could read; empty where all is well. The stages behind rely on it.
+std::string why_unreadable(const Frame& frame) {
+  const cv::Mat& image = frame.image;
+  if (image.empty()) return "the frame has no pixels";
+  const bool is_known_type = (image.depth() == CV_8U || image.depth() == CV_16U) &&
+                             (image.channels() == 1 || image.channels() == 3);
+  if (!is_known_type) {
+    return fmt::format("the frame has pixels of type {}; expected 1 or 3 channels of 8 or 16 bits",
+                       cv::typeToString(image.type()));
+  }
+  if (frame.bit_depth < 8 || frame.bit_depth > 16) {
+    return fmt::format("the frame has {} significant bits; expected 8 to 16", frame.bit_depth);
+  }
+  if (frame.is_interlaced() && image.rows < 2) return "one row is not two fields";
+  return {};
+}
+
 }  // namespace
 
 ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
@@ -39,16 +75,6 @@ ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
   options.stripe.near_end = near_end_of(model);
   return options;
 }
-
-namespace {
-
-// The stripe runs the same way for every stage: as the extractor is told.
-AmbientOptions with_axis(AmbientOptions options, StripeAxis axis) {
-  options.axis = axis;
-  return options;
-}
-
-}  // namespace
 
 struct Scanner::Stages {
   Stages(ScanProjector projector_in, const ScannerOptions& options)
@@ -99,7 +125,9 @@ std::span<const PolarScan> Scanner::Stages::scan_what_is_ready() {
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions::for_model(model)) {}
 
 Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
-    : stages_(std::make_unique<Stages>(ScanProjector(model, options.scan), options)) {
+    : stages_(std::make_unique<Stages>(
+          ScanProjector(with_axis(model, options.stripe.axis), options.scan), options)) {
+  require_lasers(options.ambient.cadence, model.lasers.size());
   stages_->model_size = cv::Size(model.camera.width(), model.camera.height());
 }
 
@@ -124,8 +152,8 @@ bool Scanner::Stages::accepts(const Frame& frame) {
   refusal.clear();
   if (frame.status != FrameStatus::kOk) {
     refusal = frame.status_detail;
-  } else if (frame.image.empty()) {
-    refusal = "the frame has no pixels";
+  } else if (std::string reason = why_unreadable(frame); !reason.empty()) {
+    refusal = std::move(reason);
   } else if (model_size && frame.sensor_size != *model_size) {
     refusal = fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
                           frame.sensor_size.width, frame.sensor_size.height, model_size->width,

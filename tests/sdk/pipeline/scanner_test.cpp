@@ -94,6 +94,92 @@ TEST(Scanner, CorruptFrameIsRefusedWithItsOwnReason) {
   EXPECT_EQ(scanner.last_refusal(), "img_3.png: truncated");
 }
 
+std::string refusal_of(const Frame& frame) {
+  ScannerOptions options;
+  options.ambient.cadence = {};
+  Scanner scanner(options);
+  EXPECT_TRUE(scanner.process(frame).empty());
+  EXPECT_TRUE(scanner.finish().empty());
+  EXPECT_EQ(scanner.statistics().refused, 1U);
+  return scanner.last_refusal();
+}
+
+TEST(Scanner, WhatIsNoPictureIsRefusedSayingWhatIsExpected) {
+  Frame frame;
+  EXPECT_EQ(refusal_of(frame), "the frame has no pixels");
+  for (const int type : {CV_32FC1, CV_8SC1, CV_8UC4, CV_16UC2}) {
+    frame.image = cv::Mat::zeros(48, 64, type);
+    EXPECT_THAT(refusal_of(frame), HasSubstr("expected 1 or 3 channels of 8 or 16 bits"));
+  }
+  frame.image = cv::Mat::zeros(48, 64, CV_16UC1);
+  frame.bit_depth = 17;
+  EXPECT_THAT(refusal_of(frame), HasSubstr("17 significant bits"));
+}
+
+TEST(Scanner, SingleRowIsNotTwoFields) {
+  Frame frame;
+  frame.image = cv::Mat::zeros(1, 640, CV_8UC1);
+  frame.field = Field::kInterlacedTopFirst;
+  frame.exposures_per_picture = 2;
+  EXPECT_EQ(refusal_of(frame), "one row is not two fields");
+}
+
+TEST(Scanner, PictureThatChangesItsSizeIsScannedAsItIs) {
+  ScannerOptions options = paper_options();
+  options.ambient.cadence = Cadence::parse("0,dark");
+  Scanner scanner(options);
+  std::size_t scans = 0;
+  for (int i = 0; i < 24; ++i) {
+    Frame frame;
+    frame.image = cv::Mat(i % 3 == 0 ? 48 : 33, i % 5 < 2 ? 64 : 31, i % 7 < 3 ? CV_8UC1 : CV_16UC3,
+                          cv::Scalar::all(20));
+    frame.sequence = static_cast<std::uint64_t>(i);
+    for (const PolarScan& scan : scanner.process(frame)) {
+      ++scans;
+      EXPECT_TRUE(scan.returns.size() == 64 || scan.returns.size() == 31);
+    }
+  }
+  scans += scanner.finish().size();
+  EXPECT_GT(scans + scanner.statistics().unpaired, 0U);
+}
+
+TEST(Scanner, CadenceOfALaserThatTheModelLacksIsRefused) {
+  ScannerOptions options = paper_options();
+  options.ambient.cadence = Cadence::parse("0,7,dark");
+  try {
+    Scanner scanner(testing::paper_model(), options);
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
+    EXPECT_STREQ(error.what(),
+                 "the cadence '0,7,dark' fires laser 7, but the model has 1 laser, counted from 0");
+  }
+}
+
+// A plane that both axes can see: y points left with columns, up with rows.
+TEST(Scanner, AxisOfTheOptionsRulesTheScanFrameToo) {
+  StriperModel model = testing::typical_model();
+  model.lasers[0].plane = LaserPlane(Eigen::Vector3d(0.5, 0.8, 0.3).normalized(), 0.4);
+  StriperModel by_rows = model;
+  by_rows.axis = StripeAxis::kRows;
+  const Triangulator exact(by_rows, 0);
+  ScannerOptions options = paper_options();
+  options.stripe.axis = StripeAxis::kRows;
+  Scanner scanner(model, options);
+  Frame frame;
+  frame.image = cv::Mat::zeros(480, 640, CV_8UC1);
+  frame.image.col(500).setTo(200);
+  frame.image.col(501).setTo(100);
+  frame.sensor_size = frame.image.size();
+  const auto scans = scanner.process(frame);
+  ASSERT_EQ(scans.size(), 1U);
+  const Return& seen = scans[0].returns[300];
+  ASSERT_EQ(seen.status, ReturnStatus::kOk);
+  const PlanePoint truth = exact.triangulate({seen.u_px, seen.v_px});
+  EXPECT_NEAR(seen.y_m, truth.y_m, 1e-6);
+  EXPECT_NEAR(seen.bearing_rad, truth.bearing_rad(), 1e-6);
+}
+
 TEST(Scanner, WovenPictureGivesOneScanPerLitField) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();

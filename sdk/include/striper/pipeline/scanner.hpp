@@ -33,7 +33,9 @@ struct ScannerStatistics {
   std::uint64_t scans = 0;     ///< Returned.
   std::uint64_t dark = 0;      ///< Exposures without a laser.
   std::uint64_t unpaired = 0;  ///< Lit exposures without a scan: every dark neighbour was lost.
-  std::uint64_t refused = 0;  ///< Frames whose own status is not kOk, or that do not fit the model.
+  /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3
+  /// channels of 8 or 16 bits), or that are of another sensor than the model's.
+  std::uint64_t refused = 0;
 };
 
 /// Turns frames into polar scans: the whole pipeline, a stage a line (pipeline/scanner.cpp).
@@ -41,7 +43,10 @@ struct ScannerStatistics {
 /// One scanner serves one stream, in order: not thread-safe, one thread at a time.
 class Scanner {
  public:
-  /// @throws Error{kBadValue} where the model has no laser or an option is out of its bounds.
+  /// `options.stripe.axis` rules, for the scan frame too; `ScannerOptions::for_model` takes it from
+  /// the model.
+  /// @throws Error{kBadValue} where the model has no laser or lacks one that the cadence fires, the
+  ///         plane has no scan frame for that axis, or an option is out of its bounds.
   explicit Scanner(const StriperModel& model);
   Scanner(const StriperModel& model, const ScannerOptions& options);
 
@@ -55,7 +60,8 @@ class Scanner {
   /// Processes the next frame. Usually gives one scan; none for a dark or refused frame or while
   /// frames are held until the laser's cadence is known; two for two lit fields; more when held
   /// frames are released. The scans stay valid until the next call. No allocation after the first
-  /// frames of a stream.
+  /// frames of a stream. Never throws for what a frame is: one that cannot be used is refused, see
+  /// `last_refusal`.
   std::span<const PolarScan> process(const Frame& frame);
 
   /// Gives what is still held, at the end of a stream.
