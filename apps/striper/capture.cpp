@@ -3,6 +3,7 @@
 #include <span>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -66,6 +67,13 @@ void define(CLI::App& command, CaptureArguments& arguments) {
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
 
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
 nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
                          const ReturnCounts& returns, const CsvSink& sink,
                          const std::string& output) {
@@ -76,7 +84,7 @@ nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
   summary["dark"] = scanner.statistics().dark;
   summary["refused"] = scanner.statistics().refused;
   summary["returns"] = returns.to_json();
-  summary["decisions"] = scanner.decisions();
+  summary["decisions"] = lines_of(scanner.decisions());
   return summary;
 }
 
@@ -86,8 +94,7 @@ void say_summary(const FrameLoopResult& result, const Scanner& scanner, const Re
   say(fmt::format("wrote {}, {}, to {}", count(scanner.statistics().scans, "scan"),
                   count(sink.lines(), "line"), output == "-" ? "the standard output" : output));
   say(fmt::format("returns: {}", returns.describe()));
-  std::istringstream decisions(scanner.decisions());
-  for (std::string line; std::getline(decisions, line);) say("decided: " + line);
+  for (const std::string& line : lines_of(scanner.decisions())) say("decided: " + line);
 }
 
 // The source's own bad frames have been reported; these fit the stream and not the model.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <charconv>
+#include <cmath>
 #include <csignal>
 #include <exception>
 #include <vector>
@@ -127,7 +129,17 @@ CLI::Validator one_of(std::initializer_list<std::string_view> words) {
   return validator;
 }
 
-CLI::Validator above_zero() { return CLI::Validator(CLI::PositiveNumber).description(""); }
+CLI::Validator above_zero() {
+  CLI::Validator validator;
+  validator.operation([](const std::string& word) -> std::string {
+    double number = 0.0;
+    const char* const last = word.data() + word.size();
+    const auto [end, error] = std::from_chars(word.data(), last, number);
+    if (error == std::errc() && end == last && number > 0.0 && std::isfinite(number)) return {};
+    return fmt::format("'{}' is no number above 0", word);
+  });
+  return validator;
+}
 
 CLI::Option* add_source(CLI::App& command, std::string& source) {
   return command.add_option("SOURCE", source, "Where the pictures come from, see below")

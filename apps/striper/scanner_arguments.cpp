@@ -85,39 +85,47 @@ void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
   command
       .add_option("--method", arguments.method,
                   "How the stripe is found: paper (the brightest pixel and its two neighbours), "
-                  "fast or refined")
+                  "fast or refined (the default)")
       ->type_name("NAME")
       ->check(one_of({"paper", "fast", "refined"}));
   command
       .add_option("--peak", arguments.peak,
-                  "Which of several peaks of a line is the stripe: brightest, nearest, farthest, "
-                  "continuous (the one that continues its neighbours, for weak stripes) or all")
+                  "Which of several peaks of a line is the stripe: brightest (the default), "
+                  "nearest, farthest, continuous (the one that continues its neighbours, for weak "
+                  "stripes) or all")
       ->type_name("NAME")
       ->check(one_of({"brightest", "nearest", "farthest", "continuous", "all"}));
   command
-      .add_option("--axis", arguments.axis,
-                  "One return per image line: columns (the stripe runs from left to right) or rows")
+      .add_option(
+          "--axis", arguments.axis,
+          "One return per image line: columns (the stripe runs from left to right) or rows; "
+          "default: the model's, else columns")
       ->type_name("NAME")
       ->check(one_of({"columns", "rows"}));
   command
       .add_option("--channel", arguments.channel,
                   "What of a colour picture is searched: auto, grey, red, green, blue, green-red "
-                  "or red-green")
+                  "or red-green; default: the model's, else auto")
       ->type_name("NAME")
       ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
   command
       .add_option("--ambient", arguments.ambient,
-                  "How daylight is taken off: auto, none, alternate (dark pictures), fields (dark "
-                  "fields) or temporal (a standing sensor)")
+                  "How daylight is taken off: auto (the default: what the lasers' cadence allows), "
+                  "none, alternate (dark pictures), fields (dark fields) or temporal (a standing "
+                  "sensor)")
       ->type_name("NAME")
       ->check(one_of({"auto", "none", "alternate", "fields", "temporal"}));
   command
-      .add_option("--threshold", arguments.threshold_dn,
-                  "A stripe rises this far above the background; default: from the noise")
+      .add_option(
+          "--threshold", arguments.threshold_dn,
+          "A stripe rises this far above the background, in digital numbers of the picture; "
+          "default: from the noise")
       ->type_name("DN");
-  command.add_option("--min-range", arguments.min_range_m, "Nearer returns are out_of_range")
+  command
+      .add_option("--min-range", arguments.min_range_m, "Nearer returns are out_of_range, metres")
       ->type_name("M");
-  command.add_option("--max-range", arguments.max_range_m, "Farther returns are out_of_range")
+  command
+      .add_option("--max-range", arguments.max_range_m, "Farther returns are out_of_range, metres")
       ->type_name("M");
 }
 
@@ -126,6 +134,7 @@ Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source
   ScannerOptions options;
   if (arguments.model) {
     model = load_model_for(source, *arguments.model);
+    if (arguments.axis) model->axis = *stripe_axis_from_string(*arguments.axis);
     options = ScannerOptions::for_model(*model);
   }
   apply(arguments, options);

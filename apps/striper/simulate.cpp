@@ -130,8 +130,8 @@ ExitCode simulate(const SimulateArguments& arguments) {
       });
   truth_file.close();
 
-  say(fmt::format("simulated {} into {}: frames.csv, model.yaml, truth.csv", describe(result),
-                  arguments.directory));
+  say(fmt::format("simulated {}", describe(result)));
+  say(fmt::format("wrote them, frames.csv, model.yaml and truth.csv into {}", arguments.directory));
   say(fmt::format("scan it: striper capture images:{} --model {}", arguments.directory,
                   (directory / "model.yaml").string()));
   if (arguments.json) {

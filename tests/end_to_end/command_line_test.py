@@ -162,9 +162,10 @@ class WrongUsage(EndToEnd):
         self.check("'sun' is none of auto, none", "capture", self.shots, "--ambient", "sun")
 
     def test_numbers_have_bounds(self):
-        self.check("--frames", "capture", self.shots, "--frames", "0")
-        self.check("--frames", "capture", self.shots, "--frames", "many")
-        self.check("--seconds", "capture", self.shots, "--seconds", "-1")
+        self.check("--frames: '0' is no number above 0", "capture", self.shots, "--frames", "0")
+        self.check("--frames: 'many' is no number", "capture", self.shots, "--frames", "many")
+        self.check("--seconds: '-1' is no number above 0", "capture", self.shots, "--seconds", "-1")
+        self.check("--seconds: 'inf' is no number above", "capture", self.shots, "--seconds", "inf")
         self.check("threshold", "capture", self.shots, "--threshold", "-3")
 
     def test_address_with_a_misspelt_key(self):
@@ -172,6 +173,17 @@ class WrongUsage(EndToEnd):
 
     def test_address_of_unknown_kind(self):
         self.check("unknown kind 'film'", "capture", "film:x")
+
+    def test_laser_that_the_model_lacks(self):
+        self.check(
+            "fires laser 1, but the model has 1 laser", "capture", self.shots + "?laser=0,1",
+            "--model", self.model,
+        )
+
+    def test_axis_along_which_the_plane_cannot_be_seen(self):
+        self.check(
+            "is it the other axis?", "capture", self.shots, "--model", self.model, "--axis", "rows"
+        )
 
     def test_json_needs_a_file(self):
         self.check("--json needs -o FILE", "capture", self.shots, "--json")
@@ -217,6 +229,11 @@ class BadInput(EndToEnd):
         done = self.capture(self.shots, "-m", self.model, code=1)
         self.assertIn("65x48", done.stderr)
         self.assertIn("64x48", done.stderr)
+
+    def test_one_row_is_not_two_fields(self):
+        self.write("row.pgm", pgm(height=1))
+        done = self.capture(self.path("row.pgm") + "?fields=split-top", code=1)
+        self.assertIn("frame 0: one row is not two fields", done.stderr)
 
     def check_one_bad_picture(self, reason, **options):
         done = self.capture(self.shots, "-m", self.model, code=1, **options)
@@ -302,6 +319,7 @@ class Scans(EndToEnd):
         self.assertEqual(summary["lines"], 4 * WIDTH)
         self.assertEqual(summary["returns"]["ok"], 4 * WIDTH)
         self.assertEqual(summary["corrupt"], 0)
+        self.assertIn("ambient none", summary["decisions"])
         self.assertEqual(len(self.rows(self.read("scans.csv").decode())), 4 * WIDTH)
 
     def test_nothing_but_data_on_the_standard_output(self):
