@@ -63,8 +63,14 @@ bool parse_number(const std::string& text, Number& number) {
   return error == std::errc() && end == last;
 }
 
-bool parse_axis_number(const std::string& text, double& number) {
+bool in_range(int value, int low, int high) { return value >= low && value <= high; }
+
+bool parse_offset_px(const std::string& text, double& number) {
   return parse_number(text, number) && std::isfinite(number);
+}
+
+bool parse_step_px(const std::string& text, double& number) {
+  return parse_offset_px(text, number) && number > 0.0;
 }
 
 std::string illumination_word(Illumination illumination) {
@@ -72,14 +78,23 @@ std::string illumination_word(Illumination illumination) {
   return illumination.is_dark() ? "dark" : std::to_string(illumination.laser_index());
 }
 
+bool parse_cadence(const std::string& text, Cadence& cadence) {
+  try {
+    cadence = Cadence::parse(text);
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 bool parse_illumination(const std::string& text, Illumination& illumination) {
-  int laser = -1;
+  Cadence single;
   if (text.empty()) {
     illumination = Illumination::unknown();
   } else if (text == "dark") {
     illumination = Illumination::dark();
-  } else if (parse_number(text, laser) && laser >= 0) {
-    illumination = Illumination::laser(laser);
+  } else if (parse_cadence(text, single) && single.pattern().size() == 1) {
+    illumination = single.at(0);
   } else {
     return false;
   }
@@ -93,17 +108,6 @@ bool parse_offset(const std::string& text, std::optional<std::int64_t>& offset) 
   }
   return parse_number(text, offset.emplace());
 }
-
-bool parse_cadence(const std::string& text, Cadence& cadence) {
-  try {
-    cadence = Cadence::parse(text);
-    return true;
-  } catch (const Error&) {
-    return false;
-  }
-}
-
-bool in_range(int value, int low, int high) { return value >= low && value <= high; }
 
 // The table's columns: name, how a frame is written, how it is read back (false: not a value).
 struct Column {
@@ -172,20 +176,16 @@ const std::array<Column, 20> kColumns{{
      }},
     {"grid_u_offset", [](const FrameRow& r) { return fmt::format("{}", r.frame.grid.u.offset); },
      [](const std::string& text, FrameRow& r) {
-       return parse_axis_number(text, r.frame.grid.u.offset);
+       return parse_offset_px(text, r.frame.grid.u.offset);
      }},
     {"grid_u_step", [](const FrameRow& r) { return fmt::format("{}", r.frame.grid.u.step); },
-     [](const std::string& text, FrameRow& r) {
-       return parse_axis_number(text, r.frame.grid.u.step);
-     }},
+     [](const std::string& text, FrameRow& r) { return parse_step_px(text, r.frame.grid.u.step); }},
     {"grid_v_offset", [](const FrameRow& r) { return fmt::format("{}", r.frame.grid.v.offset); },
      [](const std::string& text, FrameRow& r) {
-       return parse_axis_number(text, r.frame.grid.v.offset);
+       return parse_offset_px(text, r.frame.grid.v.offset);
      }},
     {"grid_v_step", [](const FrameRow& r) { return fmt::format("{}", r.frame.grid.v.step); },
-     [](const std::string& text, FrameRow& r) {
-       return parse_axis_number(text, r.frame.grid.v.step);
-     }},
+     [](const std::string& text, FrameRow& r) { return parse_step_px(text, r.frame.grid.v.step); }},
     {"cadence", [](const FrameRow& r) { return r.cadence.to_string(); },
      [](const std::string& text, FrameRow& r) { return parse_cadence(text, r.cadence); }},
     {"status", [](const FrameRow& r) { return std::string(word_of(r.frame.status, kStatusWords)); },

@@ -87,13 +87,15 @@ Recorder::Recorder(fs::path directory, const SourceInfo& info)
     append_row(detail::format_frame_table_header());
   } catch (...) {
     ::close(table_);
-    ::unlink(table.c_str());  // Nothing was recorded: the directory stays usable.
+    ::unlink(table.c_str());
     throw;
   }
 }
 
 Recorder::~Recorder() {
-  if (table_ >= 0) ::close(table_);
+  if (table_ < 0) return;
+  ::close(table_);
+  if (frames_ == 0) ::unlink((directory_ / detail::kFrameTableName).c_str());
 }
 
 void Recorder::write(const Frame& frame) {

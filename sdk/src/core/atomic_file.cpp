@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/atomic_file.hpp"
 
+#include <atomic>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -34,8 +34,8 @@ class Descriptor {
   }
   int get() const noexcept { return fd_; }
 
-  // Some file systems tell of a full disk only now.
-  int close() noexcept { return ::close(std::exchange(fd_, -1)); }
+  // 0, or why not: some file systems tell of a full disk only now.
+  int close() noexcept { return ::close(std::exchange(fd_, -1)) == 0 ? 0 : errno; }
 
  private:
   int fd_;
@@ -58,16 +58,32 @@ void write_straight(const fs::path& path, std::string_view content) {
   if (const int reason = write_all(file.get(), content)) fail(path, reason);
 }
 
-// The permissions of the file that is replaced, else those of any new file.
-mode_t permissions_for(const fs::path& path) noexcept {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0) return status.st_mode & 07777U;
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  return 0666U & ~mask;
+// Makes a file beside `target` under a name that nobody has, with the permissions of any new file.
+// mkostemp() would make it private, and to learn the umask one has to change it under other
+// threads.
+std::pair<fs::path, int> create_beside(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  constexpr int kTries = 100;
+  int fd = -1;
+  fs::path path;
+  for (int i = 0; i < kTries && fd < 0; ++i) {
+    path = target.parent_path() /
+           fmt::format(".{}.{}.{}", target.filename().string(), ::getpid(), counter++);
+    fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd < 0 && errno != EEXIST) break;
+  }
+  return {path, fd};
 }
 
-void flush_directory(const fs::path& directory) noexcept {
+// The file that is replaced keeps its permissions. 0, or why not.
+int copy_permissions(const fs::path& from, int fd) noexcept {
+  struct stat status {};
+  if (::stat(from.c_str(), &status) != 0) return 0;
+  return ::fchmod(fd, status.st_mode & 07777U) == 0 ? 0 : errno;
+}
+
+void flush_directory_of(const fs::path& target) noexcept {
+  const fs::path directory = target.has_parent_path() ? target.parent_path() : fs::path(".");
   const Descriptor opened(::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (opened.get() >= 0) ::fsync(opened.get());
 }
@@ -83,21 +99,19 @@ void write_file_atomically(const fs::path& path, std::string_view content) {
     write_straight(target, content);
     return;
   }
-  const fs::path directory = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  std::string temporary =
-      (directory / fmt::format(".{}.XXXXXX", target.filename().string())).string();
-  Descriptor file(::mkostemp(temporary.data(), O_CLOEXEC));
-  if (file.get() < 0) fail(path, errno);
-  const auto give_up = [&](int reason) {
+  const auto [temporary, fd] = create_beside(target);
+  Descriptor file(fd);
+  if (fd < 0) fail(path, errno);
+  int reason = write_all(fd, content);
+  if (reason == 0) reason = copy_permissions(target, fd);
+  if (reason == 0 && ::fsync(fd) != 0) reason = errno;
+  if (const int failure = file.close(); reason == 0) reason = failure;
+  if (reason == 0 && ::rename(temporary.c_str(), target.c_str()) != 0) reason = errno;
+  if (reason != 0) {
     ::unlink(temporary.c_str());
     fail(path, reason);
-  };
-  if (const int reason = write_all(file.get(), content)) give_up(reason);
-  if (::fchmod(file.get(), permissions_for(target)) != 0) give_up(errno);
-  if (::fsync(file.get()) != 0) give_up(errno);
-  if (file.close() != 0) give_up(errno);
-  if (::rename(temporary.c_str(), target.c_str()) != 0) give_up(errno);
-  flush_directory(directory);
+  }
+  flush_directory_of(target);
 }
 
 }  // namespace striper::detail

@@ -21,7 +21,7 @@ std::string text(const Eigen::Vector3d& v) {
 }  // namespace
 
 LaserPlane::LaserPlane(const Eigen::Vector3d& normal, double distance_m)
-    : normal_(distance_m < 0.0 ? Eigen::Vector3d(-normal) : normal),
+    : normal_(distance_m < 0.0 ? Eigen::Vector3d(Eigen::Vector3d::Zero() - normal) : normal),
       distance_m_(std::abs(distance_m)) {
   if (!(std::abs(normal.norm() - 1.0) <= kUnitNormalTolerance)) {
     throw Error(ErrorKind::kBadValue,

@@ -152,6 +152,21 @@ ModelCovariance read_covariance(const YamlField& field) {
   return covariance;
 }
 
+// A plane that the file gives with distance_m below 0 has been turned round; what varies with it
+// turns too.
+void turn_with_planes(const YamlField& lasers, ModelCovariance& covariance) {
+  const std::vector<YamlField> planes = lasers.list();
+  for (std::size_t laser = 0; laser < planes.size(); ++laser) {
+    if (!(planes[laser].at("distance_m", "a number of metres").number() < 0.0)) continue;
+    const std::string prefix = fmt::format("laser{}_", laser);
+    for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+      if (!covariance.parameters[i].starts_with(prefix)) continue;
+      covariance.matrix.row(static_cast<Eigen::Index>(i)) *= -1.0;
+      covariance.matrix.col(static_cast<Eigen::Index>(i)) *= -1.0;
+    }
+  }
+}
+
 void warn_of_fold(const CameraModel& camera, const YamlField& field) {
   if (!camera.folds_inside_image()) return;
   constexpr double kDegrees = 57.29577951308232;
@@ -169,11 +184,14 @@ StriperModel read_model(const YamlField& root, const std::string& yaml) {
   StriperModel model;
   const YamlField camera = root.at("camera", "a map");
   model.camera = read_camera(camera);
-  model.lasers = read_lasers(root.at("lasers", "a list, [] for a camera alone"));
+  const YamlField lasers = root.at("lasers", "a list, [] for a camera alone");
+  model.lasers = read_lasers(lasers);
   read_stripe(root.at("stripe", "a map with axis, channel"), model);
   if (const auto noise = root.find("noise")) model.noise = read_noise(*noise);
-  if (const auto covariance = root.find("covariance"))
+  if (const auto covariance = root.find("covariance")) {
     model.covariance = read_covariance(*covariance);
+    turn_with_planes(lasers, *model.covariance);
+  }
   if (const auto quality = root.find("quality")) {
     if (!quality->node().IsMap()) quality->refuse("a map");
     model.quality_yaml = detail::quality_text(yaml, root.node());

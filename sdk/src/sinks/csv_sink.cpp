@@ -69,11 +69,19 @@ CsvSink::CsvSink(const std::string& path, const CsvOptions& options)
               : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kNewFileMode);
   if (file_ < 0) fail(path_, "write");
   buffer_ = kHeader;
-  write_bytes();
+  try {
+    write_bytes();
+  } catch (...) {
+    close_quietly();
+    throw;
+  }
 }
 
-CsvSink::~CsvSink() {
+CsvSink::~CsvSink() { close_quietly(); }
+
+void CsvSink::close_quietly() noexcept {
   if (file_ > STDERR_FILENO) ::close(file_);
+  file_ = -1;
 }
 
 void CsvSink::write(const PolarScan& scan) {

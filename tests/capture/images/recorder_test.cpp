@@ -189,6 +189,13 @@ TEST(Recorder, NeverWritesIntoADirectoryOfPictures) {
   EXPECT_EQ(testing::read_bytes(scratch / "frames.csv"), table);
 }
 
+TEST(Recorder, WithoutAFrameLeavesADirectoryThatCanBeUsed) {
+  const ScratchDirectory scratch;
+  { const Recorder unused(scratch.path(), {}); }
+  { Recorder(scratch.path(), {}).write(plain_frame(0)); }
+  EXPECT_EQ(replay(scratch.path()).size(), 1U);
+}
+
 TEST(Recorder, DirectoryThatCannotBeMadeIsAnIoError) {
   const ScratchDirectory scratch;
   testing::write_bytes(scratch / "file", "x");
@@ -309,6 +316,7 @@ TEST_F(FrameTable, EveryMalformedLineIsNamed) {
       {"bit_depth", "17"},      {"sensor_width", "-5"},       {"sensor_height", "a"},
       {"grid_u_offset", "nan"}, {"grid_u_step", ""},          {"grid_v_offset", "inf"},
       {"grid_v_step", "2,"},    {"cadence", "dark"},          {"status", "fine"},
+      {"grid_u_step", "0"},     {"grid_v_step", "-2"},        {"illumination", "64"},
   };
   for (const auto& [column, value] : bad) {
     write_table("file," + column + "\na.png,\"" + value + "\"\n");

@@ -27,6 +27,7 @@ TEST(LaserPlane, TurnsTheNormalSoThatTheDistanceIsPositive) {
   EXPECT_EQ(plane.normal(), Eigen::Vector3d(0.0, 1.0, 0.0));
   EXPECT_EQ(plane.distance_m(), 0.5);
   EXPECT_EQ(plane.signed_distance_m({0.0, 0.75, 3.0}), 0.25);
+  EXPECT_FALSE(std::signbit(plane.normal().x())) << "a file would say -0";
 }
 
 TEST(LaserPlane, RefusesANormalThatIsNotAUnitVector) {

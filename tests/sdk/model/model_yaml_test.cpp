@@ -10,6 +10,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <striper/core/error.hpp>
@@ -37,6 +38,13 @@ camera:
 lasers: []
 stripe: {axis: rows, channel: green-red}
 )";
+
+// A plane and a focal length that vary together.
+std::string plane_and_covariance(const char* plane, const char* covariance) {
+  return std::string(kCameraOnly).replace(std::string(kCameraOnly).find("lasers: []"), 10, plane) +
+         "covariance: {parameters: [fx, laser0_nx, laser0_d], rows: 3, cols: 3, data: " +
+         covariance + "}\n";
+}
 
 class Warnings {
  public:
@@ -227,6 +235,14 @@ TEST_F(ModelFile, KeepsTheOldFileWhereTheModelIsNotValid) {
   EXPECT_EQ(files(), 1U);
 }
 
+TEST_F(ModelFile, NewFileHasThePermissionsOfAnyNewFile) {
+  const auto path = directory_ / "new.yaml";
+  const mode_t old_mask = ::umask(0027);
+  save_model(random_model(), path);
+  ::umask(old_mask);
+  EXPECT_EQ(std::filesystem::status(path).permissions(), std::filesystem::perms(0640));
+}
+
 TEST_F(ModelFile, ReplacesTheTargetOfALinkAndKeepsPermissions) {
   const auto target = directory_ / "target.yaml";
   const auto link = directory_ / "link.yaml";
@@ -270,6 +286,18 @@ TEST(StriperModel, GivesTheStandingOrTheMovedFrame) {
   EXPECT_EQ(model.T_cam_scan(0).matrix(), model.lasers[0].moved_T_cam_scan->matrix());
   EXPECT_THROW(model.T_cam_scan(1), Error);
   EXPECT_THROW(model.T_cam_scan(-1), Error);
+}
+
+TEST(ModelYaml, PlaneGivenTheOtherWayRoundTurnsItsCovariancesToo) {
+  const StriperModel model =
+      parse_model(plane_and_covariance("lasers:\n  - {normal: [0.6, 0.8, 0], distance_m: 0.5}",
+                                       "[4, 1e-3, 2e-3, 1e-3, 1e-6, 1e-7, 2e-3, 1e-7, 4e-6]"),
+                  "a");
+  const StriperModel turned =
+      parse_model(plane_and_covariance("lasers:\n  - {normal: [-0.6, -0.8, 0], distance_m: -0.5}",
+                                       "[4, -1e-3, -2e-3, -1e-3, 1e-6, 1e-7, -2e-3, 1e-7, 4e-6]"),
+                  "b");
+  EXPECT_EQ(format_model(turned), format_model(model));
 }
 
 }  // namespace

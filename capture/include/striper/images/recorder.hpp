@@ -28,7 +28,8 @@ class Recorder {
   Recorder(std::filesystem::path directory, const SourceInfo& info);
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
-  ~Recorder();  ///< Closes; nothing is pending.
+  ~Recorder();  ///< Closes; nothing is pending. Where nothing was recorded `frames.csv` goes again,
+                ///< so that the directory can be used.
 
   /// Adds one frame. @throws Error{kIo} naming the file and the system's reason (disk full, ...);
   /// what was recorded before stays whole.

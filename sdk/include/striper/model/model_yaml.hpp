@@ -11,7 +11,7 @@ namespace striper {
 /// Reads a model file (`striper.yaml`; the format is in CONVENTIONS.md).
 ///
 /// An unknown key is a warning in the log, as is a camera whose distortion folds inside its own
-/// image.
+/// image. A plane with distance_m below 0 is turned round, its covariances with it.
 /// @throws Error{kNotFound} where there is no such file, Error{kBadFile} quoting the file, the
 /// field, the
 ///         value and what was expected for everything else.

@@ -40,6 +40,7 @@ class CsvSink {
  private:
   void write_bytes();
   void cut_back_to_whole_lines(std::size_t done);
+  void close_quietly() noexcept;
 
   std::string path_;
   CsvOptions options_;
