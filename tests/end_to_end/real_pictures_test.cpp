@@ -30,7 +30,6 @@ int scan_all(FrameSource& source, Scanner& scanner, const Action& action) {
     for (const PolarScan& scan : scanner.process(frame)) action(scan);
   }
   for (const PolarScan& scan : scanner.finish()) action(scan);
-  for (const PolarScan& scan : scanner.finish()) action(scan);
   return pictures;
 }
 
