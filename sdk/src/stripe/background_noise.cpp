@@ -13,8 +13,9 @@ namespace {
 constexpr int kFirstSamples = 8192;
 constexpr int kLaterSamples = 384;
 constexpr int kLag = 2;
-constexpr int kBins = 2048;        // Larger differences are counted as the largest.
-constexpr int kAwayFromPeak = 16;  // Pixels.
+constexpr int kBins = 2048;               // Larger differences are counted as the largest.
+constexpr int kAwayFromPeak = 16;         // Pixels.
+constexpr std::uint32_t kLeastClean = 8;  // One sample in so many.
 constexpr double kSigmaOfMedianAbsolute = 1.4826;
 constexpr double kGain = 0.08;
 constexpr double kJump = 0.25;
@@ -61,6 +62,27 @@ double BackgroundNoise::measure(const LitFrame& frame, StripeAxis axis, const Ch
   if (lines < 1 || inner < 1) return kQuantisation;
   histogram_.assign(kBins, 0);
   std::uint32_t total = 0;
+  // What motion and edges leave is no noise; where they are everywhere it is all that can be seen.
+  if (!frame.variance.empty()) {
+    total = sample<Pixel>(frame, axis, peaks, samples, true);
+    if (total < static_cast<std::uint32_t>(samples) / kLeastClean) {
+      histogram_.assign(kBins, 0);
+      total = 0;
+    }
+  }
+  if (total == 0) total = sample<Pixel>(frame, axis, peaks, samples, false);
+  if (total == 0) return kQuantisation;
+  const double sigma = kSigmaOfMedianAbsolute * median_of(histogram_, total) / std::sqrt(6.0);
+  return std::max(kQuantisation, sigma);
+}
+
+// Returns how many were counted.
+template <typename Pixel>
+std::uint32_t BackgroundNoise::sample(const LitFrame& frame, StripeAxis axis,
+                                      const ChunkMaxima& peaks, int samples, bool only_clean) {
+  const int lines = line_count(frame.lit, axis);
+  const int inner = line_length(frame.lit, axis) - 2 * kLag;
+  std::uint32_t total = 0;
   for (int n = 0; n < samples; ++n) {
     // Multiples of the golden ratio spread evenly over whatever they are taken modulo of.
     next_ += 0x9E3779B97F4A7C15ULL;
@@ -70,6 +92,7 @@ double BackgroundNoise::measure(const LitFrame& frame, StripeAxis axis, const Ch
                                               static_cast<std::uint64_t>(inner) >>
                                           32);
     if (std::abs(k - peaks.best(0, line_number).across) < kAwayFromPeak) continue;
+    if (only_clean && image_line<float>(frame.variance, axis, line_number)[k] > 0.0F) continue;
     const LitLine<Pixel> line(frame, axis, line_number);
     if (line.clipped(k - kLag) || line.clipped(k) || line.clipped(k + kLag)) continue;
     if (line.blind(k - kLag) || line.blind(k) || line.blind(k + kLag)) continue;
@@ -77,9 +100,7 @@ double BackgroundNoise::measure(const LitFrame& frame, StripeAxis axis, const Ch
     ++histogram_[static_cast<std::size_t>(std::min(d, kBins - 1))];
     ++total;
   }
-  if (total == 0) return kQuantisation;
-  const double sigma = kSigmaOfMedianAbsolute * median_of(histogram_, total) / std::sqrt(6.0);
-  return std::max(kQuantisation, sigma);
+  return total;
 }
 
 }  // namespace striper::detail

@@ -55,7 +55,7 @@ float likelihood_ratio(float z) {
 }  // namespace
 
 void ContinuousTracker::track(const LitFrame& frame, StripeAxis axis, double width,
-                              double noise_dn) {
+                              const PlanNoise& noise) {
   lines_ = line_count(frame.lit, axis);
   length_ = line_length(frame.lit, axis);
   const std::size_t states = static_cast<std::size_t>(lines_) * static_cast<std::size_t>(length_);
@@ -66,11 +66,11 @@ void ContinuousTracker::track(const LitFrame& frame, StripeAxis axis, double wid
   for (std::vector<float>* buffer : {&scratch_, &backward_, &spread_}) {
     buffer->resize(static_cast<std::size_t>(length_ + 2 * kMostSlope));
   }
-  make_filter(width, noise_dn);
+  make_filter(width);
   if (frame.lit.depth() == CV_8U) {
-    find_evidence<std::uint8_t>(frame, axis);
+    find_evidence<std::uint8_t>(frame, axis, noise);
   } else {
-    find_evidence<std::uint16_t>(frame, axis);
+    find_evidence<std::uint16_t>(frame, axis, noise);
   }
   run_forward();
   run_backward();
@@ -80,26 +80,37 @@ float* ContinuousTracker::row_of(std::vector<float>& table, int line) {
   return table.data() + static_cast<std::ptrdiff_t>(line) * length_;
 }
 
-// A Gaussian minus its mean over the window, so that backgrounds and their slopes cancel.
-void ContinuousTracker::make_filter(double width, double noise_dn) {
+// A Gaussian minus its mean over the window, so that backgrounds and their slopes cancel: a core
+// over a flat rest. Scaled to answer noise with its own standard deviation.
+void ContinuousTracker::make_filter(double width) {
   taps_ = static_cast<int>(std::ceil(3.0 * width));
   half_window_ = static_cast<int>(std::ceil(5.0 * width)) + 20;
   reach_ = std::max(2, static_cast<int>(std::lround(2.0 * width)));
-  filter_.assign(static_cast<std::size_t>(2 * half_window_ + 1), 0.0F);
-  double sum = 0.0;
+  core_.clear();
   for (int i = -taps_; i <= taps_; ++i) {
-    const double tap = std::exp(-0.5 * i * i / (width * width));
-    filter_[static_cast<std::size_t>(i + half_window_)] = static_cast<float>(tap);
-    sum += tap;
+    core_.push_back(static_cast<float>(std::exp(-0.5 * i * i / (width * width))));
   }
-  const auto mean = static_cast<float>(sum / static_cast<double>(filter_.size()));
-  double energy = 0.0;
-  for (float& tap : filter_) {
-    tap -= mean;
-    energy += static_cast<double>(tap) * static_cast<double>(tap);
+  const double sum = std::accumulate(core_.begin(), core_.end(), 0.0);
+  const double squares = std::inner_product(core_.begin(), core_.end(), core_.begin(), 0.0);
+  const double mean = sum / (2 * half_window_ + 1);
+  const auto scale = static_cast<float>(1.0 / std::sqrt(squares - mean * sum));
+  flat_ = -static_cast<float>(mean) * scale;
+  core_squared_.clear();
+  for (float& tap : core_) {
+    core_squared_.push_back(tap * tap / static_cast<float>(squares));
+    tap *= scale;
   }
-  const auto scale = static_cast<float>(1.0 / (std::sqrt(energy) * noise_dn));
-  for (float& tap : filter_) tap *= scale;
+}
+
+// Of a line whose ends are repeated by half a window.
+void ContinuousTracker::correlate(const std::vector<float>& padded, const std::vector<float>& taps,
+                                  float* out) const {
+  std::fill_n(out, length_, 0.0F);
+  const float* from = padded.data() + half_window_ - taps_;
+  for (const float tap : taps) {
+    for (int k = 0; k < length_; ++k) out[k] += tap * from[k];
+    ++from;
+  }
 }
 
 template <typename Pixel>
@@ -114,36 +125,75 @@ void ContinuousTracker::load_line(const LitFrame& frame, StripeAxis axis, int li
     if (!hidden) last_seen = static_cast<float>(line.value(k));
     padded_[static_cast<std::size_t>(k + half_window_)] = last_seen;
   }
-  const auto first = padded_.begin() + half_window_;
-  std::fill(padded_.begin(), first, *first);
-  std::fill(first + length_, padded_.end(), *(first + length_ - 1));
+  repeat_ends(padded_);
+}
+
+void ContinuousTracker::repeat_ends(std::vector<float>& padded) const {
+  const auto first = padded.begin() + half_window_;
+  std::fill(padded.begin(), first, *first);
+  std::fill(first + length_, padded.end(), *(first + length_ - 1));
+}
+
+// The variance of the filter's answer at each pixel of a line. What motion and edges leave goes
+// together over the filter, as texture does; noise does not.
+template <typename Pixel>
+void ContinuousTracker::load_noise(const LitFrame& frame, StripeAxis axis, int line_number,
+                                   const PlanNoise& noise) {
+  const NoiseModel& model = noise.model;
+  const bool is_uniform = noise.is_measured || model.dn_per_electron == 0.0;
+  const double dark_gain = noise.is_measured ? 0.0 : noise.dark_noise_gain;
+  const double floor = noise.is_measured ? model.read_noise_dn * model.read_noise_dn
+                                         : (1.0 + dark_gain) * model.variance_dn2(0.0);
+  answer_variance_.assign(static_cast<std::size_t>(length_), static_cast<float>(floor));
+  const auto padded_length = static_cast<std::size_t>(length_ + 2 * half_window_);
+  if (!is_uniform) {
+    const LitLine<Pixel> line(frame, axis, line_number);
+    white_.resize(padded_length);
+    for (int k = 0; k < length_; ++k) {
+      const double variance =
+          model.variance_dn2(line.lit(k)) + dark_gain * model.variance_dn2(line.dark(k));
+      white_[static_cast<std::size_t>(k + half_window_)] = static_cast<float>(variance);
+    }
+    repeat_ends(white_);
+    correlate(white_, core_squared_, answer_variance_.data());
+  }
+  if (frame.variance.empty()) return;
+  const StridedLine<float> variance = image_line<float>(frame.variance, axis, line_number);
+  extra_.resize(padded_length);
+  for (int k = 0; k < length_; ++k) {
+    extra_[static_cast<std::size_t>(k + half_window_)] = std::sqrt(variance[k]);
+  }
+  repeat_ends(extra_);
+  correlate(extra_, core_, scratch_.data());
+  for (int k = 0; k < length_; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    answer_variance_[i] += scratch_[i] * scratch_[i];
+  }
 }
 
 // The core of the filter tap by tap, its flat rest by a running sum.
 void ContinuousTracker::filter_line(float* evidence) {
-  const float flat = filter_.front();
-  std::fill_n(scratch_.data(), length_, 0.0F);
-  for (int i = -taps_; i <= taps_; ++i) {
-    const float tap = filter_[static_cast<std::size_t>(i + half_window_)] - flat;
-    const float* const from = padded_.data() + half_window_ + i;
-    for (int k = 0; k < length_; ++k) scratch_[static_cast<std::size_t>(k)] += tap * from[k];
-  }
+  correlate(padded_, core_, scratch_.data());
   const int window = 2 * half_window_ + 1;
   double sum = std::accumulate(padded_.begin(), padded_.begin() + window, 0.0);
   for (int k = 0; k < length_; ++k) {
-    const float z = scratch_[static_cast<std::size_t>(k)] + flat * static_cast<float>(sum);
-    evidence[k] = hidden_[static_cast<std::size_t>(k)] != 0 ? 1.0F : likelihood_ratio(z);
+    const auto i = static_cast<std::size_t>(k);
+    const float answer = scratch_[i] + flat_ * static_cast<float>(sum);
+    evidence[k] =
+        hidden_[i] != 0 ? 1.0F : likelihood_ratio(answer / std::sqrt(answer_variance_[i]));
     if (k + 1 < length_) {
       sum += static_cast<double>(padded_[static_cast<std::size_t>(k + window)]) -
-             static_cast<double>(padded_[static_cast<std::size_t>(k)]);
+             static_cast<double>(padded_[i]);
     }
   }
 }
 
 template <typename Pixel>
-void ContinuousTracker::find_evidence(const LitFrame& frame, StripeAxis axis) {
+void ContinuousTracker::find_evidence(const LitFrame& frame, StripeAxis axis,
+                                      const PlanNoise& noise) {
   for (int line = 0; line < lines_; ++line) {
     load_line<Pixel>(frame, axis, line);
+    load_noise<Pixel>(frame, axis, line, noise);
     filter_line(row_of(evidence_, line));
   }
 }

@@ -51,7 +51,10 @@ class LitLine {
   int length() const noexcept { return length_; }
 
   /// Lit minus dark, DN; negative where noise makes it so.
-  int value(int k) const noexcept { return lit_[k] - (dark_.first != nullptr ? dark_[k] : 0); }
+  int value(int k) const noexcept { return lit(k) - dark(k); }
+
+  int lit(int k) const noexcept { return lit_[k]; }
+  int dark(int k) const noexcept { return dark_.first != nullptr ? dark_[k] : 0; }
 
   bool clipped(int k) const noexcept { return lit_[k] >= full_scale_; }
   bool blind(int k) const noexcept { return blind_.first != nullptr && blind_[k] != 0; }

@@ -196,6 +196,9 @@ ProfileExtractor::Learnt& ProfileExtractor::learnt_of(int laser) {
 PlanNoise ProfileExtractor::noise_of(const LitFrame& frame) {
   PlanNoise noise;
   noise.speckle_contrast = options_.speckle_contrast;
+  if (!frame.dark.empty()) {
+    noise.dark_noise_gain = static_cast<double>(frame.dark_noise_gain);
+  }
   if (options_.noise) {
     noise.model = *options_.noise;
   } else {
@@ -208,7 +211,8 @@ PlanNoise ProfileExtractor::noise_of(const LitFrame& frame) {
 // Of a dark pixel, to tell candidates from noise.
 double ProfileExtractor::noise_dn(const PlanNoise& noise) const {
   return noise.is_measured ? noise.model.read_noise_dn
-                           : std::sqrt(noise.model.variance_dn2(noise.model.black_level_dn));
+                           : std::sqrt((1.0 + noise.dark_noise_gain) *
+                                       noise.model.variance_dn2(noise.model.black_level_dn));
 }
 
 // From the mean profile of the lines whose peak is clear.
@@ -499,7 +503,7 @@ void ProfileExtractor::put(std::size_t i, const Peak& peak, float share, ReturnS
 void ProfileExtractor::follow(const LitFrame& frame, const PlanNoise& noise,
                               const WidthTracker& width, Stripe& stripe) {
   const double typical = width.model().at_pivot;
-  tracker_.track(frame, options_.axis, typical, noise_dn(noise));
+  tracker_.track(frame, options_.axis, typical, noise);
   weak_seeds_.clear();
   for (int line = 0; line < chunks_.lines(); ++line) {
     const ContinuousTracker::Answer& answer = tracker_.of_line(line);

@@ -43,7 +43,7 @@ struct Window {
   HWY_ALIGN float seen[kMostRows * kMostLanes];    // 1 where inside the image and not blind.
   HWY_ALIGN float usable[kMostRows * kMostLanes];  // 1 where also not clipped.
   HWY_ALIGN float dark[kMostLanes];                // Mean of the dark image.
-  HWY_ALIGN float extra[kMostRows * kMostLanes];   // Variance that the dark image adds.
+  HWY_ALIGN float extra[kMostRows * kMostLanes];   // Variance beyond noise.
   bool is_all_seen = false;                        // `seen` is all ones.
   HWY_ALIGN std::int32_t line[kMostLanes];
   HWY_ALIGN std::int32_t across[kMostLanes];
@@ -278,6 +278,29 @@ FilterPeak find_filter_peak(const ProfilePlan& plan, const Window& w) {
   return best;
 }
 
+// What the filter's peak has of the variance that motion and edges leave in `lit - dark`.
+struct ExtraVariance {
+  V of_pixel;     // The mean over the filter.
+  V of_response;  // Of the filter's answer: texture errs alike from pixel to pixel.
+};
+
+HWY_NOINLINE ExtraVariance extra_at_peak(const ProfilePlan& plan, const Window& w, V at) {
+  const Tag d;
+  const hn::RebindToSigned<Tag> di;
+  const int n = lanes();
+  const auto first = hn::Add(hn::Mul(hn::ConvertTo(di, at), hn::Set(di, n)), hn::Iota(di, 0));
+  V squares = hn::Zero(d);
+  V deviations = hn::Zero(d);
+  for (int i = -plan.taps; i <= plan.taps; ++i) {
+    const auto index = hn::Add(first, hn::Set(di, (plan.window + i) * n));
+    const V deviation = hn::Mul(set(plan.filter[static_cast<std::size_t>(i < 0 ? -i : i)]),
+                                hn::Sqrt(hn::GatherIndex(d, w.extra, index)));
+    squares = hn::MulAdd(deviation, deviation, squares);
+    deviations = hn::Add(deviations, deviation);
+  }
+  return {hn::Mul(squares, set(1.0F / plan.filter_energy)), hn::Mul(deviations, deviations)};
+}
+
 struct Estimate {
   V position;   // Pixels from the seed.
   V amplitude;  // DN.
@@ -299,9 +322,10 @@ Noise noise_of(const ProfilePlan& plan, const ProfileImages& images, const Line&
   const V light =
       hn::Max(hn::Sub(hn::Add(background.level, dark), set(plan.black_dn)), hn::Zero(d));
   V base = hn::MulAdd(per_dn, light, set(plan.variance_floor));
-  if (images.dark != nullptr && images.variance == nullptr && !plan.is_floor_measured) {
+  if (images.dark != nullptr && plan.dark_noise_gain > 0.0F) {
     const V dark_light = hn::Max(hn::Sub(dark, set(plan.black_dn)), hn::Zero(d));
-    base = hn::Add(base, hn::MulAdd(per_dn, dark_light, set(plan.variance_floor)));
+    const V of_an_exposure = hn::MulAdd(per_dn, dark_light, set(plan.variance_floor));
+    base = hn::MulAdd(set(plan.dark_noise_gain), of_an_exposure, base);
   }
   return {base, per_dn, set(plan.speckle2)};
 }
@@ -473,18 +497,12 @@ struct CoreRow {
     const V value = shape.value(g, t2);
     const V signal = hn::Max(hn::Mul(amplitude, value), hn::Zero(d));
     V variance = hn::MulAdd(signal, hn::MulAdd(noise.speckle, signal, noise.per_dn), noise.base);
-    if (has_extra) variance = add_extra(variance, at);
+    if (has_extra) variance = hn::Add(variance, hn::Load(d, w.extra + at));
     const V weight =
         ratio(hn::IfThenElseZero(hn::Le(signal, ceiling), hn::Load(d, w.usable + at)), variance);
     const V f = hn::Load(d, w.value + at);
     normal.add_background(weight, kv, f);
     normal.add_stripe(weight, kv, f, value, shape.derivative(g, t, t2));
-  }
-
-  HWY_INLINE V add_extra(V variance, int at) const {
-    const V extra = hn::Load(Tag(), w.extra + at);
-    // A measured floor knows the noise of the dark image, though not where it is larger.
-    return plan.is_floor_measured ? hn::Max(variance, extra) : hn::Add(variance, extra);
   }
 };
 
@@ -496,7 +514,9 @@ void add_ring(const ProfilePlan& plan, const Window& w, const CoreRow& row, Norm
     for (const int k : {-q, q}) {
       const int at = (plan.window + k) * n;
       V wk = weight;
-      if (row.has_extra) wk = ratio(set(1.0F), row.add_extra(row.noise.base, at));
+      if (row.has_extra) {
+        wk = ratio(set(1.0F), hn::Add(row.noise.base, hn::Load(d, w.extra + at)));
+      }
       normal.add_background(hn::Mul(wk, hn::Load(d, w.usable + at)), set(static_cast<float>(k)),
                             hn::Load(d, w.value + at));
     }
@@ -614,7 +634,7 @@ Located locate(const ProfileImages& images, const ProfilePlan& plan, Window& w) 
 }
 
 void store(const ProfilePlan& plan, const Window& w, const Located& located, const Estimate& e,
-           const Noise& noise, V expected_width, V clipped, int first,
+           const Noise& noise, const ExtraVariance& extra, V expected_width, V clipped, int first,
            const PeakMeasurements& out) {
   const Tag d;
   const hn::RebindToSigned<Tag> di;
@@ -641,12 +661,14 @@ void store(const ProfilePlan& plan, const Window& w, const Located& located, con
   hn::StoreU(hn::IfThenElse(is_clipped, expected_width, width), d, out.width + first);
 
   const V sum2 = set(plan.filter_sum * plan.filter_sum);
-  const V response = hn::Mul(
-      noise.base, hn::MulAdd(sum2, located.background.level_variance, set(plan.filter_energy)));
+  const V response = hn::MulAdd(
+      noise.base, hn::MulAdd(sum2, located.background.level_variance, set(plan.filter_energy)),
+      extra.of_response);
   hn::StoreU(ratio(f0, hn::Sqrt(response)), d, out.significance + first);
 
   const V peak_variance =
-      hn::MulAdd(e.amplitude, hn::MulAdd(noise.speckle, e.amplitude, noise.per_dn), noise.base);
+      hn::MulAdd(e.amplitude, hn::MulAdd(noise.speckle, e.amplitude, noise.per_dn),
+                 hn::Add(noise.base, extra.of_pixel));
   hn::StoreU(ratio(e.amplitude, hn::Sqrt(peak_variance)), d, out.snr + first);
 }
 
@@ -669,13 +691,16 @@ void measure_batch(const ProfileImages& images, const ProfilePlan& plan, Window&
   Estimate e;
   e.position = hn::Add(located.peak.at, parabola.offset);
   e.amplitude = ratio(hn::Mul(located.peak.peak, lift), gain);
-  e.sigma = filter_sigma(noise, located.background, width, e.amplitude);
+  ExtraVariance extra{hn::Zero(d), hn::Zero(d)};
+  if (images.variance != nullptr) extra = extra_at_peak(plan, w, located.peak.at);
+  const Noise with_extra{hn::Add(noise.base, extra.of_pixel), noise.per_dn, noise.speckle};
+  e.sigma = filter_sigma(with_extra, located.background, width, e.amplitude);
   const V clipped = hn::Sub(count_in_core(plan, w.seen), count_in_core(plan, w.usable));
   if (plan.refine) {
     e = refine(plan, w, noise, width, images.variance != nullptr, clipped,
                ceiling_of(images, located.background, noise, w), e);
   }
-  store(plan, w, located, e, noise, width, clipped, first, out);
+  store(plan, w, located, e, noise, extra, width, clipped, first, out);
 }
 
 void measure(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds, int count,

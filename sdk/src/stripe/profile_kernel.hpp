@@ -17,7 +17,7 @@ struct ProfileImages {
   const void* lit = nullptr;
   const void* dark = nullptr;           // Null: nothing to subtract.
   const std::uint8_t* blind = nullptr;  // Null: none is blind.
-  const float* variance = nullptr;      // Null: `dark` adds nothing that is known.
+  const float* variance = nullptr;      // What `lit - dark` leaves beyond noise. Null: nothing.
   Steps lit_steps, dark_steps, blind_steps, variance_steps;
   bool is_16_bit = false;
   int length = 0;  // Pixels across the stripe.
@@ -58,7 +58,9 @@ struct ProfilePlan {
   float variance_per_dn = 0;
   float black_dn = 0;
   float speckle2 = 0;
-  bool is_floor_measured = false;  // The floor was measured on lit - dark: it knows the dark image.
+  // Of the dark image, in parts of a single exposure's; 0 where the floor was measured on lit -
+  // dark and knows it already.
+  float dark_noise_gain = 0;
 
   float locking_variance = 0;          // What the pixel grid adds to every error, pixels^2,
   float clipped_locking_variance = 0;  // and where pixels are clipped.

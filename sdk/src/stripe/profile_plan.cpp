@@ -44,7 +44,7 @@ void set_noise(const PlanNoise& noise, ProfilePlan& plan) {
   plan.variance_per_dn = static_cast<float>(noise.model.dn_per_electron);
   plan.black_dn = static_cast<float>(noise.model.black_level_dn);
   plan.speckle2 = static_cast<float>(noise.speckle_contrast * noise.speckle_contrast);
-  plan.is_floor_measured = noise.is_measured;
+  plan.dark_noise_gain = static_cast<float>(noise.is_measured ? 0.0 : noise.dark_noise_gain);
 }
 
 // The mean square of what remains of pixel locking, from noiseless trials over the phase.

@@ -24,9 +24,8 @@ struct LitFrame {
                      ///< noise; may be empty.
   cv::Mat blind;     ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.
   /// The noise of `dark`, as a fraction of a single exposure's noise variance: 1 for an exposure, a
-  /// half for the mean of two; 0 where it is not known or nothing is subtracted. A noise estimated
-  /// from `lit - dark` itself has it already.
-  float dark_noise_gain = 0.0F;
+  /// half for the mean of two. A noise estimated from `lit - dark` itself has it already.
+  float dark_noise_gain = 1.0F;
   int full_scale_dn = 0;  ///< A pixel of `lit` at or above this is clipped.
   PixelGrid grid;
 
