@@ -27,6 +27,9 @@ namespace {
 constexpr int kBetweenChecks = 250;
 constexpr int kBetweenLooks = 12;
 
+// Where pictures are lost, those that come tell less.
+constexpr std::size_t kMostPictures = 2 * CadenceFinder::kPictures;
+
 // Fields in the right order give about 0, in the wrong one 2, or less where a lot moves.
 constexpr double kWrongFieldOrder = 0.35;
 
@@ -71,7 +74,9 @@ Cadence pattern_of_labels(const std::vector<std::unique_ptr<detail::HeldExposure
 
 struct AmbientStage::State {
   explicit State(const AmbientOptions& options_in)
-      : options(options_in), finder(options_in.axis, options_in.lasers) {
+      : options(options_in),
+        finder(options_in.axis, options_in.lasers),
+        background(options_in.noise) {
     if (!options.cadence.is_automatic()) settle(options.cadence, "given");
     if (options.channel != Channel::kAuto) channel = options.channel;
   }
@@ -147,11 +152,15 @@ void AmbientStage::State::push_exposure(const Frame& exposure) {
 
 void AmbientStage::State::look(const Frame& exposure, std::uint64_t number) {
   finder.add(exposure, number);
-  if (!finder.is_full()) return;
+  if (finder.pictures() < CadenceFinder::kPictures) return;
   if (has_own_illumination) {
     if (!is_settled) conclude_from_labels();
   } else {
-    conclude(finder.find());
+    const CadenceFinder::Finding finding = finder.find();
+    const bool is_unclear = finding.cadence.is_automatic() && !finding.always_lit;
+    const bool may_wait = finder.has_gaps() && finder.pictures() < kMostPictures;
+    if (is_unclear && may_wait) return;
+    conclude(finding);
   }
   check_field_order();
   finder.clear();
@@ -224,7 +233,7 @@ void AmbientStage::State::give(detail::HeldExposure& exposure, const detail::Nei
   const Frame& frame = exposure.frame;
   lit.variance = cv::Mat();
   lit.blind = cv::Mat();
-  lit.dark_noise_gain = 0.0F;
+  lit.dark_noise_gain = 1.0F;
   lit.full_scale_dn = frame.full_scale_dn();
   lit.grid = frame.grid;
   lit.sequence = frame.sequence;
@@ -248,11 +257,12 @@ void AmbientStage::State::subtract(detail::HeldExposure& exposure,
   if (any == nullptr) return;
 
   detail::DarkPair pair;
-  for (detail::HeldExposure* const dark : {darks.before, darks.after}) {
+  for (detail::HeldExposure* const dark : {darks.before, darks.after, darks.witness}) {
     if (dark != nullptr) take_channel(*dark, wanted);
   }
   if (darks.before != nullptr) pair.before = &darks.before->channel.lit;
   if (darks.after != nullptr) pair.after = &darks.after->channel.lit;
+  if (darks.witness != nullptr) pair.witness = &darks.witness->channel.lit;
   if (pair.has_both()) pair.weight_after = darks.weight_after;
   pair.is_between_rows = darks.is_between_rows;
   pair.row_above = exposure.frame.grid.v.offset < any->frame.grid.v.offset ? -1 : 0;
@@ -275,6 +285,7 @@ void AmbientStage::State::subtract_background(detail::HeldExposure& exposure) {
     slow.begin(first);
   }
   lit.dark = slow.follow(lit.lit, std::max(1, lit.full_scale_dn / 255));
+  lit.dark_noise_gain = detail::TemporalBackground::kNoiseGain;
 }
 
 // A background begins with a few pictures.

@@ -23,14 +23,16 @@ constexpr double kMotionRatio = 1.75;
 // there: 1 - 1.64 sqrt(2 / 128).
 constexpr double kStillFraction = 0.05;
 constexpr double kStillLevel = 0.79;
-constexpr double kRoundingVariance = 2.0 / 12.0;  // Of a difference of two rounded numbers.
+constexpr int kPassedBlocks = 8;
+constexpr double kRoundingVariance = 1.0 / 12.0;
 constexpr std::size_t kMostSampledBlocks = 4096;
 
 // Interpolated between rows: a step of height h leaves an error uniform in +- h / 2 and has a third
-// difference of 2 h. What noise alone makes of a third difference (of a mean: 10 times the variance
-// of an exposure) is no edge.
+// difference of 2 h. What noise alone makes of a third difference, below four sigmas, is no edge;
+// nor of the mean of those side by side, which tells a weak edge along the rows.
 constexpr float kVarianceOfThirdDifference = 1.0F / 48.0F;
-constexpr double kEdgeNoiseRatio = 16.0 * 10.0;
+constexpr double kEdgeNoiseRatio = 16.0 * 20.0;
+constexpr int kAlongEdge = 8;
 
 // The share of an exposure's noise that the 4-tap interpolation keeps: (81 + 81 + 1 + 1) / 256.
 constexpr double kTapsNoise = 164.0 / 256.0;
@@ -76,6 +78,13 @@ Pixel row_maximum(const Pixel* row, int n) {
 }
 
 template <int kCount, typename Pixel>
+std::int32_t sum_of(const Pixel* a) {
+  std::int32_t sum = 0;
+  for (int i = 0; i < kCount; ++i) sum += a[i];
+  return sum;
+}
+
+template <int kCount, typename Pixel>
 float square_difference(const Pixel* a, const Pixel* b) {
   using Sum = std::conditional_t<sizeof(Pixel) == 1, std::int32_t, float>;
   Sum sum = 0;
@@ -87,6 +96,9 @@ float square_difference(const Pixel* a, const Pixel* b) {
 }
 
 }  // namespace
+
+Background::Background(const std::optional<NoiseModel>& noise)
+    : noise_(noise.value_or(NoiseModel{})), is_noise_given_(noise.has_value()) {}
 
 void Background::subtract(const DarkPair& pair, LitFrame& frame) {
   prepare(frame.lit);
@@ -105,6 +117,7 @@ void Background::prepare(const cv::Mat& lit) {
   block_cols_ = cols;
   const auto blocks = static_cast<std::size_t>(rows) * static_cast<std::size_t>(cols);
   motion_.assign(blocks, 0.0F);
+  levels_.assign(blocks, 0);
   lamps_.assign(blocks, 0);
   has_variance_.assign(blocks, 0);
   run_.assign(static_cast<std::size_t>(lit.cols), 0);
@@ -121,10 +134,10 @@ void Background::subtract_pixels(const DarkPair& pair, LitFrame& frame) {
   const double wa = pair.weight_after;
   const double averaging = pair.has_both() ? wa * wa + (1.0 - wa) * (1.0 - wa) : 1.0;
   read_strips<Pixel>(pair, frame);
-  if (pair.is_between_rows) interpolate_between_rows<Pixel>(pair, frame.lit.size());
+  if (pair.is_between_rows) interpolate_between_rows<Pixel>(pair, averaging, frame.lit.size());
 
   const bool is_written = pair.is_between_rows || pair.has_both();
-  frame.dark = is_written ? dark_ : pair.before != nullptr ? *pair.before : *pair.after;
+  frame.dark = is_written ? dark_ : pair.any();
   frame.dark_noise_gain = static_cast<float>(averaging * (pair.is_between_rows ? kTapsNoise : 1.0));
 
   // Texture that passes by differs between before and after by twice its variance; lit less their
@@ -142,11 +155,12 @@ template <typename Pixel>
 void Background::read_strips(const DarkPair& pair, const LitFrame& frame) {
   const cv::Mat& lit = frame.lit;
   const bool mixes = pair.has_both() && !pair.is_between_rows;
+  const cv::Mat* const second = pair.has_both() ? pair.after : pair.witness;
   if (mixes) dark_.create(lit.size(), lit.type());
   for (int block_row = 0; block_row < block_rows_; ++block_row) {
     const int first = block_row * kBlockRows;
     const int last = std::min(first + kBlockRows, lit.rows);
-    if (pair.has_both()) measure_motion<Pixel>(*pair.before, *pair.after, block_row);
+    if (second != nullptr) measure_motion<Pixel>(pair.any(), *second, block_row);
     for (int row = first; row < last; ++row) {
       if (mixes) {
         mix_rows(pair.before->ptr<Pixel>(row), pair.after->ptr<Pixel>(row), pair.weight_after,
@@ -161,23 +175,43 @@ void Background::read_strips(const DarkPair& pair, const LitFrame& frame) {
       if (is_saturated(pair.before) || is_saturated(pair.after)) flags |= kDarkSaturated;
     }
   }
-  if (pair.has_both()) {
-    knows_motion_ = true;
+  motion_is_of_now_ = second != nullptr;
+  if (second == nullptr) return;
+  if (!is_noise_given_) {
     // Where everything moves no block is quiet, and where everything is textured no pixel is like
     // its neighbours; seldom both.
-    const double spatial = 2.0 * noise_of_neighbours<Pixel>(*pair.before, frame.full_scale_dn);
-    motion_noise_ = std::max(kRoundingVariance, std::min(quietest_blocks(), spatial));
+    const double spatial = noise_of_neighbours<Pixel>(pair.any(), frame.full_scale_dn);
+    const double variance = std::min(0.5 * quietest_blocks(), spatial);
+    noise_.read_noise_dn = std::sqrt(std::max(0.0, variance - kRoundingVariance));
+  }
+  keep_what_noise_does_not_explain(pair.any());
+  knows_motion_ = true;
+}
+
+// Of each block's mean square difference.
+void Background::keep_what_noise_does_not_explain(const cv::Mat& image) {
+  for (int row = 0; row < block_rows_; ++row) {
+    const int height = std::min(kBlockRows, image.rows - row * kBlockRows);
+    for (int col = 0; col < block_cols_; ++col) {
+      const auto block = static_cast<std::size_t>(row * block_cols_ + col);
+      const int width = std::min(kBlockCols, image.cols - col * kBlockCols);
+      const double level = static_cast<double>(levels_[block]) / std::max(1, height * width);
+      const auto noise = static_cast<float>(2.0 * noise_.variance_dn2(level));
+      float& motion = motion_[block];
+      motion = motion > static_cast<float>(kMotionRatio) * noise ? motion - noise : 0.0F;
+    }
   }
 }
 
 // Fields: the dark rows lie half-way between the lit ones. Writes the whole of variance_ too.
 template <typename Pixel>
-void Background::interpolate_between_rows(const DarkPair& pair, cv::Size size) {
-  const cv::Mat& a = pair.before != nullptr ? *pair.before : *pair.after;
+void Background::interpolate_between_rows(const DarkPair& pair, double averaging, cv::Size size) {
+  const cv::Mat& a = pair.any();
   const cv::Mat& b = pair.after != nullptr ? *pair.after : a;
   const auto cols = static_cast<std::size_t>(size.width);
   dark_.create(size, a.type());
   rows_.resize(4 * cols);
+  thirds_.assign(3 * (cols + kAlongEdge), 0);
   const auto mixed = [&](int row) {
     return rows_.data() + static_cast<std::size_t>(row & 3) * cols;
   };
@@ -186,10 +220,11 @@ void Background::interpolate_between_rows(const DarkPair& pair, cv::Size size) {
     mix_rows_finely(a.ptr<Pixel>(inside), b.ptr<Pixel>(inside), pair.weight_after, mixed(row + 4),
                     size.width);
   };
-  // Of one exposure; before the first pair only rounding is known.
-  const double noise = 0.5 * (knows_motion_ ? motion_noise_ : kRoundingVariance);
-  const auto least_square = static_cast<float>(256.0 * kEdgeNoiseRatio * noise);
-  constexpr float kScale = kVarianceOfThirdDifference / 256.0F;
+  // Unless it was given, before the first pair only the noise of rounding is known.
+  const double ratio = 256.0 * kEdgeNoiseRatio * averaging;
+  const EdgeLimit limit{static_cast<float>(ratio * noise_.variance_dn2(noise_.black_level_dn)),
+                        static_cast<float>(ratio * noise_.dn_per_electron / 16.0),
+                        static_cast<float>(16.0 * noise_.black_level_dn)};
   constexpr std::int32_t kLargest = std::numeric_limits<Pixel>::max();
   has_edges_ = true;
 
@@ -202,21 +237,45 @@ void Background::interpolate_between_rows(const DarkPair& pair, cv::Size size) {
     const std::int32_t* const m2 = mixed(above + 5);
     const std::int32_t* const m3 = mixed(above + 6);
     auto* const out = dark_.ptr<Pixel>(row);
-    auto* const variance = variance_.ptr<float>(row);
+    std::int32_t* const third = thirds_.data() + kAlongEdge / 2;
     for (int i = 0; i < size.width; ++i) {
       const std::int32_t sum = 9 * (m1[i] + m2[i]) - m0[i] - m3[i];
       out[i] = static_cast<Pixel>(std::clamp((sum + 128) >> 8, 0, kLargest));
-      const auto third = static_cast<float>(m3[i] - m0[i] + 3 * (m1[i] - m2[i]));
-      const float square = third * third;
-      variance[i] = square > least_square ? kScale * square : 0.0F;
+      third[i] = m3[i] - m0[i] + 3 * (m1[i] - m2[i]);
     }
+    write_edges(limit, m1, variance_.ptr<float>(row), size.width);
+  }
+}
+
+// The variance that the third differences of a row stand for: each by itself, or the mean of those
+// about it. All in 1/16 DN. @param level of the picture, which noise grows with.
+void Background::write_edges(const EdgeLimit& limit, const std::int32_t* level, float* variance,
+                             int cols) {
+  constexpr float kScale = kVarianceOfThirdDifference / 256.0F;
+  constexpr float kScaleOfSum = kScale / (kAlongEdge * kAlongEdge);
+  const std::int32_t* const third = thirds_.data();
+  std::int32_t* const of_two = thirds_.data() + cols + kAlongEdge;
+  std::int32_t* const of_four = of_two + cols + kAlongEdge;
+  for (int i = 0; i < cols + kAlongEdge - 1; ++i) of_two[i] = third[i] + third[i + 1];
+  for (int i = 0; i < cols + kAlongEdge - 3; ++i) of_four[i] = of_two[i] + of_two[i + 2];
+  for (int i = 0; i < cols; ++i) {
+    const auto own = static_cast<float>(third[i + kAlongEdge / 2]);
+    const auto sum = static_cast<float>(of_four[i] + of_four[i + 4]);
+    const float light = std::max(0.0F, static_cast<float>(level[i]) - limit.black);
+    const float least_square = limit.floor + limit.per_level * light;
+    const float own_square = own * own > least_square ? kScale * own * own : 0.0F;
+    const float mean_square =
+        sum * sum > kAlongEdge * least_square ? kScaleOfSum * sum * sum : 0.0F;
+    variance[i] = std::max(own_square, mean_square);
   }
 }
 
 template <typename Pixel>
 void Background::measure_motion(const cv::Mat& before, const cv::Mat& after, int block_row) {
   float* const blocks = motion_.data() + block_row * block_cols_;
+  std::int32_t* const levels = levels_.data() + block_row * block_cols_;
   std::fill(blocks, blocks + block_cols_, 0.0F);
+  std::fill(levels, levels + block_cols_, 0);
   const int first = block_row * kBlockRows;
   const int last = std::min({first + kBlockRows, before.rows, after.rows});
   const int whole = before.cols / kBlockCols;
@@ -226,9 +285,11 @@ void Background::measure_motion(const cv::Mat& before, const cv::Mat& after, int
     const auto* const b = after.ptr<Pixel>(row);
     for (int i = 0; i < whole; ++i) {
       blocks[i] += square_difference<kBlockCols>(a + i * kBlockCols, b + i * kBlockCols);
+      levels[i] += sum_of<kBlockCols>(a + i * kBlockCols);
     }
     for (int i = whole * kBlockCols; i < before.cols; ++i) {
       blocks[whole] += square_difference<1>(a + i, b + i);
+      levels[whole] += a[i];
     }
   }
   const auto rows = static_cast<float>(std::max(1, last - first));
@@ -295,13 +356,14 @@ void Background::clear_motion() {
 // Adds the motion of each block and its neighbours to variance_. Returns whether there is any.
 bool Background::spread_motion(double factor) {
   if (!knows_motion_) return false;
-  const auto least = static_cast<float>(kMotionRatio * motion_noise_);
+  // What moved has moved on since.
+  const int reach = motion_is_of_now_ ? 1 : kPassedBlocks;
   bool any = false;
   for (int row = 0; row < block_rows_; ++row) {
     for (int col = 0; col < block_cols_; ++col) {
-      const float most = most_motion_around(row, col);
-      if (most <= least) continue;
-      const auto variance = static_cast<float>(factor * (most - motion_noise_));
+      const float most = most_motion_around(row, col, reach);
+      if (most == 0.0F) continue;
+      const float variance = static_cast<float>(factor) * most;
       for_block_rows(row, col, [&](float* values, int n) {
         for (int i = 0; i < n; ++i) values[i] += variance;
       });
@@ -312,10 +374,12 @@ bool Background::spread_motion(double factor) {
   return any;
 }
 
-float Background::most_motion_around(int block_row, int block_col) const {
+float Background::most_motion_around(int block_row, int block_col, int reach_cols) const {
   float most = 0.0F;
+  const int first = std::max(0, block_col - reach_cols);
+  const int last = std::min(block_cols_ - 1, block_col + reach_cols);
   for (int r = std::max(0, block_row - 1); r <= std::min(block_rows_ - 1, block_row + 1); ++r) {
-    for (int c = std::max(0, block_col - 1); c <= std::min(block_cols_ - 1, block_col + 1); ++c) {
+    for (int c = first; c <= last; ++c) {
       most = std::max(most, motion_[static_cast<std::size_t>(r * block_cols_ + c)]);
     }
   }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
 
 #include <striper/core/lit_frame.hpp>
+#include <striper/core/noise_model.hpp>
 
 namespace striper::detail {
 
@@ -15,12 +17,16 @@ struct DarkPair {
   const cv::Mat* before = nullptr;  ///< Null where it is missing.
   const cv::Mat* after = nullptr;
   double weight_after = 0.5;  ///< Of `after` in the interpolation in time.
+  /// Where one is missing, another dark exposure of the same rows, too far away to be subtracted:
+  /// it shows what moves. May be null.
+  const cv::Mat* witness = nullptr;
 
   /// The dark rows lie half-way between the lit rows: fields of the other parity.
   bool is_between_rows = false;
   int row_above = 0;  ///< Dark row just above lit row 0: -1 or 0. Only if `is_between_rows`.
 
   bool has_both() const noexcept { return before != nullptr && after != nullptr; }
+  const cv::Mat& any() const noexcept { return before != nullptr ? *before : *after; }
 };
 
 /// Fills in what a lit exposure is to be freed of: `dark`, `dark_noise_gain`, `variance`, `blind`.
@@ -28,9 +34,10 @@ struct DarkPair {
 /// - `dark` is the one dark exposure where there is only one, without a copy; else the mean of both
 ///   weighted by time, which cancels what changes linearly. Between field rows it is interpolated
 ///   with the 4 taps (-1, 9, 9, -1) / 16.
-/// - `variance`: where before and after differ by more than noise, what the texture that passes by
-///   may leave; and, between field rows, what the interpolation may leave at edges. Empty where
-///   both are nothing.
+/// - `variance`: where before and after (or one of them and the witness) differ by more than noise,
+///   what the texture that passes by may leave; without the two, what the last ones said, and to
+///   either side of it; and, between field rows, what the interpolation may leave at edges. Empty
+///   where both are nothing.
 /// - `blind`: saturated in a dark exposure, or in the lit one where no stripe can be so (a long
 /// run,
 ///   or near a lamp), and a few pixels around. Empty where nothing is.
@@ -39,17 +46,27 @@ struct DarkPair {
 /// after the first frames of a size. Not thread-safe.
 class Background {
  public:
+  /// @param noise of the camera; empty: measured, without shot noise.
+  explicit Background(const std::optional<NoiseModel>& noise);
+
   /// `frame.lit` and `frame.full_scale_dn` are set; the rest points into this object and into the
   /// images of `pair` until the next call.
   void subtract(const DarkPair& pair, LitFrame& frame);
 
  private:
+  // The least squared third difference that is an edge.
+  struct EdgeLimit {
+    float floor;
+    float per_level;
+    float black;
+  };
+
   template <typename Pixel>
   void subtract_pixels(const DarkPair& pair, LitFrame& frame);
   template <typename Pixel>
   void read_strips(const DarkPair& pair, const LitFrame& frame);
   template <typename Pixel>
-  void interpolate_between_rows(const DarkPair& pair, cv::Size size);
+  void interpolate_between_rows(const DarkPair& pair, double averaging, cv::Size size);
   template <typename Pixel>
   void measure_motion(const cv::Mat& before, const cv::Mat& after, int block_row);
   template <typename Pixel>
@@ -65,9 +82,11 @@ class Background {
   double quietest_blocks();
   template <typename Pixel>
   double noise_of_neighbours(const cv::Mat& image, int full_scale_dn);
+  void write_edges(const EdgeLimit& limit, const std::int32_t* level, float* variance, int cols);
+  void keep_what_noise_does_not_explain(const cv::Mat& image);
   void clear_motion();
   bool spread_motion(double factor);
-  float most_motion_around(int block_row, int block_col) const;
+  float most_motion_around(int block_row, int block_col, int reach_cols) const;
   bool is_near_lamp(int row, int col) const;
   void dilate_blind();
 
@@ -79,14 +98,18 @@ class Background {
 
   int block_rows_ = 0;
   int block_cols_ = 0;
-  std::vector<float> motion_;               // Per block: mean square of after - before.
-  bool knows_motion_ = false;               // From this or an earlier pair.
-  double motion_noise_ = 0.0;               // What noise alone makes of it.
+  std::vector<float> motion_;         // Per block: mean square of after - before,
+  std::vector<std::int32_t> levels_;  // and sum of before.
+  bool knows_motion_ = false;         // From these or earlier exposures.
+  bool motion_is_of_now_ = false;     // Not from earlier ones.
+  NoiseModel noise_;                  // Of an exposure.
+  bool is_noise_given_;
   std::vector<float> sorted_;               // Scratch.
   std::vector<std::uint8_t> has_variance_;  // Per block: motion was added to variance_.
   std::vector<std::uint8_t> lamps_;         // Per block: a dark exposure saturates.
   std::vector<std::uint8_t> saturated_;     // Per row: in the lit, in a dark exposure.
   std::vector<std::int32_t> rows_;          // Four dark rows, interpolated in time, 1/16 DN.
+  std::vector<std::int32_t> thirds_;        // Their third differences, and sums of two and four.
   std::vector<int> run_;  // Per column: length of the saturated run that ends here.
 };
 

@@ -137,8 +137,9 @@ float noise_of_heights(const BandProfiles& over, const BandProfiles& under, int 
 
 // How far each place rises above both of its sides in `over - under`, in sigmas, clamped. A dark
 // line has bright sides only where one of them is dark, so it does not count as two bright ones.
-void fold_heights(const BandProfiles& over, const BandProfiles& under, bool interpolated, int band,
-                  int length, int fold, float noise, float* heights) {
+void fold_heights(const ProfilePair& pair, int band, int length, int fold, float noise,
+                  float* heights) {
+  const auto& [over, under, interpolated] = pair;
   const auto* const a = over.smooth.ptr<float>(band);
   const auto* const b = under.smooth.ptr<float>(band);
   const auto* const a_side = over.side.ptr<float>(band);
@@ -236,25 +237,37 @@ BandProfiles filter_profiles(const cv::Mat& plain, bool is_field) {
   return profiles;
 }
 
-double line_strength(const BandProfiles& over, const BandProfiles& under, bool interpolated,
-                     int bands, int most_jump, std::vector<float>& scratch) {
-  const int length = std::min(over.plain.cols, under.plain.cols);
-  const float noise = noise_of_heights(over, under, length);
+double line_strength(std::span<const ProfilePair> pairs, int bands, int most_jump,
+                     std::vector<float>& scratch) {
+  int length = pairs.front().over.plain.cols;
+  for (const auto& [over, under, interpolated] : pairs) {
+    length = std::min({length, over.plain.cols, under.plain.cols});
+  }
+  std::vector<float> noises;
+  for (const ProfilePair& pair : pairs) {
+    noises.push_back(noise_of_heights(pair.over, pair.under, length));
+  }
   // Long profiles are folded: the highest of a few samples stands for them.
   const int fold = (length + kLongestPath - 1) / kLongestPath;
   const int places = (length + fold - 1) / fold;
   const int jump = (most_jump + fold - 1) / fold;
-  scratch.resize(3 * static_cast<std::size_t>(places));
+  scratch.resize(4 * static_cast<std::size_t>(places));
   float* const heights = scratch.data();
-  float* best = heights + places;
+  float* const others = heights + places;
+  float* best = others + places;
   float* next = best + places;
 
   // The line shows in one channel of a colour picture at least.
+  const int rows = pairs.front().over.plain.rows;
   float strongest = 0.0F;
-  for (int first = 0; first < over.plain.rows; first += bands) {
+  for (int first = 0; first < rows; first += bands) {
     std::fill(best, best + places, 0.0F);
     for (int band = first; band < first + bands; ++band) {
-      fold_heights(over, under, interpolated, band, length, fold, noise, heights);
+      fold_heights(pairs[0], band, length, fold, noises[0], heights);
+      for (std::size_t n = 1; n < pairs.size(); ++n) {
+        fold_heights(pairs[n], band, length, fold, noises[n], others);
+        for (int k = 0; k < places; ++k) heights[k] = std::min(heights[k], others[k]);
+      }
       for (int k = 0; k < places; ++k) {
         float from = best[k];
         for (int j = 1; j <= jump; ++j) {

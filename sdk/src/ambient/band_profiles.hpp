@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -29,15 +30,21 @@ struct BandProfiles {
 /// @param is_field the profiles were interpolated.
 BandProfiles filter_profiles(const cv::Mat& plain, bool is_field);
 
-/// How strongly a bright line that runs across all bands shows in `over - under`: the mean height,
-/// in sigmas, of the best path from band to band. Noise alone gives a little over 1, a clear line
-/// up to `kClearLine`, a dark line nothing.
+/// One exposure over another.
+struct ProfilePair {
+  const BandProfiles& over;
+  const BandProfiles& under;
+  bool interpolated;  ///< The rows of one lie between those of the other.
+};
+
+/// How strongly a bright line that runs across all bands shows in `over - under`, and in every pair
+/// at the same place: the mean height, in sigmas, of the best path from band to band. Noise alone
+/// gives a little over 1, a clear line up to `kClearLine`, a dark line nothing.
 ///
-/// @param interpolated the rows of one lie between those of the other.
 /// @param most_jump how many samples the line may climb from one band to the next.
 /// @param scratch reused between calls.
-double line_strength(const BandProfiles& over, const BandProfiles& under, bool interpolated,
-                     int bands, int most_jump, std::vector<float>& scratch);
+double line_strength(std::span<const ProfilePair> pairs, int bands, int most_jump,
+                     std::vector<float>& scratch);
 
 inline constexpr float kClearLine = 5.0F;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -17,6 +18,9 @@ namespace {
 // Exposures further apart than this are not compared: the scene may have moved on.
 constexpr std::uint64_t kFarthestPair = 5;
 constexpr int kLongestPeriod = 6;
+constexpr std::uint64_t kFarthestTriple = 3;
+constexpr std::size_t kLongestPeriodOfTriples = 4;
+constexpr int kLeastTriples = 3;
 
 // How much more line there must be in lit exposures than in dark ones: of what a clear line gives,
 // and of what the period leaves unexplained, the more so the more freedom the period has.
@@ -86,6 +90,60 @@ PeriodFit fit_period(std::size_t period, const std::vector<std::uint64_t>& numbe
   return fit;
 }
 
+// Which exposures of a period one laser lights: bit p of `lit` for position p.
+struct Pattern {
+  std::size_t period = 0;
+  unsigned lit = 0;
+
+  bool is_lit(std::uint64_t number) const { return (lit >> (number % period) & 1U) != 0; }
+};
+
+// How much more line an exposure shows over one before and one after it than both over it.
+struct Triple {
+  std::uint64_t before;
+  std::uint64_t number;
+  std::uint64_t after;
+  double surplus;
+  double weight;
+
+  double expected(const Pattern& pattern) const {
+    const bool are_lit = pattern.is_lit(before) && pattern.is_lit(after);
+    const bool are_dark = !pattern.is_lit(before) && !pattern.is_lit(after);
+    if (pattern.is_lit(number)) return are_dark ? 1.0 : 0.0;
+    return are_lit ? -1.0 : 0.0;
+  }
+};
+
+struct PatternFit {
+  Pattern pattern;
+  double surplus = 0.0;
+  double residual = 0.0;  // Mean square.
+  int explained = 0;      // Triples in which the pattern expects a line.
+};
+
+PatternFit fit_pattern(const Pattern& pattern, const std::vector<Triple>& triples) {
+  PatternFit fit;
+  fit.pattern = pattern;
+  double sum = 0.0;
+  double weight = 0.0;
+  double all = 0.0;
+  for (const Triple& triple : triples) {
+    const double expected = triple.expected(pattern);
+    all += triple.weight;
+    if (expected == 0.0) continue;
+    sum += triple.weight * expected * triple.surplus;
+    weight += triple.weight;
+    ++fit.explained;
+  }
+  if (fit.explained == 0) return fit;
+  fit.surplus = sum / weight;
+  for (const Triple& triple : triples) {
+    const double rest = triple.surplus - fit.surplus * triple.expected(pattern);
+    fit.residual += triple.weight * rest * rest / all;
+  }
+  return fit;
+}
+
 // The shortest pattern that repeats to the same.
 std::vector<Illumination> without_repetition(const std::vector<Illumination>& pattern) {
   for (std::size_t period = 1; period < pattern.size(); ++period) {
@@ -133,23 +191,46 @@ void CadenceFinder::add(const Frame& exposure, std::uint64_t number) {
   profiles_.push_back(std::move(profile));
 }
 
-bool CadenceFinder::is_full() const noexcept {
-  if (profiles_.empty()) return false;
-  const auto per_picture = static_cast<std::size_t>(profiles_.front().exposures_per_picture);
-  return profiles_.size() >= kPictures * per_picture;
+std::size_t CadenceFinder::pictures() const noexcept {
+  if (profiles_.empty()) return 0;
+  return profiles_.size() / static_cast<std::size_t>(profiles_.front().exposures_per_picture);
+}
+
+bool CadenceFinder::has_gaps() const noexcept {
+  return !profiles_.empty() &&
+         profiles_.back().number - profiles_.front().number >= profiles_.size();
 }
 
 // How much more line a shows over b than b over a, as a fraction of what a clear line gives.
 CadenceFinder::Strength CadenceFinder::compare(const Profile& a, const Profile& b) const {
-  const auto over = [&](const Profile& upper, const Profile& lower) {
-    return detail::line_strength(upper.bands, lower.bands, a.parity != b.parity, bands_, most_jump_,
-                                 scratch_) /
-           detail::kClearLine;
+  const bool interpolated = a.parity != b.parity;
+  const auto strength = [&](const detail::ProfilePair& pair) {
+    return detail::line_strength({&pair, 1}, bands_, most_jump_, scratch_) / detail::kClearLine;
   };
-  return {over(a, b), over(b, a)};
+  return {strength({a.bands, b.bands, interpolated}), strength({b.bands, a.bands, interpolated})};
+}
+
+// The same of an exposure over both of two others, and of both over it.
+CadenceFinder::Strength CadenceFinder::compare(const Profile& before, const Profile& middle,
+                                               const Profile& after) const {
+  const auto strength = [&](const std::array<detail::ProfilePair, 2>& pairs) {
+    return detail::line_strength(pairs, bands_, most_jump_, scratch_) / detail::kClearLine;
+  };
+  const bool to_before = before.parity != middle.parity;
+  const bool to_after = after.parity != middle.parity;
+  return {
+      strength({{{middle.bands, before.bands, to_before}, {middle.bands, after.bands, to_after}}}),
+      strength({{{before.bands, middle.bands, to_before}, {after.bands, middle.bands, to_after}}})};
 }
 
 CadenceFinder::Finding CadenceFinder::find() const {
+  Finding finding = find_in_triples();
+  if (finding.cadence.is_automatic()) finding = find_in_pairs();
+  finding.always_lit = finding.cadence.is_automatic() && every_exposure_shows_a_line();
+  return finding;
+}
+
+CadenceFinder::Finding CadenceFinder::find_in_pairs() const {
   std::vector<std::uint64_t> numbers;
   for (const Profile& profile : profiles_) numbers.push_back(profile.number);
   std::vector<Surplus> surpluses;
@@ -180,7 +261,46 @@ CadenceFinder::Finding CadenceFinder::find() const {
     const bool is_clear = finding.surplus > clear_of_residual(best.period) * finding.residual_rms;
     if (finding.surplus >= kLeastSurplus && is_clear) finding.cadence = pattern_of(best.level);
   }
-  finding.always_lit = finding.cadence.is_automatic() && every_exposure_shows_a_line();
+  return finding;
+}
+
+CadenceFinder::Finding CadenceFinder::find_in_triples() const {
+  std::vector<Triple> triples;
+  for (std::size_t i = 0; i < profiles_.size(); ++i) {
+    const Profile& middle = profiles_[i];
+    for (std::size_t b = i; b-- > 0 && middle.number - profiles_[b].number <= kFarthestTriple;) {
+      for (std::size_t a = i + 1; a < profiles_.size(); ++a) {
+        const Profile& before = profiles_[b];
+        const Profile& after = profiles_[a];
+        if (after.number - middle.number > kFarthestTriple) break;
+        const Strength strength = compare(before, middle, after);
+        const auto span = static_cast<double>(after.number - before.number);
+        triples.push_back({before.number, middle.number, after.number,
+                           strength.forth - strength.back, 1.0 / (span * span)});
+      }
+    }
+  }
+  PatternFit best;
+  for (std::size_t period = 2; period <= kLongestPeriodOfTriples; ++period) {
+    for (unsigned lit = 1; lit + 1 < 1U << period; ++lit) {
+      const PatternFit fit = fit_pattern({period, lit}, triples);
+      if (fit.explained < kLeastTriples) continue;
+      const double better = fit.pattern.period > best.pattern.period ? kBetterFit : 1.0;
+      const bool improves = best.explained == 0 || fit.residual < better * best.residual - 1e-6;
+      if (improves) best = fit;
+    }
+  }
+  Finding finding;
+  if (best.explained == 0) return finding;
+  finding.surplus = best.surplus;
+  finding.residual_rms = std::sqrt(best.residual);
+  const double clear = clear_of_residual(best.pattern.period) * finding.residual_rms;
+  if (finding.surplus < kLeastSurplus || finding.surplus <= clear) return finding;
+  std::vector<double> level;
+  for (std::size_t p = 0; p < best.pattern.period; ++p) {
+    level.push_back(best.pattern.is_lit(p) ? 1.0 : 0.0);
+  }
+  finding.cadence = pattern_of(level);
   return finding;
 }
 
@@ -188,9 +308,9 @@ bool CadenceFinder::every_exposure_shows_a_line() const {
   return !profiles_.empty() &&
          std::all_of(profiles_.begin(), profiles_.end(), [&](const Profile& profile) {
            const cv::Mat nothing = cv::Mat::zeros(profile.bands.plain.size(), CV_32F);
-           const double strength =
-               detail::line_strength(profile.bands, detail::filter_profiles(nothing, false), false,
-                                     bands_, most_jump_, scratch_);
+           const detail::BandProfiles dark = detail::filter_profiles(nothing, false);
+           const detail::ProfilePair pair{profile.bands, dark, false};
+           const double strength = detail::line_strength({&pair, 1}, bands_, most_jump_, scratch_);
            return strength > kLineAlone * detail::kClearLine;
          });
 }
@@ -255,23 +375,27 @@ bool CadenceFinder::shows_another_line(std::size_t p, std::size_t q,
 }
 
 std::optional<double> CadenceFinder::field_disorder() const {
-  double within = 0.0;
-  double across = 0.0;
-  double moved = 0.0;
-  double noise = 0.0;
+  std::vector<double> disorders;
   for (std::size_t i = 0; i + 2 < profiles_.size(); ++i) {
     const Profile& first = profiles_[i];
     const Profile& second = profiles_[i + 1];
     const Profile& next = profiles_[i + 2];
     const bool consecutive = second.number == first.number + 1 && next.number == first.number + 2;
     if (!consecutive || first.exposures_per_picture != 2 || first.number % 2 != 0) continue;
-    within += detail::mean_square_difference(first.bands.plain, second.bands.plain);
-    across += detail::mean_square_difference(second.bands.plain, next.bands.plain);
-    moved += detail::mean_square_difference(first.bands.plain, next.bands.plain);
-    noise += detail::white_variance_of_difference(first.bands.plain, next.bands.plain);
+    const auto difference = [](const Profile& a, const Profile& b) {
+      return detail::mean_square_difference(a.bands.plain, b.bands.plain);
+    };
+    const double moved = difference(first, next);
+    const double noise = detail::white_variance_of_difference(first.bands.plain, next.bands.plain);
+    if (moved <= kLeastMotion * noise || moved == 0.0) continue;
+    disorders.push_back((difference(second, next) - difference(first, second)) / (moved - noise));
   }
-  if (moved <= kLeastMotion * noise || moved == 0.0) return std::nullopt;
-  return (across - within) / (moved - noise);
+  if (disorders.empty()) return std::nullopt;
+  // Of a picture in which something comes into view, the second field is no more like one
+  // neighbour than like the other: it takes most of the pictures.
+  const auto middle = disorders.begin() + static_cast<std::ptrdiff_t>(disorders.size() / 2);
+  std::nth_element(disorders.begin(), middle, disorders.end());
+  return *middle;
 }
 
 }  // namespace striper

@@ -36,6 +36,13 @@ Described with_axis(Described described, StripeAxis axis) {
   return described;
 }
 
+// And so is the noise.
+AmbientOptions ambient_options(const ScannerOptions& options) {
+  AmbientOptions ambient = with_axis(options.ambient, options.stripe.axis);
+  ambient.noise = options.stripe.noise;
+  return ambient;
+}
+
 void require_lasers(const Cadence& cadence, std::size_t count) {
   for (const Illumination entry : cadence.pattern()) {
     if (!entry.is_lit() || static_cast<std::size_t>(entry.laser_index()) < count) continue;
@@ -78,7 +85,7 @@ ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
 
 struct Scanner::Stages {
   Stages(ScanProjector projector_in, const ScannerOptions& options)
-      : ambient(with_axis(options.ambient, options.stripe.axis)),
+      : ambient(ambient_options(options)),
         extractor(make_extractor(options.stripe)),
         projector(std::move(projector_in)) {}
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include <striper/core/cadence.hpp>
 #include <striper/core/channel.hpp>
+#include <striper/core/noise_model.hpp>
 #include <striper/core/stripe_axis.hpp>
 
 namespace striper {
@@ -31,6 +33,10 @@ struct AmbientOptions {
 
   /// How many lasers there are, for numbering them where the cadence is found; 0 if unknown.
   int lasers = 0;
+
+  /// The camera's noise, to tell motion and edges from it; empty: measured, without shot noise. A
+  /// Scanner takes it from its ExtractOptions.
+  std::optional<NoiseModel> noise;
 
   Channel channel = Channel::kAuto;
   /// How the stripe runs. A Scanner takes it from its ExtractOptions.

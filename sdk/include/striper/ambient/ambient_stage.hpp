@@ -18,8 +18,9 @@ namespace striper {
 ///     while (const LitFrame* lit = stage.next()) ...
 ///
 /// A lit exposure is given when the dark one after it has arrived or is known to be lost; while the
-/// cadence is unknown all are held, at most six pictures. A lit exposure whose dark neighbours are
-/// all lost gives nothing and is counted in `unpaired_exposures`.
+/// cadence is unknown all are held, at most six pictures, twelve where some are lost. A lit
+/// exposure whose dark neighbours are all lost gives nothing and is counted in
+/// `unpaired_exposures`.
 ///
 /// Frames are kept by reference where cv::Mat or a lease keeps their pixels, so those must not be
 /// written to later on; other pixels are copied. One stage serves one stream, in order; not

@@ -18,17 +18,21 @@ namespace striper {
 ///
 /// Of two exposures the one with the laser on has a narrow bright line that the other lacks. What
 /// else differs - noise, motion, the half line between two fields - differs both ways, so only the
-/// surplus of one direction counts: for exposures i and j, n_ij is how strongly a line that runs
-/// across the whole picture shows in i over j, less how strongly one shows in j over i. A cadence
-/// of period P explains n_ij by V(i mod P) - V(j mod P); the V follow by least squares, and the
-/// shortest period that explains the pictures wins. The number of the exposure, not the order of
-/// arrival, is the position, so lost pictures do no harm.
+/// surplus of one direction counts: how strongly a line that runs across the whole picture shows
+/// in one over the other, less how strongly one shows the other way round. An edge that moves on
+/// and on makes such a line too, in every exposure over the earlier (or later) ones; so first of
+/// all a line counts only if an exposure shows it over one before and one after it, or both over
+/// it, and the pattern of one laser that explains these triples best is taken. Where none does
+/// clearly (several lasers, a faint stripe), pairs are asked: a cadence of period P explains the
+/// surplus of i over j by V(i mod P) - V(j mod P); the V follow by least squares, and the shortest
+/// period that explains the pictures wins. The number of the exposure, not the order of arrival, is
+/// the position, so lost pictures do no harm.
 ///
 /// Not thread-safe. Cost per exposure: about one reading of the picture.
 class CadenceFinder {
  public:
-  /// So many pictures are enough; two exposures are the least.
-  static constexpr int kPictures = 6;
+  /// So many pictures are enough where none is lost; two exposures are the least.
+  static constexpr std::size_t kPictures = 6;
 
   /// What the exposures seen so far say.
   struct Finding {
@@ -52,14 +56,17 @@ class CadenceFinder {
 
   std::size_t exposures() const noexcept;
 
-  /// Whether `kPictures` pictures have been seen.
-  bool is_full() const noexcept;
+  /// How many whole pictures were added.
+  std::size_t pictures() const noexcept;
+
+  /// Whether exposures between the first and the last one are missing.
+  bool has_gaps() const noexcept;
 
   Finding find() const;
 
-  /// How wrongly the two fields of each picture are ordered: near 0 where the order given is right,
-  /// near 2 where it is the other way round (less, down to about a half, where things move by more
-  /// than their own size); empty where nothing moves or no fields were seen.
+  /// How wrongly the two fields of the median picture are ordered: near 0 where the order given is
+  /// right, near 2 where it is the other way round (less, down to about a half, where things move
+  /// by more than their own size); empty where nothing moves or no fields were seen.
   ///
   /// In the right order the second field of a picture is as far in time from the first field of the
   /// next one as from the first of its own; in the wrong order it is three times as far.
@@ -74,6 +81,9 @@ class CadenceFinder {
     double back = 0.0;
   };
   Strength compare(const Profile& a, const Profile& b) const;
+  Strength compare(const Profile& before, const Profile& middle, const Profile& after) const;
+  Finding find_in_pairs() const;
+  Finding find_in_triples() const;
   bool every_exposure_shows_a_line() const;
   Cadence pattern_of(const std::vector<double>& level) const;
   void number_the_lasers(std::vector<Illumination>& pattern, std::size_t after_dark) const;
