@@ -186,6 +186,16 @@ Row measure(const std::string& name, const Pictures& pictures, bool streaming,
   return row;
 }
 
+// The same for two pictures at a time: what is lit and what is taken off it.
+Row measure_pairs(const std::string& name, const Pictures& pictures,
+                  const std::function<void(const cv::Mat&, const cv::Mat&)>& call) {
+  const cv::Mat other = pictures.hot().clone();
+  Row row{name, time_of([&](int) { call(pictures.hot(), other); }), 0.0};
+  row.streaming_us =
+      time_of([&](int n) { call(pictures.streamed(2 * n), pictures.streamed(2 * n + 1)); });
+  return row;
+}
+
 std::function<void(const cv::Mat&)> extraction(ExtractMethod method, StripeAxis axis) {
   ExtractOptions options;
   options.method = method;
@@ -241,16 +251,38 @@ void bench_scanner(const Pictures& pictures, const Row& roof, double megabytes) 
               static_cast<double>(count) / 2000);
 }
 
+std::uint64_t sum_of(const cv::Mat& image) {
+  const std::size_t words = image.total() * image.elemSize() / 8;
+  return sum_of(reinterpret_cast<const std::uint64_t*>(image.data), words);
+}
+
+// The subtraction of a dark picture is part of the candidate pass: what it costs beside the plain
+// pass, for as many bytes.
+void bench_subtraction(const Pictures& pictures, const Row& plain, double megabytes) {
+  const Row roof = measure_pairs(
+      "two-stream read roofline", pictures,
+      [](const cv::Mat& a, const cv::Mat& b) { benchmark::DoNotOptimize(sum_of(a) + sum_of(b)); });
+  print(roof, roof, 2.0 * megabytes);
+  ChunkMaxima chunks;
+  const Row pass = measure_pairs("candidate pass, lit - dark", pictures,
+                                 [&](const cv::Mat& lit, const cv::Mat& dark) {
+                                   LitFrame frame = lit_frame(lit);
+                                   frame.dark = dark;
+                                   chunks.find(frame, StripeAxis::kColumns);
+                                 });
+  print(pass, roof, 2.0 * megabytes);
+  std::printf("  -> lit - dark / plain pass, per byte: hot %.2f, streaming %.2f\n",
+              0.5 * pass.hot_us / plain.hot_us, 0.5 * pass.streaming_us / plain.streaming_us);
+}
+
 void bench(cv::Size size, int bits) {
   const Pictures pictures(size, bits);
   const double megabytes =
       1e-6 * static_cast<double>(pictures.hot().total() * pictures.hot().elemSize());
   std::printf("\n%dx%d, %d bit%35s hot us    GB/s   roof      streaming us    GB/s   roof\n",
               size.width, size.height, bits, "");
-  const Row roof = measure("read roofline (sum)", pictures, true, [](const cv::Mat& image) {
-    const std::size_t words = image.total() * image.elemSize() / 8;
-    benchmark::DoNotOptimize(sum_of(reinterpret_cast<const std::uint64_t*>(image.data), words));
-  });
+  const Row roof = measure("read roofline (sum)", pictures, true,
+                           [](const cv::Mat& image) { benchmark::DoNotOptimize(sum_of(image)); });
   print(roof, roof, megabytes);
   ChunkMaxima chunks;
   const Row pass = measure("candidate pass, columns", pictures, true, [&](const cv::Mat& image) {
@@ -260,6 +292,7 @@ void bench(cv::Size size, int bits) {
   print(measure("candidate pass, rows", pictures, true,
                 [&](const cv::Mat& image) { chunks.find(lit_frame(image), StripeAxis::kRows); }),
         roof, megabytes);
+  bench_subtraction(pictures, pass, megabytes);
   const Row fast = measure("fast, whole extraction", pictures, true,
                            extraction(ExtractMethod::kFast, StripeAxis::kColumns));
   print(fast, roof, megabytes);
