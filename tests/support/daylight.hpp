@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <striper/pipeline/scanner.hpp>
+#include <striper/simulator/simulator.hpp>
+
+namespace striper::testing {
+
+/// What scans of simulated frames are worth, column by column.
+struct DaylightScore {
+  static constexpr double kMatchPx = 3.0;
+
+  std::size_t scans = 0;
+  std::size_t scans_of_dark = 0;  ///< Made of an exposure that no laser lit: all of it is false.
+  std::size_t countable = 0;      ///< Columns whose stripe is no edge and not under a lamp.
+  std::size_t found = 0;
+  std::size_t columns = 0;
+  std::size_t false_points = 0;  ///< Good returns that are no stripe's.
+  std::vector<double> errors_mm;
+  std::vector<double> pulls;  ///< Range error over `sigma_m`.
+
+  double found_fraction() const { return ratio(found, countable); }
+  double false_per_column() const { return ratio(false_points, columns); }
+  double error_mm() const { return robust_deviation(errors_mm); }
+  double pull() const { return robust_deviation(pulls); }
+
+  /// @param truth of the exposure; null where no laser fired.
+  void add(const PolarScan& scan, const Truth* truth) {
+    ++scans;
+    if (truth == nullptr) ++scans_of_dark;
+    for (std::size_t i = 0; i < scan.returns.size(); ++i) {
+      const TrueLine nothing;
+      add_column(scan.returns[i], truth != nullptr ? truth->lines[i] : nothing);
+    }
+  }
+
+ private:
+  static double ratio(std::size_t part, std::size_t whole) {
+    return static_cast<double>(part) / static_cast<double>(std::max<std::size_t>(1, whole));
+  }
+
+  static double robust_deviation(std::vector<double> values) {
+    if (values.empty()) return std::nan("");
+    for (double& value : values) value = std::abs(value);
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return 1.4826 * *middle;
+  }
+
+  void add_column(const Return& r, const TrueLine& line) {
+    const bool is_visible = line.status == TruthStatus::kVisible;
+    const bool is_countable = is_visible && !line.brightest.near_edge && !line.brightest.blind;
+    const auto is_at = [&](const TrueReturn& t) { return std::abs(r.v_px - t.v_px) < kMatchPx; };
+    const bool is_good = r.status == ReturnStatus::kOk;
+    const bool is_true = is_visible && (is_at(line.brightest) ||
+                                        std::any_of(line.others.begin(), line.others.end(), is_at));
+    ++columns;
+    if (is_good && !is_true) ++false_points;
+    if (!is_countable) return;
+    ++countable;
+    if (!is_good || !is_at(line.brightest)) return;
+    ++found;
+    const double error_m = r.range_m - line.brightest.range_m;
+    errors_mm.push_back(1000.0 * error_m);
+    if (r.sigma_m > 0.0) pulls.push_back(error_m / r.sigma_m);
+  }
+};
+
+/// Adds a scan of picture `scan.sequence` with the truth of the exposure it was made of.
+inline void add_scan(const PolarScan& scan, Simulator& simulator, DaylightScore& score) {
+  const std::vector<Truth> lit = simulator.truth(scan.sequence);
+  const auto own = std::find_if(lit.begin(), lit.end(),
+                                [&](const Truth& truth) { return truth.field == scan.field; });
+  score.add(scan, own != lit.end() ? &*own : nullptr);
+}
+
+/// A way of finding the stripe in daylight.
+struct DaylightWay {
+  ExtractMethod extract = ExtractMethod::kRefined;
+  PeakRule peak = PeakRule::kContinuous;
+  AmbientMethod ambient = AmbientMethod::kAuto;
+};
+
+/// Scans those frames of a scene that `is_kept`; nobody tells which exposures are lit. What begins
+/// the stream has a dark exposure on one side only and is not counted.
+inline DaylightScore scan_in_daylight(
+    const Scene& scene, const DaylightWay& way, int pictures,
+    const std::function<bool(int)>& is_kept = [](int) { return true; },
+    std::string* decisions = nullptr) {
+  Simulator simulator(scene);
+  const StriperModel model = simulator.model();
+  ScannerOptions options = ScannerOptions::for_model(model);
+  options.stripe.method = way.extract;
+  options.stripe.peak = way.peak;
+  options.ambient.method = way.ambient;
+  Scanner scanner(model, options);
+  DaylightScore score;
+  const auto keep = [&](std::span<const PolarScan> scans) {
+    for (const PolarScan& scan : scans) {
+      if (scan.sequence != 0) add_scan(scan, simulator, score);
+    }
+  };
+  for (int picture = 0; picture < pictures; ++picture) {
+    for (int part = 0; part < simulator.frames_per_picture(); ++part) {
+      if (!is_kept(picture * simulator.frames_per_picture() + part)) continue;
+      Frame frame = simulator.render(static_cast<std::uint64_t>(picture), part);
+      frame.illumination = Illumination::unknown();
+      keep(scanner.process(frame));
+    }
+  }
+  keep(scanner.finish());
+  if (decisions != nullptr) *decisions = scanner.decisions();
+  return score;
+}
+
+/// Lets a scene pass by. What shines belongs to a vehicle ahead and stays where it is seen; what
+/// passes is made long enough.
+inline void drive(Scene& scene, double speed_m_s) {
+  const Eigen::Vector3d velocity(0.0, speed_m_s, 0.0);
+  scene.device_motion.velocity_m_s = velocity;
+  for (SceneObject& object : scene.objects) {
+    if (object.material.radiance_w_m2_sr_nm > 0.0) object.motion.velocity_m_s = velocity;
+    if (auto* const box = std::get_if<Box>(&object.shape)) box->size_m.y() *= 10.0;
+    if (auto* const sweep = std::get_if<Sweep>(&object.shape)) sweep->length_m = 80.0;
+  }
+}
+
+}  // namespace striper::testing
