@@ -21,6 +21,7 @@ void stream(const char* source_name, const char* model_name) {
   striper::Scanner scanner(striper::load_model(model_name));  // "striper.yaml"
   source->start();
   striper::Frame frame;
+  // Until the source ends, or a camera is silent for a second.
   while (source->next(frame, std::chrono::seconds(1)) == striper::NextStatus::kFrame) {
     print(scanner.process(frame));
   }
