@@ -19,7 +19,7 @@ usage: ./test.sh [--deps | --full | --only STAGE]
                    tsan    the quick tests under ThreadSanitizer
                    tidy    clang-tidy 14 has nothing to say
                    slow    large Monte Carlo and soak tests of the release build
-                   fuzz    libFuzzer on the readers of models, scenes and addresses, 20 s each; not part of --full
+                   fuzz    libFuzzer on the readers of models, scenes, pictures and addresses, 20 s each; not part of --full
   --deps         only install the Debian packages that all of this needs
 
 Set STRIPER_BUILD to build somewhere else than in ./build.
