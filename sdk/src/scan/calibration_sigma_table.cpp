@@ -35,26 +35,34 @@ CalibrationSigmaTable::CalibrationSigmaTable(const Triangulator& triangulator) {
 }
 
 double CalibrationSigmaTable::sigma_m(double u_px, double v_px, double w) const noexcept {
-  const double s = u_px / kStepPx;
-  const double t = v_px / kStepPx;
+  const double s = u_px * (1.0 / kStepPx);
+  const double t = v_px * (1.0 / kStepPx);
   if (!(s >= 0.0 && t >= 0.0 && s < columns_ - 1 && t < rows_ - 1)) return kNan;
   const int i = static_cast<int>(s);
   const int j = static_cast<int>(t);
   const double fs = s - i;
   const double ft = t - j;
+  const double* const upper = &scaled_[at(i, j)];
+  const double* const lower = upper + columns_;
+  const double above = upper[0] + fs * (upper[1] - upper[0]);
+  const double below = lower[0] + fs * (lower[1] - lower[0]);
+  const double scaled = above + ft * (below - above);
+  return (std::isnan(scaled) ? from_known_corners(upper, fs, ft) : scaled) / (w * w);
+}
+
+// A corner beyond the horizon has no value; the others stand for it.
+double CalibrationSigmaTable::from_known_corners(const double* corner, double fs,
+                                                 double ft) const noexcept {
+  const double weights[4] = {(1.0 - fs) * (1.0 - ft), fs * (1.0 - ft), (1.0 - fs) * ft, fs * ft};
+  const double values[4] = {corner[0], corner[1], corner[columns_], corner[columns_ + 1]};
   double sum = 0.0;
-  double weights = 0.0;
-  // A corner beyond the horizon has no value; the others stand for it.
-  for (int corner = 0; corner < 4; ++corner) {
-    const int di = corner & 1;
-    const int dj = corner >> 1;
-    const double value = scaled_[at(i + di, j + dj)];
-    const double weight = (di != 0 ? fs : 1.0 - fs) * (dj != 0 ? ft : 1.0 - ft);
-    if (std::isnan(value)) continue;
-    sum += weight * value;
-    weights += weight;
+  double known = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    if (std::isnan(values[k])) continue;
+    sum += weights[k] * values[k];
+    known += weights[k];
   }
-  return sum / weights / (w * w);
+  return sum / known;
 }
 
 }  // namespace striper::detail

@@ -26,6 +26,7 @@ class CalibrationSigmaTable {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
   }
+  double from_known_corners(const double* corner, double fs, double ft) const noexcept;
 
   int columns_ = 0;
   int rows_ = 0;

@@ -190,30 +190,9 @@ TEST(TriangulationGradient, AgreesWithDifferencesInAMovedFrame) {
   expect_gradient_is_right(model, {320.0, 430.0});
 }
 
-// A covariance of the size that a good calibration has, of rank 3 over the plane.
-ModelCovariance plausible_covariance(const StriperModel& model) {
-  ModelCovariance covariance;
-  for (const std::string_view name : model.camera.parameter_names())
-    covariance.parameters.emplace_back(name);
-  for (const char* name : {"laser0_nx", "laser0_ny", "laser0_nz", "laser0_d"}) {
-    covariance.parameters.emplace_back(name);
-  }
-  const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(size, size - 1);
-  const Eigen::Index cameras = size - 4;
-  for (Eigen::Index i = 0; i < cameras; ++i) spread(i, i) = i < 4 ? 0.5 : 1e-4;
-  const Eigen::Vector3d n = model.lasers[0].plane.normal();
-  spread.block<3, 1>(cameras, cameras) = 3e-4 * n.unitOrthogonal();
-  spread.block<3, 1>(cameras, cameras + 1) = 5e-4 * n.cross(n.unitOrthogonal());
-  spread(size - 1, cameras + 2) = 2e-4;
-  spread(0, cameras + 2) = 0.3;  // Focal length and distance are correlated, as in life.
-  covariance.matrix = spread * spread.transpose();
-  return covariance;
-}
-
 TEST(Triangulator, CalibrationSigmaIsTheSpreadOfRangesOverSampledCalibrations) {
   StriperModel model = testing::typical_model();
-  model.covariance = plausible_covariance(model);
+  model.covariance = testing::plausible_covariance(model);
   const Triangulator triangulator(model, 0);
   const Eigen::Vector2d pixel(420.0, 330.0);
   const Eigen::MatrixXd& C = model.covariance->matrix;

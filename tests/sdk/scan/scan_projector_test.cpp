@@ -188,6 +188,31 @@ TEST(ScanProjector, MissingStripeKeepsItsReason) {
   EXPECT_TRUE(std::isnan(scan.returns[2].range_m));
 }
 
+TEST(ScanProjector, CalibrationErrorIsTheExactOneToAPercent) {
+  for (StriperModel model : {testing::paper_model(), testing::typical_model(),
+                             testing::typical_model(StripeAxis::kRows), testing::wide_model()}) {
+    model.covariance = testing::plausible_covariance(model);
+    const Triangulator exact(model, 0);
+    PolarScan scan;
+    ScanProjector(model, {}).project(random_stripe(model), 0, scan);
+    int good = 0;
+    for (const Return& r : scan.returns) {
+      if (r.status != ReturnStatus::kOk || r.range_m > 20.0) continue;
+      ++good;
+      EXPECT_NEAR(r.sigma_cal_m / exact.sigma_cal_m({r.u_px, r.v_px}), 1.0, 0.01)
+          << "at " << r.u_px << ", " << r.v_px << ", range " << r.range_m;
+    }
+    EXPECT_GT(good, 100);
+  }
+}
+
+TEST(ScanProjector, WithoutACovarianceThereIsNoCalibrationError) {
+  const StriperModel model = testing::typical_model();
+  PolarScan scan;
+  ScanProjector(model, {}).project(random_stripe(model), 0, scan);
+  for (const Return& r : scan.returns) EXPECT_TRUE(std::isnan(r.sigma_cal_m));
+}
+
 TEST(ScanProjector, WithoutAModelOnlyTheImageSpeaks) {
   const Stripe stripe = random_stripe(testing::typical_model());
   PolarScan scan;
