@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper capture: from a source of pictures to polar scans as CSV.
+#include <algorithm>
 #include <span>
 #include <sstream>
 #include <string>
@@ -88,9 +89,19 @@ nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
   return summary;
 }
 
+// Frames that are good for the source and not for the scanner.
+std::uint64_t misfits(const FrameLoopResult& result, const Scanner& scanner) {
+  const SourceStatistics& source = result.statistics;
+  const std::uint64_t bad = source.corrupt + source.incomplete + source.wrong_size;
+  return scanner.statistics().refused - std::min(bad, scanner.statistics().refused);
+}
+
 void say_summary(const FrameLoopResult& result, const Scanner& scanner, const ReturnCounts& returns,
                  const CsvSink& sink, const std::string& output) {
   say(fmt::format("read {}", describe(result)));
+  if (const std::uint64_t refused = misfits(result, scanner); refused > 0) {
+    say(fmt::format("refused {}: see above", count(refused, "frame")));
+  }
   say(fmt::format("wrote {}, {}, to {}", count(scanner.statistics().scans, "scan"),
                   count(sink.lines(), "line"), output == "-" ? "the standard output" : output));
   say(fmt::format("returns: {}", returns.describe()));
@@ -99,7 +110,9 @@ void say_summary(const FrameLoopResult& result, const Scanner& scanner, const Re
 
 // The source's own bad frames have been reported; these fit the stream and not the model.
 void say_refusal(const Frame& frame, const Scanner& scanner, std::uint64_t refused_before) {
-  const bool is_new = scanner.statistics().refused > refused_before;
+  constexpr std::uint64_t kRefusalsSaid = 10;
+  const std::uint64_t refused = scanner.statistics().refused;
+  const bool is_new = refused > refused_before && refused <= kRefusalsSaid;
   if (is_new && frame.status == FrameStatus::kOk) {
     say(fmt::format("frame {}: {}", frame.sequence, scanner.last_refusal()));
   }
@@ -136,8 +149,8 @@ ExitCode capture(const CaptureArguments& arguments) {
   if (arguments.json) {
     print_json(summarize(result, scanner, returns, sink, arguments.output));
   }
-  const bool has_misfits = scanner.statistics().refused > result.statistics.incomplete;
-  return result.has_bad_pictures() || has_misfits ? ExitCode::kFailed : ExitCode::kDone;
+  const bool is_clean = !result.has_bad_pictures() && misfits(result, scanner) == 0;
+  return is_clean ? ExitCode::kDone : ExitCode::kFailed;
 }
 
 }  // namespace

@@ -234,6 +234,7 @@ class BadInput(EndToEnd):
         self.write("row.pgm", pgm(height=1))
         done = self.capture(self.path("row.pgm") + "?fields=split-top", code=1)
         self.assertIn("frame 0: one row is not two fields", done.stderr)
+        self.assertIn("refused 1 frame", done.stderr)
 
     def check_one_bad_picture(self, reason, **options):
         done = self.capture(self.shots, "-m", self.model, code=1, **options)
