@@ -32,9 +32,10 @@ std::string describe(cv::Size size, int type) {
                      CV_MAT_DEPTH(type) == CV_16U ? 16 : 8);
 }
 
-// Whether nobody else would see it if these pixels were overwritten.
+// Whether nobody else would see it if these pixels were overwritten. Read atomically, as it is
+// written: another thread may be letting go of its copy, and must have read all it wanted.
 bool is_held_here_only(const cv::Mat& image) {
-  return image.u != nullptr && image.u->refcount == 1;
+  return image.u != nullptr && CV_XADD(&image.u->refcount, 0) == 1;
 }
 
 std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double rate_hz) {

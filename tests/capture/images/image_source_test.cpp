@@ -2,6 +2,10 @@
 // Proves what `images:` makes of a directory: numbers and times, the keys of its address, and that
 // a bad picture is a frame with its reason, counted, and not the end. Recordings:
 // recorder_test.cpp.
+#include <deque>
+#include <mutex>
+#include <thread>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -186,6 +190,44 @@ TEST_F(ImagesOfADirectory, FrameHandedInIsReusedOnlyIfNobodyElseHoldsIt) {
   source->next(frame, 0ms);
   EXPECT_EQ(frame.image.data, memory);
   EXPECT_EQ(frame.image.at<std::uint8_t>(0, 0), 3);
+}
+
+// Another thread looks at each frame while the next ones are read into the same variable; the
+// ThreadSanitizer sees more than the values do.
+TEST_F(ImagesOfADirectory, FrameInAnotherThreadIsNeverWrittenTo) {
+  constexpr int kPictures = 60;
+  for (int i = 0; i < kPictures; ++i) put(std::to_string(i) + ".png", i);
+  std::mutex mutex;
+  std::deque<Frame> handed_over;
+  bool is_done = false;
+  int wrong = 0;
+  std::thread reader([&] {
+    while (true) {
+      Frame frame;
+      {
+        const std::lock_guard lock(mutex);
+        if (handed_over.empty() && is_done) return;
+        if (handed_over.empty()) continue;
+        std::swap(frame, handed_over.front());
+        handed_over.pop_front();
+      }
+      const cv::Mat expected(frame.image.size(), CV_8UC1, cv::Scalar(frame.sequence));
+      wrong += cv::countNonZero(frame.image != expected) == 0 ? 0 : 1;
+    }
+  });
+  const auto source = open();
+  source->start();
+  Frame frame;
+  while (source->next(frame, 0ms) == NextStatus::kFrame) {
+    const std::lock_guard lock(mutex);
+    handed_over.push_back(frame);
+  }
+  {
+    const std::lock_guard lock(mutex);
+    is_done = true;
+  }
+  reader.join();
+  EXPECT_EQ(wrong, 0);
 }
 
 TEST_F(ImagesOfADirectory, CadenceOfTheAddressMarksFramesByExposureNumber) {
