@@ -34,20 +34,28 @@ std::vector<double> blur_shares(double sigma_px) {
 }
 
 /// Convolves every row, and writes the picture transposed, so that twice is both axes. Beyond the
-/// border the picture goes on as it ends.
+/// border the picture goes on as it ends. Share by share along a whole row: so the compiler can use
+/// vectors without changing the order of a pixel's sum.
 cv::Mat blurred_rows_transposed(const cv::Mat& image, const std::vector<double>& shares) {
   cv::Mat result(image.cols, image.rows, CV_32FC1);
-  const int reach = static_cast<int>(shares.size()) - 1;
+  const std::size_t reach = shares.size() - 1;
+  const auto width = static_cast<std::size_t>(image.cols);
+  std::vector<double> padded(width + 2 * reach);
+  std::vector<double> sums(width);
   for (int row = 0; row < image.rows; ++row) {
     const auto* const from = image.ptr<float>(row);
-    for (int column = 0; column < image.cols; ++column) {
-      double sum = shares[0] * from[column];
-      for (int i = 1; i <= reach; ++i) {
-        sum += shares[static_cast<std::size_t>(i)] *
-               (static_cast<double>(from[std::max(column - i, 0)]) +
-                from[std::min(column + i, image.cols - 1)]);
-      }
-      result.at<float>(column, row) = static_cast<float>(sum);
+    const auto middle = padded.begin() + static_cast<std::ptrdiff_t>(reach);
+    std::fill(padded.begin(), middle, from[0]);
+    std::fill(std::copy(from, from + width, middle), padded.end(), from[width - 1]);
+    for (std::size_t k = 0; k < width; ++k) sums[k] = shares[0] * padded[k + reach];
+    for (std::size_t i = 1; i <= reach; ++i) {
+      const double share = shares[i];
+      const double* const before = &padded[reach - i];
+      const double* const after = &padded[reach + i];
+      for (std::size_t k = 0; k < width; ++k) sums[k] += share * (before[k] + after[k]);
+    }
+    for (std::size_t k = 0; k < width; ++k) {
+      result.at<float>(static_cast<int>(k), row) = static_cast<float>(sums[k]);
     }
   }
   return result;
