@@ -194,8 +194,7 @@ class Report {
       }
     plot.labels("u, px", "v, px");
     add("<div>{}<p class=\"small\">Dark is good: one-sigma range error from the calibration for "
-        "every "
-        "pixel (logarithmic); white: the ray does not meet the laser plane.</p></div>",
+        "every pixel (logarithmic); white: the ray does not meet the laser plane.</p></div>",
         plot.finish());
   }
 
@@ -299,8 +298,7 @@ class Report {
       }
     plot.labels(columns ? "column u, px" : "row v, px", "off the plane, px");
     add("<div>{}<p class=\"small\">Stripes: distance from where plane and board meet, rms {:.3f} "
-        "px "
-        "({:.2f} times what the extraction promised).</p></div>",
+        "px ({:.2f} times what the extraction promised).</p></div>",
         plot.finish(), s_.stripes.rms_px, s_.stripes.sigma_factor);
   }
 
@@ -309,8 +307,8 @@ class Report {
     add("<h2>Cross-validation</h2>");
     if (v.splits > 0)
       add("<p>Two halves of the pictures, calibrated apart, differ by a NEES of <b>{:.1f}</b>; if "
-          "the "
-          "error bars are right it lies between {:.1f} and {:.1f} in 95 of 100 cases (mean of {} "
+          "the error bars are right it lies between {:.1f} and {:.1f} in 95 of 100 cases (mean of "
+          "{} "
           "splits). {}</p>",
           v.nees, v.nees_low, v.nees_high, v.splits,
           v.covariance_factor > 1.0

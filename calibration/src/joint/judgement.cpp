@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include <striper/geometry/triangulator.hpp>
+
+#include "joint/calibration_steps.hpp"
+
+namespace striper::detail {
+namespace {
+
+constexpr double kBlurredPx = 2.5;
+using Severity = Finding::Severity;
+
+void judge_pictures(Calibration& calibration) {
+  std::size_t lost = 0;
+  std::size_t lost_stripes = 0;
+  std::size_t lit = 0;
+  std::string first;
+  std::string blurred;
+  for (const PictureResult& picture : calibration.pictures) {
+    if (!picture.board.found) {
+      ++lost;
+      if (first.empty()) first = picture.picture.name + ": " + picture.board_reason;
+    }
+    if (picture.laser >= 0) ++lit;
+    if (picture.laser >= 0 && picture.view >= 0 && picture.stripe_view < 0) ++lost_stripes;
+    if (picture.board.blur_px >
+        kBlurredPx * std::max(1.0, calibration.observations.image_width / 1280.0))
+      blurred += (blurred.empty() ? "" : ", ") + picture.picture.name;
+  }
+  if (lost > 0)
+    note(calibration, 4 * lost > calibration.pictures.size() ? Severity::kWarning : Severity::kNote,
+         "boards_not_found",
+         fmt::format("the board was not found in {} of {} pictures ({})", lost,
+                     calibration.pictures.size(), first),
+         "the whole board must be in the picture, sharp and evenly lit");
+  if (lost_stripes > 0)
+    note(calibration, 4 * lost_stripes > lit ? Severity::kWarning : Severity::kNote,
+         "stripes_not_found",
+         fmt::format("no stripe was used in {} of {} laser pictures", lost_stripes, lit),
+         "the laser must cross the board or its white margin");
+  if (!blurred.empty())
+    note(calibration, Severity::kWarning, "blurred", "blurred pictures: " + blurred,
+         "hold the board still, expose shorter, focus");
+}
+
+void judge_validation(const CalibrationOptions& options, Calibration& calibration) {
+  const CrossValidation& validation = calibration.validation;
+  if (options.known_camera && !options.known_camera->covariance)
+    note(calibration, Severity::kNote, "camera_error_unknown",
+         "the intrinsics that were given carry no covariance: the error bars leave the camera's "
+         "own error out",
+         "give a model of this program, which carries it, or calibrate the camera from these "
+         "pictures too");
+  if (validation.splits == 0) {
+    if (!options.known_camera)
+      note(calibration, Severity::kNote, "not_cross_validated",
+           "too few pictures to solve two halves of them against each other",
+           "eight or more pictures let the halves be compared");
+    return;
+  }
+  if (validation.covariance_factor <= 1.0) return;
+  const double times = std::sqrt(validation.covariance_factor);
+  note(calibration, times > 2.0 ? Severity::kWarning : Severity::kNote, "halves_disagree",
+       fmt::format(
+           "two halves of the pictures disagree by more than their error bars say (NEES "
+           "{:.1f}, expected {:.1f} to {:.1f}); all error bars were widened by {:.2f} for it",
+           validation.nees, validation.nees_low, validation.nees_high, times),
+       "the board may be bent, the lens model too simple, or the camera moved its focus");
+}
+
+void predict_ranges(Calibration& calibration) {
+  for (int laser = 0; laser < static_cast<int>(calibration.model.lasers.size()); ++laser) {
+    const Triangulator triangulator(calibration.model, laser);
+    double nearest_m = std::numeric_limits<double>::infinity();
+    double farthest_m = 0.0;
+    for (const auto& p : stripe_points_cam(calibration.observations, calibration.solution, laser)) {
+      const Eigen::Vector3d q = triangulator.T_cam_scan().inverse() * p;
+      nearest_m = std::min(nearest_m, q.head<2>().norm());
+      farthest_m = std::max(farthest_m, q.head<2>().norm());
+    }
+    calibration.depths_m.emplace_back(nearest_m, farthest_m);
+    calibration.range_sigmas.push_back(
+        calibration.model.covariance
+            ? predict_range_sigma(calibration.model, laser, {1.0, 2.0, 4.0}, nearest_m, farthest_m)
+            : std::vector<RangeSigma>{});
+  }
+}
+
+}  // namespace
+
+void judge(const CalibrationOptions& options, Calibration& calibration) {
+  report_progress(options, "cross-validating", 0.85);
+  if (calibration.solution.covariance.size() > 0) {
+    calibration.validation = cross_validate(calibration.observations, calibration.solution,
+                                            calibration.options, options.threads);
+    calibration.model.covariance->matrix *= calibration.validation.covariance_factor;
+    calibration.solution.covariance *= calibration.validation.covariance_factor;
+  }
+  judge_pictures(calibration);
+  judge_validation(options, calibration);
+  for (Finding& finding :
+       check_trust(calibration.observations, calibration.solution, calibration.options,
+                   calibration.model, calibration.validation.covariance_factor, options.limits))
+    calibration.findings.push_back(std::move(finding));
+  if (calibration.model.camera.folds_inside_image())
+    note(calibration, Severity::kWarning, "lens_folds",
+         "the lens model folds back inside the picture: its corners cannot be used",
+         "show the board in the corners of the picture, or choose another --lens");
+  predict_ranges(calibration);
+  std::stable_sort(calibration.findings.begin(), calibration.findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+  calibration.forced = !calibration.trustworthy() && options.force;
+}
+
+void report_progress(const CalibrationOptions& options, const std::string& stage, double fraction) {
+  if (options.progress) options.progress(stage, fraction);
+}
+
+void note(Calibration& calibration, Finding::Severity severity, const char* code,
+          std::string message, std::string advice) {
+  calibration.findings.push_back({severity, code, std::move(message), std::move(advice)});
+}
+
+}  // namespace striper::detail

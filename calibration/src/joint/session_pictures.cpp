@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+
+#include "joint/calibration_steps.hpp"
+
+namespace striper::detail {
+namespace {
+
+constexpr std::size_t kFewestCorners = 12;
+
+// All pictures must come from one camera at one setting: the first one says how large they are.
+class CommonSize {
+ public:
+  explicit CommonSize(const CalibrationOptions& options) : options_(options) {}
+
+  cv::Size size() const noexcept { return size_; }
+
+  void check(const std::string& name, cv::Size size) {
+    const std::lock_guard guard(lock_);
+    if (size_.empty()) {
+      size_ = size;
+      first_name_ = name;
+      check_known_camera();
+    }
+    if (size != size_)
+      throw Error(
+          ErrorKind::kBadValue,
+          fmt::format("{}: the picture is {}x{}, but {} is {}x{}; all must come from one "
+                      "camera at one setting",
+                      name, size.width, size.height, first_name_, size_.width, size_.height));
+  }
+
+ private:
+  void check_known_camera() const {
+    if (!options_.known_camera) return;
+    const CameraModel& camera = options_.known_camera->camera;
+    if (camera.width() == size_.width && camera.height() == size_.height) return;
+    throw Error(
+        ErrorKind::kBadValue,
+        fmt::format("{}: the picture is {}x{} and the given intrinsics are of {}x{}", first_name_,
+                    size_.width, size_.height, camera.width(), camera.height()));
+  }
+
+  const CalibrationOptions& options_;
+  std::mutex lock_;
+  cv::Size size_;
+  std::string first_name_;
+};
+
+cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& options,
+                  Calibration& calibration) {
+  CommonSize common(options);
+  std::atomic<std::size_t> next{0};
+  std::atomic<std::size_t> done{0};
+  std::mutex lock;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < calibration.pictures.size(); i = next++) {
+      try {
+        PictureResult& picture = calibration.pictures[i];
+        const cv::Mat image = picture.picture.load();
+        common.check(picture.picture.name, image.size());
+        picture.board = find_board(image, input.board);
+        picture.board_reason = picture.board.reason;
+        // Inside of the try: a caller may end the work by throwing from its progress.
+        const std::lock_guard guard(lock);
+        report_progress(
+            options, "finding boards",
+            0.5 * static_cast<double>(++done) / static_cast<double>(calibration.pictures.size()));
+      } catch (...) {
+        const std::lock_guard guard(lock);
+        failure = std::current_exception();
+        next = calibration.pictures.size();
+      }
+    }
+  };
+  std::vector<std::thread> others;
+  for (int t = 1; t < options.threads; ++t) others.emplace_back(work);
+  work();
+  for (std::thread& thread : others) thread.join();
+  if (failure) std::rethrow_exception(failure);
+  return common.size();
+}
+
+[[noreturn]] void refuse_without_boards(const CalibrationInput& input,
+                                        const Calibration& calibration) {
+  std::string hint;
+  for (std::size_t i = 0; i < std::min<std::size_t>(3, calibration.pictures.size()); ++i) {
+    const std::string size = guess_board_size(calibration.pictures[i].picture.load(), input.board);
+    if (size.empty()) continue;
+    hint = fmt::format("; a {} board is in {}: the size is given in inner corners, columns x rows",
+                       size, calibration.pictures[i].picture.name);
+    break;
+  }
+  throw Error(ErrorKind::kUntrustworthy,
+              fmt::format("the {} board was found in none of {} pictures ({}: {}){}",
+                          to_string(input.board), calibration.pictures.size(),
+                          calibration.pictures.front().picture.name,
+                          calibration.pictures.front().board_reason, hint));
+}
+
+void collect_views(const CalibrationInput& input, cv::Size size, Calibration& calibration) {
+  Observations& observations = calibration.observations;
+  observations.board = input.board;
+  observations.image_width = size.width;
+  observations.image_height = size.height;
+  std::map<std::string, int> view_of;  // A pose that several lasers share is one view.
+  for (PictureResult& picture : calibration.pictures) {
+    if (!picture.board.found) continue;
+    const auto known = view_of.find(picture.picture.name);
+    if (known != view_of.end()) {
+      picture.view = known->second;
+      continue;
+    }
+    CornerView view;
+    view.name = picture.picture.name;
+    for (std::size_t i = 0; i < picture.board.corners_px.size(); ++i) {
+      if (!picture.board.reliable[i]) continue;
+      view.point.push_back(static_cast<int>(i));
+      view.pixel.push_back(picture.board.corners_px[i]);
+    }
+    if (view.point.size() < std::min<std::size_t>(kFewestCorners, static_cast<std::size_t>(
+                                                                      input.board.point_count()))) {
+      picture.board_reason = fmt::format("only {} of {} corners look like corners",
+                                         view.point.size(), input.board.point_count());
+      continue;
+    }
+    picture.view = static_cast<int>(observations.views.size());
+    view_of[picture.picture.name] = picture.view;
+    observations.views.push_back(std::move(view));
+  }
+  if (observations.views.empty()) refuse_without_boards(input, calibration);
+}
+
+}  // namespace
+
+void list_pictures(const CalibrationInput& input, Calibration& calibration) {
+  input.board.validate();
+  std::map<std::string, bool> listed;
+  for (std::size_t laser = 0; laser < input.lasers.size(); ++laser) {
+    const LaserPictures& pictures = input.lasers[laser];
+    if (!pictures.off.empty() && pictures.off.size() != pictures.on.size())
+      throw Error(ErrorKind::kUsage,
+                  fmt::format("laser {}: {} pictures with the laser off and {} with it on; pairs "
+                              "need as many of each",
+                              laser, pictures.off.size(), pictures.on.size()));
+    for (std::size_t i = 0; i < pictures.on.size(); ++i) {
+      PictureResult picture;
+      picture.laser = static_cast<int>(laser);
+      picture.lit = pictures.on[i];
+      picture.picture = pictures.off.empty() ? pictures.on[i] : pictures.off[i];
+      listed[picture.picture.name] = true;
+      calibration.pictures.push_back(std::move(picture));
+    }
+  }
+  for (const SessionPicture& picture : input.boards) {
+    if (listed[picture.name]) continue;
+    listed[picture.name] = true;
+    PictureResult board;
+    board.picture = picture;
+    calibration.pictures.push_back(std::move(board));
+  }
+  if (calibration.pictures.empty())
+    throw Error(ErrorKind::kUsage, "there is no picture to calibrate from");
+}
+
+void find_boards(const CalibrationInput& input, const CalibrationOptions& options,
+                 Calibration& calibration) {
+  const cv::Size size = find_all(input, options, calibration);
+  collect_views(input, size, calibration);
+}
+
+}  // namespace striper::detail
