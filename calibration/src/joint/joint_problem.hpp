@@ -45,30 +45,13 @@ std::unique_ptr<ceres::Problem> make_problem(const Observations& observations,
                                              const JointWeights& weights, double loss_sigmas,
                                              JointState& state);
 
-/// The whitened normal matrix of what is common to all views (camera, bend, planes), the poses
-/// eliminated, at `state`. Rows of what is held are absent.
-struct ReducedInformation {
-  Eigen::MatrixXd matrix;
-  std::vector<int> parameter;  ///< Row -> camera parameter, then 2 bend, then 3 per plane.
-
-  /// How many unknowns each class of residuals determines: the trace of its part of the hat matrix.
-  /// NaN where the matrix is singular.
-  double corner_share = 0.0;
-  double stripe_share = 0.0;
-};
-
-/// @param corner_numbers how many scalar residuals are corners'; they come first in the problem,
-/// @param stripe_numbers the stripes' next, a prior's last.
-ReducedInformation reduced_information(ceres::Problem& problem, JointState& state,
-                                       int corner_numbers, int stripe_numbers);
-
-/// Distance along the pixel's line from the predicted stripe: residual of one stripe pixel in px.
-/// Also the weight that makes the cost function so. Empty where the ray or the derivative fails.
+/// One stripe pixel against the stripe that the state predicts in its column or row.
 struct StripeResidual {
-  double residual_px;
-  double weight_px;  ///< |d across / d (w . P)|.
-  Eigen::Vector2d ray;
+  double residual_px;   ///< Observed minus predicted.
+  Eigen::Vector2d ray;  ///< Where it is predicted: a start for the next search.
 };
+
+/// Empty where the state predicts no stripe there.
 std::optional<StripeResidual> stripe_residual(const JointState& state, const BendShape& shape,
                                               StripeAxis axis, const PoseBlock& pose,
                                               const std::array<double, 3>& plane,

@@ -83,33 +83,51 @@ TEST(RealBoards, BouguetsExampleComesOutAsPublished) {
   expect_not_worse_than_opencv(c.observations);
 }
 
-// The reference's corners hold errors of its own (a refinement window that reaches into the
-// neighbouring squares: 1.2 px in one view). On them we must agree with it.
-TEST(RealBoards, OpenCvsLeftCameraComesOutAsPublishedOnItsCorners) {
-  STRIPER_SKIP_WITHOUT_REAL_DATA("opencv-left-right");
-  const Observations corners =
-      testing::corners_from_csv(testing::real_data("opencv-left-right") / "opencv_corners_left.csv",
-                                parse_board("9x6", 0.025), 640, 480);
-  ASSERT_EQ(13U, corners.views.size());
+Observations opencv_left_corners() {
+  return testing::corners_from_csv(
+      testing::real_data("opencv-left-right") / "opencv_corners_left.csv",
+      parse_board("9x6", 0.025), 640, 480);
+}
+
+JointOptions with_all_corners() {
   JointOptions options;
   options.remove_outliers = false;
-  const JointSolution all = solve_joint(corners, options);
+  return options;
+}
+
+TEST(RealBoards, OpenCvsLeftCameraComesOutAsPublishedOnItsCorners) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("opencv-left-right");
+  const Observations corners = opencv_left_corners();
+  ASSERT_EQ(13U, corners.views.size());
+  const JointSolution all = solve_joint(corners, with_all_corners());
   EXPECT_NEAR(all.camera.fx(), 535.9, 1.0);
   EXPECT_LE(all.corners.rms_px, 0.41);
-  const JointSolution cleaned = solve_joint(corners, JointOptions{});
-  EXPECT_LT(cleaned.corners.rms_px, 0.3);
+  EXPECT_LT(solve_joint(corners, {}).corners.rms_px, 0.2) << "lower with the outliers out";
   expect_not_worse_than_opencv(corners);
 }
 
-// From the pictures themselves the corners fit more than twice as well, and the focal length lies
-// within two of the reference's own standard deviations (1.35 px).
-TEST(RealBoards, OpenCvsLeftCameraFitsBetterFromItsPictures) {
+// From the pictures themselves fx is 533.5, and that is where the reference's own corners put it
+// too once its 14 outliers are out. Those are 0.95 px rms off in left02 and 0.5 px in left13, where
+// the refinement window reached into the neighbouring squares; its 535.9 is their pull.
+TEST(RealBoards, OpenCvsLeftCameraComesOutWhereItsGoodCornersPutIt) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("opencv-left-right");
-  const Calibration c = calibrate(boards_of("opencv-left-right", "9x6", 0.025, "", "left"), {});
-  EXPECT_EQ(13U, c.observations.views.size());
-  EXPECT_NEAR(c.model.camera.fx(), 535.9, 2.0 * 1.35);
-  EXPECT_LT(c.solution.corners.rms_px, 0.2);
-  EXPECT_TRUE(c.trustworthy());
+  const Calibration ours = calibrate(boards_of("opencv-left-right", "9x6", 0.025, "", "left"), {});
+  EXPECT_EQ(13U, ours.observations.views.size());
+  EXPECT_LT(ours.solution.corners.rms_px, 0.2);
+  EXPECT_TRUE(ours.trustworthy());
+
+  const Observations corners = opencv_left_corners();
+  const JointSolution cleaned = solve_joint(corners, {});
+  EXPECT_LT(cleaned.outliers.size(), 20U);
+  EXPECT_NEAR(cleaned.camera.fx(), ours.model.camera.fx(), 1.0);
+  EXPECT_NEAR(cleaned.camera.cx(), ours.model.camera.cx(), 1.0);
+  EXPECT_NEAR(cleaned.camera.cy(), ours.model.camera.cy(), 1.0);
+  Observations without = corners;
+  std::erase_if(without.views, [](const CornerView& view) {
+    return view.name == "left02.jpg" || view.name == "left09.jpg" || view.name == "left13.jpg";
+  });
+  ASSERT_EQ(10U, without.views.size());
+  EXPECT_NEAR(solve_joint(without, with_all_corners()).camera.fx(), ours.model.camera.fx(), 1.0);
 }
 
 TEST(RealBoards, NearlyParallelBoardsAreRefused) {

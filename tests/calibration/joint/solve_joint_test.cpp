@@ -96,23 +96,58 @@ TEST(CostFunctions, HaveTheDerivativesOfTheirValues) {
   const std::vector<double> twelve = {610,  620,   318,  242,  -0.2, 0.1,
                                       1e-3, -2e-3, 0.02, 0.03, 0.01, -0.02};
   const std::vector<double> eight = {610, 620, 318, 242, -0.02, 0.01, 1e-3, -2e-3};
-  const detail::CornerCost corner{LensModel::kPlumbBob, shape, {0.12, 0.18}, {300, 200}, 0.1};
+  const detail::CornerCost corner{LensModel::kPlumbBob, shape,      {0.002, -0.001},
+                                  {0.12, 0.18},         {300, 200}, 0.1};
   expect_right_jacobian<detail::CornerCost, 2, 9, 6, 2>(corner, {nine, pose_block, bend});
+  expect_right_jacobian<detail::CornerCost, 2, 9, 6>(corner, {nine, pose_block});
   detail::CornerCost other = corner;
   other.lens = LensModel::kRationalPolynomial;
   expect_right_jacobian<detail::CornerCost, 2, 12, 6, 2>(other, {twelve, pose_block, bend});
   other.lens = LensModel::kEquidistant;
   expect_right_jacobian<detail::CornerCost, 2, 8, 6, 2>(other, {eight, pose_block, bend});
-  const Eigen::Vector2d pixel(500.0, 390.0);
-  const Eigen::Vector2d guess(0.0, 0.0);
+  const Eigen::Vector2d start(0.2, 0.2);
+  const auto stripe = [&](LensModel lens, int count, StripeAxis axis) {
+    return detail::StripeCost{{lens, count, shape, axis, 500.0, start}, {0.0, 0.0}, 390.0, 0.05};
+  };
   expect_right_jacobian<detail::StripeCost, 1, 9, 6, 2, 3>(
-      {LensModel::kPlumbBob, 9, shape, pixel, guess, 900.0}, {nine, pose_block, bend, plane_block});
+      stripe(LensModel::kPlumbBob, 9, StripeAxis::kColumns), {nine, pose_block, bend, plane_block});
+  expect_right_jacobian<detail::StripeCost, 1, 9, 6, 3>(
+      stripe(LensModel::kPlumbBob, 9, StripeAxis::kColumns), {nine, pose_block, plane_block});
   expect_right_jacobian<detail::StripeCost, 1, 12, 6, 2, 3>(
-      {LensModel::kRationalPolynomial, 12, shape, pixel, guess, 900.0},
+      stripe(LensModel::kRationalPolynomial, 12, StripeAxis::kColumns),
       {twelve, pose_block, bend, plane_block});
   expect_right_jacobian<detail::StripeCost, 1, 8, 6, 2, 3>(
-      {LensModel::kEquidistant, 8, shape, pixel, guess, 900.0},
+      stripe(LensModel::kEquidistant, 8, StripeAxis::kColumns),
       {eight, pose_block, bend, plane_block});
+  // A sheet that stands upright, seen along rows.
+  const auto upright =
+      detail::to_block(LaserPlane(Eigen::Vector3d(0.9, -0.14, 0.4).normalized(), 0.7));
+  expect_right_jacobian<detail::StripeCost, 1, 9, 6, 2, 3>(
+      stripe(LensModel::kPlumbBob, 9, StripeAxis::kRows),
+      {nine, pose_block, bend, std::vector<double>(upright.begin(), upright.end())});
+}
+
+// The plain way: where does the line in which the two planes meet, in space, cross the column?
+TEST(StripeCrossing, IsWhereTheLineOfBothPlanesProjectsTo) {
+  const SyntheticStriper striper;
+  const detail::BendShape shape(striper.board);
+  const Eigen::VectorXd camera = striper.camera.parameters();
+  const auto plane = detail::to_block(striper.plane);
+  for (const testing::BoardPose& attitude :
+       {testing::BoardPose{320, 300, 1.2, 25, 20, 5}, {300, 280, 1.5, -30, -15, -8}}) {
+    const auto T = testing::T_cam_board(striper, attitude);
+    const auto pose = detail::to_block(T);
+    const std::vector<Eigen::Vector2d> truth = testing::stripe_on_board(striper, T);
+    ASSERT_GT(truth.size(), 100U);
+    for (const Eigen::Vector2d& pixel : truth) {
+      const detail::StripeCrossing crossing{LensModel::kPlumbBob, 9,         shape,
+                                            StripeAxis::kColumns, pixel.x(), {0.0, 0.2}};
+      double v_px = 0.0;
+      ASSERT_TRUE(crossing(camera.data(), pose.data(), static_cast<const double*>(nullptr),
+                           plane.data(), v_px));
+      EXPECT_NEAR(v_px, pixel.y(), 1e-6);
+    }
+  }
 }
 
 TEST(SolveJoint, CovarianceIsThatOfTheWholeNormalMatrix) {

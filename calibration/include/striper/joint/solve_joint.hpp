@@ -109,7 +109,7 @@ struct JointSolution {
 /// the rest adjusted by least squares.
 ///
 /// Residuals, both in pixels over sigma: a corner against its projection, and a stripe pixel
-/// against the line in which laser plane and board meet, measured along the pixel's column
+/// against where the line in which laser plane and board meet crosses the pixel's column
 /// (kColumns) or row. Unknown of a plane is w = n / d (w . p = 1), three numbers.
 /// @throws Error{kBadValue} where the observations are not valid; Error{kUntrustworthy} where there
 /// are too few to begin (fewer than two views, or a laser without a stripe), or no start is found.

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <striper/joint/solve_joint.hpp>
+
+#include "joint/normal_arrow.hpp"
+#include "joint/residuals.hpp"
+
+namespace striper::detail {
+
+/// Fills `solution` with how well the adjustment determines its unknowns: covariance, reciprocal
+/// condition, weakest direction, and the degrees of freedom that each class of residuals keeps.
+/// @param linearisation of the problem at `state`; its first rows are the corners', then the
+/// stripes', as `counts` says, a prior's last.
+void fill_uncertainty(const Linearisation& linearisation, const Counts& counts,
+                      const JointState& state, JointSolution& solution);
+
+}  // namespace striper::detail
