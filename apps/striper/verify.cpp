@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include <striper/capture/open_source.hpp>
-#include <striper/core/error.hpp>
 
 #include "frame_loop.hpp"
 #include "program.hpp"
@@ -171,9 +170,7 @@ class Verification {
                     1e3 * flatness_m(), ratio()));
     if (changes_ > 0)
       say(fmt::format("temporal noise: {:.3f} px mean change from scan to scan", temporal_px()));
-    if (arguments.distance_m)
-      say(fmt::format("bias: {:+.3f} mm (calibration error, one sigma: {:.3f} mm)",
-                      1e3 * (mean_distance_m() - *arguments.distance_m), 1e3 * sigma_cal_m_));
+    if (arguments.distance_m) say_bias(mean_distance_m() - *arguments.distance_m);
     const std::string failed = failures(arguments);
     say(failed.empty() ? std::string("passed") : "failed: " + failed);
   }
@@ -199,6 +196,12 @@ class Verification {
   }
 
  private:
+  void say_bias(double bias_m) const {
+    const std::string sigma = std::isfinite(sigma_cal_m_)
+                                  ? fmt::format("{:.3f} mm", 1e3 * sigma_cal_m_)
+                                  : "not known, the model has no covariance";
+    say(fmt::format("bias: {:+.3f} mm (calibration error, one sigma: {})", 1e3 * bias_m, sigma));
+  }
   double fill() const { return lines_ > 0 ? static_cast<double>(good_) / lines_ : 0.0; }
   double flatness_m() const { return used_ > 0 ? std::sqrt(squares_m2_ / used_) : NAN; }
   double ratio() const { return used_ > 0 ? std::sqrt(squares_sigmas_ / used_) : NAN; }
@@ -218,8 +221,9 @@ class Verification {
       const Return& r = scan.returns[i];
       const double across = scan.axis == StripeAxis::kColumns ? r.v_px : r.u_px;
       now.push_back(r.status == ReturnStatus::kOk ? across : NAN);
-      if (comparable && std::isfinite(now[i]) && std::isfinite(last[i]))
-        change_px_ += std::abs(now[i] - last[i]), ++changes_;
+      if (!comparable || !std::isfinite(now[i]) || !std::isfinite(last[i])) continue;
+      change_px_ += std::abs(now[i] - last[i]);
+      ++changes_;
     }
     last = std::move(now);
   }
@@ -240,25 +244,29 @@ class Verification {
 void define(CLI::App& command, VerifyArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
+  command.get_option("--model")->required()->description(
+      "The calibrated striper to check (striper.yaml)");
   add_frame_limits(command, arguments.limits);
   command
       .add_option("--distance", arguments.distance_m,
-                  "True distance of the target from the scan origin, square to it")
+                  "True distance of the target from the scan origin, square to it, metres")
       ->type_name("M")
       ->check(above_zero());
-  command.add_option("--min-fill", arguments.least_fill, "Least part of the lines with a return")
-      ->type_name("F")
-      ->capture_default_str();
-  command.add_option("--max-ratio", arguments.most_ratio, "Most scatter, in predicted sigmas")
-      ->type_name("R")
-      ->capture_default_str();
+  command
+      .add_option(
+          "--min-fill", arguments.least_fill,
+          fmt::format("Least part of the lines with a return; default {}", arguments.least_fill))
+      ->type_name("PART");
+  command
+      .add_option(
+          "--max-ratio", arguments.most_ratio,
+          fmt::format("Most scatter, in predicted sigmas; default {}", arguments.most_ratio))
+      ->type_name("RATIO");
   command.add_flag("--json", arguments.json, "The figures for programs");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
 
 ExitCode verify(const VerifyArguments& arguments) {
-  if (!arguments.scanner.model)
-    throw Error(ErrorKind::kUsage, "verify needs --model: it checks the model's ranges");
   const auto source = open_source(arguments.source);
   Scanner scanner = make_scanner(arguments.scanner, source->info());
   Verification verification;

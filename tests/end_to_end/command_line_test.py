@@ -156,6 +156,9 @@ class WrongUsage(EndToEnd):
     def test_no_source(self):
         self.check("SOURCE is required", "capture")
 
+    def test_verify_without_a_model(self):
+        self.check("--model is required", "verify", self.shots)
+
     def test_words_are_listed(self):
         self.check("'best' is none of paper, fast, refined", "capture", self.shots, "--method", "best")
         self.check("'u' is none of columns, rows", "capture", self.shots, "--axis", "u")
