@@ -101,12 +101,18 @@ bool parse_illumination(const std::string& text, Illumination& illumination) {
   return true;
 }
 
+// A clock's value, an offset and a field's delay are added up: together they stay below 2^63.
+bool parse_ns(const std::string& text, std::int64_t& value) {
+  constexpr std::int64_t kMost_ns = 3'000'000'000'000'000'000;  // 95 years.
+  return parse_number(text, value) && value >= -kMost_ns && value <= kMost_ns;
+}
+
 bool parse_offset(const std::string& text, std::optional<std::int64_t>& offset) {
   if (text.empty()) {
     offset.reset();
     return true;
   }
-  return parse_number(text, offset.emplace());
+  return parse_ns(text, offset.emplace());
 }
 
 // The table's columns: name, how a frame is written, how it is read back (false: not a value).
@@ -138,7 +144,7 @@ const std::array<Column, 20> kColumns{{
      }},
     {"monotonic_ns", [](const FrameRow& r) { return std::to_string(r.frame.time.monotonic_ns); },
      [](const std::string& text, FrameRow& r) {
-       return parse_number(text, r.frame.time.monotonic_ns);
+       return parse_ns(text, r.frame.time.monotonic_ns);
      }},
     {"utc_offset_ns",
      [](const FrameRow& r) {
@@ -149,11 +155,9 @@ const std::array<Column, 20> kColumns{{
        return parse_offset(text, r.frame.time.utc_offset_ns);
      }},
     {"field_period_ns", [](const FrameRow& r) { return std::to_string(r.frame.field_period_ns); },
-     [](const std::string& text, FrameRow& r) {
-       return parse_number(text, r.frame.field_period_ns);
-     }},
+     [](const std::string& text, FrameRow& r) { return parse_ns(text, r.frame.field_period_ns); }},
     {"exposure_ns", [](const FrameRow& r) { return std::to_string(r.frame.exposure_ns); },
-     [](const std::string& text, FrameRow& r) { return parse_number(text, r.frame.exposure_ns); }},
+     [](const std::string& text, FrameRow& r) { return parse_ns(text, r.frame.exposure_ns); }},
     {"illumination", [](const FrameRow& r) { return illumination_word(r.frame.illumination); },
      [](const std::string& text, FrameRow& r) {
        return parse_illumination(text, r.frame.illumination);

@@ -310,13 +310,28 @@ TEST_F(FrameTable, EveryMalformedLineIsNamed) {
   EXPECT_THAT(message_of_replay(), HasSubstr("line 2: column 'file' cannot be '../../etc/a.png'"));
 
   const std::vector<std::pair<std::string, std::string>> bad{
-      {"sequence", "-1"},       {"exposure_in_picture", "2"}, {"exposures_per_picture", "0"},
-      {"monotonic_ns", "1.5"},  {"utc_offset_ns", "noon"},    {"field_period_ns", ""},
-      {"exposure_ns", "x"},     {"illumination", "bright"},   {"field", "middle"},
-      {"bit_depth", "17"},      {"sensor_width", "-5"},       {"sensor_height", "a"},
-      {"grid_u_offset", "nan"}, {"grid_u_step", ""},          {"grid_v_offset", "inf"},
-      {"grid_v_step", "2,"},    {"cadence", "dark"},          {"status", "fine"},
-      {"grid_u_step", "0"},     {"grid_v_step", "-2"},        {"illumination", "64"},
+      {"sequence", "-1"},
+      {"exposure_in_picture", "2"},
+      {"exposures_per_picture", "0"},
+      {"monotonic_ns", "1.5"},
+      {"utc_offset_ns", "noon"},
+      {"field_period_ns", ""},
+      {"exposure_ns", "x"},
+      {"illumination", "bright"},
+      {"field", "middle"},
+      {"bit_depth", "17"},
+      {"sensor_width", "-5"},
+      {"sensor_height", "a"},
+      {"grid_u_offset", "nan"},
+      {"grid_u_step", ""},
+      {"grid_v_offset", "inf"},
+      {"grid_v_step", "2,"},
+      {"cadence", "dark"},
+      {"status", "fine"},
+      {"grid_u_step", "0"},
+      {"grid_v_step", "-2"},
+      {"illumination", "64"},
+      {"monotonic_ns", "9000000000000000000"},
   };
   for (const auto& [column, value] : bad) {
     write_table("file," + column + "\na.png,\"" + value + "\"\n");
