@@ -49,6 +49,17 @@ void check_motion(const std::string& field, const Motion& motion) {
   check_finite(field + ".angular_velocity", motion.angular_velocity_rad_s);
 }
 
+// A pixel takes some 50 bytes while it is rendered.
+void check_size(const CameraModel& camera) {
+  constexpr double kMostPixels = 50e6;
+  const double pixels = static_cast<double>(camera.width()) * camera.height();
+  if (pixels > kMostPixels) {
+    throw Error(ErrorKind::kBadValue,
+                fmt::format("camera: {}x{} pixels - expected at most {:.0f} million in all",
+                            camera.width(), camera.height(), 1e-6 * kMostPixels));
+  }
+}
+
 void check_region(const Imager& imager, const CameraModel& camera) {
   const cv::Rect sensor(0, 0, camera.width(), camera.height());
   const cv::Rect region = imager.region.empty() ? sensor : imager.region;
@@ -79,7 +90,7 @@ void check_imager(const Imager& imager) {
   check_positive("imager.filter.center_nm", imager.filter.center_nm);
   check_positive("imager.filter.width_nm", imager.filter.width_nm);
   check_range("imager.filter.transmission", imager.filter.transmission, 0.0, 1.0);
-  check_positive("imager.shutter", imager.shutter_s);
+  check_range("imager.shutter", imager.shutter_s, 1e-12, 1e3);
   check_range("imager.bits", imager.bit_depth, 8, 16);
   check_positive("imager.dn_per_electron", imager.dn_per_electron);
   check_range("imager.black_level_dn", imager.black_level_dn, 0.0, (1 << imager.bit_depth) - 1);
@@ -178,7 +189,7 @@ void check_object(const std::string& field, const SceneObject& object) {
 }
 
 void check_timing(const Timing& timing, std::size_t lasers) {
-  check_positive("timing.picture_rate_hz", timing.picture_rate_hz);
+  check_range("timing.picture_rate_hz", timing.picture_rate_hz, 1e-3, 1e6);
   if (timing.cadence.is_automatic()) {
     throw Error(ErrorKind::kBadValue,
                 "timing.cadence: 'auto' - expected what the lasers do, such as '0' or '0,dark'");
@@ -206,6 +217,7 @@ void check_daylight(const Daylight& light) {
 
 void Scene::validate() const {
   check_imager(imager);
+  check_size(camera);
   check_region(imager, camera);
   Eigen::Isometry3d mounting = Eigen::Isometry3d::Identity();
   mounting.linear() = camera_rotation;

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <sstream>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -97,6 +98,16 @@ CameraModel read_camera(const SceneField& field) {
   });
 }
 
+std::vector<int> read_pixels(const SceneField& field, int count, const std::string& expected) {
+  constexpr double kMost = 1e6;
+  std::vector<int> pixels;
+  for (const double value : field.numbers(count, expected)) {
+    if (!(std::abs(value) <= kMost) || value != std::floor(value)) field.refuse(expected);
+    pixels.push_back(static_cast<int>(value));
+  }
+  return pixels;
+}
+
 void read_imager(const SceneField& field, Imager& imager) {
   field.require_map({"pixel_pitch_um", "f_number", "lens_transmission", "falloff_exponent",
                      "blur_px", "quantum_efficiency", "filter", "shutter_us", "bits",
@@ -125,13 +136,12 @@ void read_imager(const SceneField& field, Imager& imager) {
     bloom->read("sigma_px", imager.bloom.sigma_px);
   }
   if (const auto region = field.find("region")) {
-    const Eigen::VectorXd r = region->numbers(4, "four numbers [left, top, width, height]");
-    imager.region = cv::Rect(static_cast<int>(r[0]), static_cast<int>(r[1]), static_cast<int>(r[2]),
-                             static_cast<int>(r[3]));
+    const auto r = read_pixels(*region, 4, "four whole numbers [left, top, width, height]");
+    imager.region = cv::Rect(r[0], r[1], r[2], r[3]);
   }
   if (const auto binning = field.find("binning")) {
-    const Eigen::VectorXd b = binning->numbers(2, "two numbers [across, down]");
-    imager.binning = cv::Size(static_cast<int>(b[0]), static_cast<int>(b[1]));
+    const auto b = read_pixels(*binning, 2, "two whole numbers [across, down]");
+    imager.binning = cv::Size(b[0], b[1]);
   }
 }
 

@@ -219,6 +219,14 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
       {"striper_scene: 1\nobjects:\n  - {shape: sweep, profile_m: [[0, 0]]}\n",
        "scene 'x': objects[0].profile_m: 1 - expected at least two points"},
       {"striper_scene: 1\ncamera: {width: 640\n", "scene 'x' line"},
+      {"striper_scene: 1\ncamera: {width: 20000, height: 20000}\n",
+       "scene 'x': camera: 20000x20000 pixels - expected at most 50 million in all"},
+      {"striper_scene: 1\nimager: {region: [0, 0, 1e300, 5]}\n",
+       "imager.region: '[0, 0, 1e300, 5]' - expected four whole numbers [left, top, width, "
+       "height]"},
+      {"striper_scene: 1\nimager: {region: [0.5, 0, 100, 50]}\n", "expected four whole numbers"},
+      {"striper_scene: 1\nimager: {binning: [2, 1.5]}\n",
+       "imager.binning: '[2, 1.5]' - expected two whole numbers [across, down]"},
   };
   for (const Malformed& malformed : cases) {
     try {
