@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "help_formatter.hpp"
 
+#include <algorithm>
 #include <sstream>
 
 namespace striper::program {
@@ -38,9 +39,17 @@ std::string lay_out(const std::string& name, const std::string& text, std::size_
 }  // namespace
 
 std::string HelpFormatter::make_option(const CLI::Option* option, bool is_positional) const {
-  const std::string name = make_option_name(option, is_positional);
-  return lay_out(is_positional ? name : name + make_option_opts(option), make_option_desc(option),
-                 kColumn);
+  // CLI11 writes defaults into the names, as --laser INT=0 and --force{false}.
+  std::string name = make_option_name(option, is_positional);
+  name.resize(std::min(name.find('{'), name.size()));
+  std::string opts = is_positional ? "" : make_option_opts(option);
+  std::string description = make_option_desc(option);
+  if (const std::string value = option->get_default_str(); !value.empty()) {
+    const std::size_t at = opts.find('=' + value);
+    if (at != std::string::npos) opts.erase(at, 1 + value.size());
+    description += "; default " + value;
+  }
+  return lay_out(name + opts, description, kColumn);
 }
 
 std::string HelpFormatter::make_subcommand(const CLI::App* command) const {
