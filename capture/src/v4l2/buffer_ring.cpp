@@ -55,12 +55,7 @@ std::shared_ptr<BufferRing> BufferRing::create(const VideoDevice& device,
                                                const Agreement& agreement, int count) {
   std::shared_ptr<BufferRing> ring(new BufferRing(device, agreement));
   ring->request(device, count);
-  const std::size_t needed =
-      agreement.format->row_bytes(agreement.width) == 0
-          ? 1
-          : agreement.stride * static_cast<std::size_t>(agreement.buffer_height - 1) +
-                agreement.format->row_bytes(agreement.width);
-  ring->map_all(device, needed);
+  ring->map_all(device, agreement.buffer_bytes());
   for (std::uint32_t index = 0; index < ring->slots_.size(); ++index) {
     if (const int error = ring->queue(index); error != 0) device.refuse("queue a buffer", error);
   }

@@ -10,7 +10,7 @@
 
 #include <linux/videodev2.h>
 
-#include "v4l2/negotiate.hpp"
+#include "v4l2/agreement.hpp"
 #include "v4l2/video_device.hpp"
 
 namespace striper::v4l2 {

@@ -13,6 +13,9 @@
 
 #include <striper/core/log.hpp>
 
+#include "v4l2/negotiate.hpp"
+#include "v4l2/picture_format.hpp"
+
 namespace striper::v4l2 {
 namespace {
 
@@ -79,7 +82,7 @@ void Streamer::connect() {
   ring_ = std::move(ring);
   last_picture_ = Clock::now();
 
-  checks_signal_ = options_.require_signal && agreement_.standard != 0;
+  checks_signal_ = options_.require_signal && agreement_.signal.standard != 0;
   // Grabbers that answer from memory are asked at every picture; those that ask a chip, now and
   // then.
   constexpr milliseconds kNowAndThen{100};
@@ -167,11 +170,7 @@ void Streamer::accept(const FilledBuffer& filled) {
 }
 
 void Streamer::judge(const FilledBuffer& filled, Picture& picture) {
-  const std::size_t needed =
-      agreement_.format->row_bytes(agreement_.width) == 0
-          ? 1
-          : agreement_.stride * static_cast<std::size_t>(agreement_.buffer_height - 1) +
-                agreement_.format->row_bytes(agreement_.width);
+  const std::size_t needed = agreement_.buffer_bytes();
   const auto refuse = [&](FrameStatus status, const char* detail) {
     picture.status = status;
     picture.detail = detail;
@@ -195,12 +194,13 @@ bool Streamer::has_signal() {
   if (now - signal_checked_at_ < signal_check_interval_) return signal_was_good_;
   signal_checked_at_ = now;
   v4l2_input input{};
-  input.index = static_cast<std::uint32_t>(agreement_.input);
+  input.index = static_cast<std::uint32_t>(agreement_.signal.input);
   if (device_->attempt(VIDIOC_ENUMINPUT, input) != 0) return signal_was_good_;
   const std::string trouble = signal_trouble(input.status);
   if (!trouble.empty() && signal_was_good_) {
-    log(LogLevel::kWarning, fmt::format("v4l2 {}: input {} ('{}') {}", options_.device,
-                                        agreement_.input, agreement_.input_name, trouble));
+    log(LogLevel::kWarning,
+        fmt::format("v4l2 {}: input {} ('{}') {}", options_.device, agreement_.signal.input,
+                    agreement_.signal.input_name, trouble));
   }
   return trouble.empty();
 }

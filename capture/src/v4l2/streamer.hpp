@@ -7,9 +7,9 @@
 #include <string>
 #include <thread>
 
+#include "v4l2/agreement.hpp"
 #include "v4l2/buffer_ring.hpp"
 #include "v4l2/exposure_clock.hpp"
-#include "v4l2/negotiate.hpp"
 #include "v4l2/picture_queue.hpp"
 
 namespace striper::v4l2 {

@@ -12,8 +12,9 @@
 #include <striper/v4l2/v4l2_devices.hpp>
 
 #include "v4l2/controls.hpp"
-#include "v4l2/negotiate.hpp"
+#include "v4l2/names.hpp"
 #include "v4l2/pixel_format.hpp"
+#include "v4l2/signal.hpp"
 #include "v4l2/v4l2_stream.hpp"
 #include "v4l2/video_device.hpp"
 

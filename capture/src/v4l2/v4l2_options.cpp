@@ -9,7 +9,8 @@
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "common_keys.hpp"
-#include "v4l2/negotiate.hpp"
+#include "v4l2/names.hpp"
+#include "v4l2/pixel_format.hpp"
 
 namespace striper {
 namespace {

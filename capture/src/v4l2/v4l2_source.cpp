@@ -10,6 +10,7 @@
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "common_keys.hpp"
+#include "v4l2/names.hpp"
 #include "v4l2/negotiate.hpp"
 #include "v4l2/picture_queue.hpp"
 #include "v4l2/streamer.hpp"

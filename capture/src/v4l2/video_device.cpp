@@ -106,30 +106,4 @@ void VideoDevice::refuse(const std::string& what, int error) const {
 void VideoDevice::fail(ErrorKind kind, const std::string& message) const {
   throw Error(kind, fmt::format("v4l2 {}: {}", path_, message));
 }
-
-std::vector<v4l2_input> list_inputs(const VideoDevice& device) {
-  constexpr std::uint32_t kAtMost = 64;
-  std::vector<v4l2_input> inputs;
-  v4l2_input input{};
-  while (input.index < kAtMost && device.attempt(VIDIOC_ENUMINPUT, input) == 0) {
-    inputs.push_back(input);
-    const std::uint32_t following = input.index + 1;
-    input = {};
-    input.index = following;
-  }
-  return inputs;
-}
-
-std::string signal_trouble(std::uint32_t input_status) {
-  if ((input_status & V4L2_IN_ST_NO_POWER) != 0) return "has no power: switch the camera on";
-  if ((input_status & V4L2_IN_ST_NO_SIGNAL) != 0)
-    return "has no signal: look at the cable and whether the camera is on";
-  constexpr std::uint32_t kUnlocked =
-      V4L2_IN_ST_NO_H_LOCK | V4L2_IN_ST_NO_V_LOCK | V4L2_IN_ST_NO_STD_LOCK | V4L2_IN_ST_NO_SYNC;
-  if ((input_status & kUnlocked) != 0)
-    return "has a signal that the grabber cannot lock to: look at the cable, its termination (75 "
-           "ohm) and whether standard= fits the camera";
-  return {};
-}
-
 }  // namespace striper::v4l2

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include <linux/videodev2.h>
 
@@ -77,12 +76,5 @@ std::string text_of(const Byte (&bytes)[kSize]) {
 
 /// What an error number of a control call means here and what to do about it.
 std::string advice(int error);
-
-/// All inputs that the device has, in order.
-std::vector<v4l2_input> list_inputs(const VideoDevice& device);
-
-/// What is wrong with an input's signal, as the middle of a sentence and with what to do; empty
-/// when nothing is.
-std::string signal_trouble(std::uint32_t input_status);
 
 }  // namespace striper::v4l2
