@@ -89,9 +89,10 @@ void Streamer::connect() {
   constexpr std::chrono::microseconds kQuick{200};
   const auto before = Clock::now();
   signal_check_interval_ = Clock::duration::zero();
-  has_signal();
+  has_signal_ = true;
+  signal_since_ns_ = 0;
+  check_signal();
   if (Clock::now() - before > kQuick) signal_check_interval_ = kNowAndThen;
-  signal_was_good_ = true;
 }
 
 std::unique_ptr<VideoDevice> Streamer::finish() {
@@ -175,11 +176,13 @@ void Streamer::judge(const FilledBuffer& filled, Picture& picture) {
     picture.status = status;
     picture.detail = detail;
   };
-  const bool was_good = signal_was_good_;
-  signal_was_good_ = has_signal();
+  check_signal();
+  // What was exposed before the signal was seen to be back is noise, or a part of it is.
+  const std::int64_t began_ns = picture.place.midpoint_ns - clock_.exposure_period_ns() / 2;
+  const bool has_signal = has_signal_ && began_ns >= signal_since_ns_;
   if ((filled.flags & V4L2_BUF_FLAG_ERROR) != 0) {
     refuse(FrameStatus::kCorrupt, "the driver flagged the picture as damaged");
-  } else if (!signal_was_good_ || !was_good) {  // The first picture after a loss is half of noise.
+  } else if (!has_signal) {
     refuse(FrameStatus::kCorrupt, "the input had no signal");
   } else if (filled.bytes > 0 && filled.bytes < filled.offset + needed) {
     refuse(FrameStatus::kIncomplete, "the driver filled only a part of the picture");
@@ -188,21 +191,24 @@ void Streamer::judge(const FilledBuffer& filled, Picture& picture) {
   }
 }
 
-bool Streamer::has_signal() {
-  if (!checks_signal_) return true;
+// Asks for the signal after the picture was exposed: a loss is seen with the first picture that it
+// spoils.
+void Streamer::check_signal() {
+  if (!checks_signal_) return;
   const auto now = Clock::now();
-  if (now - signal_checked_at_ < signal_check_interval_) return signal_was_good_;
+  if (now - signal_checked_at_ < signal_check_interval_) return;
   signal_checked_at_ = now;
   v4l2_input input{};
   input.index = static_cast<std::uint32_t>(agreement_.signal.input);
-  if (device_->attempt(VIDIOC_ENUMINPUT, input) != 0) return signal_was_good_;
+  if (device_->attempt(VIDIOC_ENUMINPUT, input) != 0) return;
   const std::string trouble = signal_trouble(input.status);
-  if (!trouble.empty() && signal_was_good_) {
+  if (!trouble.empty() && has_signal_) {
     log(LogLevel::kWarning,
         fmt::format("v4l2 {}: input {} ('{}') {}", options_.device, agreement_.signal.input,
                     agreement_.signal.input_name, trouble));
   }
-  return trouble.empty();
+  if (trouble.empty() && !has_signal_) signal_since_ns_ = monotonic_ns();
+  has_signal_ = trouble.empty();
 }
 
 void Streamer::lose(const std::string& reason) {

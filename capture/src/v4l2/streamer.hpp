@@ -37,7 +37,7 @@ class Streamer {
   void take_all();
   void accept(const FilledBuffer& filled);
   void judge(const FilledBuffer& filled, Picture& picture);
-  bool has_signal();
+  void check_signal();
   void lose(const std::string& reason);
   void try_again();
   void open_again();
@@ -62,7 +62,8 @@ class Streamer {
   bool checks_signal_ = false;
   Clock::duration signal_check_interval_{0};
   Clock::time_point signal_checked_at_;
-  bool signal_was_good_ = true;
+  bool has_signal_ = true;
+  std::int64_t signal_since_ns_ = 0;  ///< When it was seen to be back.
 
   std::atomic<bool> is_stopping_{false};
   bool has_ended_ = false;

@@ -70,6 +70,12 @@ Frame next(FrameSource& source) {
   return frame;
 }
 
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             steady_clock::now().time_since_epoch())
+      .count();
+}
+
 // Waits until a condition holds: things on the capture thread take a moment.
 template <typename Condition>
 bool eventually(const Condition& condition) {
@@ -360,10 +366,7 @@ TEST(V4l2Source, DriverWithoutAMonotonicStampIsTimedOnArrival) {
   const auto source = rig.open_and_start();
   rig.camera->set_next_time_ns(1);
   rig.camera->expose();
-  const auto now_ns =
-      std::chrono::duration_cast<std::chrono::nanoseconds>(steady_clock::now().time_since_epoch())
-          .count();
-  EXPECT_NEAR(1e-9 * static_cast<double>(next(*source).time.monotonic_ns - now_ns), 0.0, 1.0);
+  EXPECT_NEAR(1e-9 * static_cast<double>(next(*source).time.monotonic_ns - now_ns()), 0.0, 1.0);
 }
 
 // --- The queue ---
@@ -453,20 +456,41 @@ TEST(V4l2Source, HalfFilledPictureIsIncomplete) {
   EXPECT_EQ(source->statistics().incomplete, 1U);
 }
 
-TEST(V4l2Source, PicturesWithoutSignalAreNotUsedNorTheFirstAfter) {
+TEST(V4l2Source, PicturesWithoutSignalAreNotUsed) {
   const Rig rig(television(V4L2_FIELD_INTERLACED));
   const auto source = rig.open_and_start();
-  const auto exposed = [&] {
+  const auto exposed = [&](std::int64_t stamp_ns) {
+    rig.camera->set_next_time_ns(stamp_ns);
     rig.camera->expose();
     return next(*source).status;
   };
-  EXPECT_EQ(exposed(), FrameStatus::kOk);
+  constexpr std::int64_t kPeriod_ns = 33'366'667;
+  EXPECT_EQ(exposed(now_ns()), FrameStatus::kOk);
   rig.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
-  EXPECT_EQ(exposed(), FrameStatus::kCorrupt);
-  EXPECT_EQ(exposed(), FrameStatus::kCorrupt);
+  EXPECT_EQ(exposed(now_ns()), FrameStatus::kCorrupt);
+  EXPECT_EQ(exposed(now_ns()), FrameStatus::kCorrupt);
   rig.camera->set_input_status(0);
-  EXPECT_EQ(exposed(), FrameStatus::kCorrupt);
-  EXPECT_EQ(exposed(), FrameStatus::kOk);
+  EXPECT_EQ(exposed(now_ns()), FrameStatus::kCorrupt) << "it is of before";
+  const std::int64_t back_ns = now_ns();
+  EXPECT_EQ(exposed(back_ns), FrameStatus::kCorrupt) << "its first lines are of before";
+  EXPECT_EQ(exposed(back_ns + kPeriod_ns + 1000), FrameStatus::kOk);
+  EXPECT_EQ(source->statistics().corrupt, 4U);
+}
+
+// The capture thread came late: several pictures of noise lie there when the signal is back.
+TEST(V4l2Source, PicturesOfNoiseThatWereLyingThereAreNotUsedAfterTheSignalIsBack) {
+  const Rig rig(television(V4L2_FIELD_INTERLACED));
+  const auto source = rig.open_and_start();
+  rig.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
+  rig.camera->expose();
+  EXPECT_EQ(next(*source).status, FrameStatus::kCorrupt);
+  const std::int64_t lost_ns = now_ns();
+  rig.camera->set_input_status(0);
+  for (int picture = 0; picture < 3; ++picture) {
+    rig.camera->set_next_time_ns(lost_ns);
+    rig.camera->expose();
+    EXPECT_EQ(next(*source).status, FrameStatus::kCorrupt);
+  }
 }
 
 TEST(V4l2Source, RefusalToStreamIsAnErrorAndTheNextAttemptWorks) {
