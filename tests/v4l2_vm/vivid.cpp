@@ -19,6 +19,9 @@ namespace {
 
 constexpr std::uint32_t kOutput = V4L2_BUF_TYPE_VIDEO_OUTPUT;
 
+// Enough to be late by 0.4 s: without a buffer to send the driver loops noise.
+constexpr std::uint32_t kBuffers = 12;
+
 void require(int error, const char* what) {
   if (error != 0)
     throw std::runtime_error(fmt::format("vivid: {}: {}", what, std::strerror(error)));
@@ -60,7 +63,7 @@ Transmitter::Transmitter(const std::string& path, const Broadcast& broadcast,
       bottom_first_((broadcast.standard & V4L2_STD_525_60) != 0),
       pictures_(std::move(pictures)) {
   configure(broadcast);
-  for (std::uint32_t index = 0; index < memory_.size(); ++index) fill_and_queue(index);
+  for (std::uint32_t index = 0; index < buffers_.size(); ++index) fill_and_queue(index);
   int type = kOutput;
   require(node_.call(VIDIOC_STREAMON, &type), "start sending");
   thread_ = std::thread([this] { run(); });
@@ -71,7 +74,7 @@ Transmitter::~Transmitter() {
   if (thread_.joinable()) thread_.join();
   int type = kOutput;
   node_.call(VIDIOC_STREAMOFF, &type);
-  for (std::uint8_t* const memory : memory_) ::munmap(memory, buffer_bytes_);
+  for (const Buffer& buffer : buffers_) ::munmap(buffer.memory, buffer_bytes_);
 }
 
 void Transmitter::configure(const Broadcast& broadcast) {
@@ -100,7 +103,7 @@ void Transmitter::configure(const Broadcast& broadcast) {
   require(node_.call(VIDIOC_S_SELECTION, &whole), "send whole pictures");
 
   v4l2_requestbuffers request{};
-  request.count = 4;
+  request.count = kBuffers;
   request.type = kOutput;
   request.memory = V4L2_MEMORY_MMAP;
   require(node_.call(VIDIOC_REQBUFS, &request), "get output buffers");
@@ -110,13 +113,24 @@ void Transmitter::configure(const Broadcast& broadcast) {
     buffer.type = kOutput;
     buffer.memory = V4L2_MEMORY_MMAP;
     require(node_.call(VIDIOC_QUERYBUF, &buffer), "ask for an output buffer");
-    memory_.push_back(node_.map(buffer.length, buffer.m.offset));
+    buffers_.push_back({node_.map(buffer.length, buffer.m.offset)});
   }
 }
 
+void Transmitter::change(std::vector<std::vector<std::uint8_t>> pictures) {
+  const std::scoped_lock lock(mutex_);
+  pictures_.swap(pictures);
+  for (Buffer& buffer : buffers_) buffer.holds = nullptr;
+}
+
 void Transmitter::fill_and_queue(std::uint32_t index) {
-  const std::vector<std::uint8_t>& picture = pictures_[next_ % pictures_.size()];
-  std::memcpy(memory_[index], picture.data(), std::min(picture.size(), buffer_bytes_));
+  {
+    const std::scoped_lock lock(mutex_);
+    const std::vector<std::uint8_t>& picture = pictures_[next_ % pictures_.size()];
+    if (buffers_[index].holds != picture.data())
+      std::memcpy(buffers_[index].memory, picture.data(), std::min(picture.size(), buffer_bytes_));
+    buffers_[index].holds = picture.data();
+  }
   v4l2_buffer buffer{};
   buffer.index = index;
   buffer.type = kOutput;

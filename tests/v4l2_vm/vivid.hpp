@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -73,6 +74,9 @@ class Transmitter {
   Transmitter& operator=(const Transmitter&) = delete;
   ~Transmitter();
 
+  /// Sends these from now on; as many and of the same size as before.
+  void change(std::vector<std::vector<std::uint8_t>> pictures);
+
   std::size_t buffer_bytes() const noexcept { return buffer_bytes_; }
   std::size_t stride() const noexcept { return stride_; }
 
@@ -84,8 +88,13 @@ class Transmitter {
   Node node_;
   std::uint32_t field_;
   bool bottom_first_;  ///< The first of two alternate fields.
+  std::mutex mutex_;  ///< Guards the pictures.
   std::vector<std::vector<std::uint8_t>> pictures_;
-  std::vector<std::uint8_t*> memory_;
+  struct Buffer {
+    std::uint8_t* memory = nullptr;
+    const std::uint8_t* holds = nullptr;  ///< Which picture was copied into it.
+  };
+  std::vector<Buffer> buffers_;
   std::size_t buffer_bytes_ = 0;
   std::size_t stride_ = 0;
   std::size_t next_ = 0;

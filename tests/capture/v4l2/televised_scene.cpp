@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/v4l2/televised_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <compare>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include <striper/pipeline/scanner.hpp>
+#include <striper/simulator/scene_yaml.hpp>
+#include <striper/simulator/simulator.hpp>
+
+#include "support/shared_data.hpp"
+#include "v4l2/names.hpp"
+#include "v4l2/pixel_format.hpp"
+
+namespace striper::testing {
+namespace {
+
+struct Rendered {
+  Frame picture;
+  StriperModel model;
+};
+
+// What makes one scene's pictures different from another's.
+struct Variant {
+  int lines;
+  bool is_bottom_first;
+  std::uint32_t code;
+  auto operator<=>(const Variant&) const = default;
+};
+
+Variant variant_of(const Television& way) {
+  // Luma is grey with something between.
+  return {way.lines(), way.is_bottom_first(),
+          way.code == V4L2_PIX_FMT_Y16 ? way.code : std::uint32_t{V4L2_PIX_FMT_GREY}};
+}
+
+Rendered render(const Television& way) {
+  constexpr int kColumns = 720;
+  constexpr double kFov_deg = 55.0;
+  Scene scene = load_scene(source_path("data/scenes/ntsc_grabber.yaml"));
+  if (way.lines() != scene.camera.height())
+    scene.camera = Scene::pinhole(kColumns, way.lines(), kFov_deg);
+  scene.timing.scan = way.is_bottom_first() ? ScanMode::kBottomFirst : ScanMode::kTopFirst;
+  scene.timing.picture_rate_hz = way.picture_rate_hz();
+  Simulator simulator(std::move(scene));
+  return {simulator.render(0), simulator.model()};
+}
+
+// Everything that takes its time is made once: in an emulated machine it takes a lot.
+template <typename Make>
+const auto& once(const Variant& variant, const Make& make) {
+  static std::map<Variant, decltype(make())> known;
+  const auto found = known.find(variant);
+  return found != known.end() ? found->second : known.emplace(variant, make()).first->second;
+}
+
+const Rendered& rendered(const Television& way) {
+  Variant variant = variant_of(way);
+  variant.code = V4L2_PIX_FMT_GREY;
+  return once(variant, [&] { return render(way); });
+}
+
+// 8 bits, or the same spread over 16.
+Frame as_camera_gives_it(const Frame& rendered, std::uint32_t code) {
+  Frame frame = rendered;
+  frame.illumination = Illumination::unknown();
+  if (code == V4L2_PIX_FMT_Y16) {
+    rendered.image.convertTo(frame.image, CV_16U, 256.0);
+    frame.bit_depth = 16;
+  }
+  return frame;
+}
+
+PolarScan scan_directly(const Frame& picture, const StriperModel& model, double picture_rate_hz) {
+  ScannerOptions options = ScannerOptions::for_model(model);
+  options.ambient.cadence = Cadence::parse("0,dark");
+  Scanner scanner(model, options);
+  PolarScan last;
+  for (std::uint64_t number = 0; number < 4; ++number) {
+    Frame frame = picture;
+    frame.sequence = number;
+    frame.time.monotonic_ns = std::llround(1e9 * static_cast<double>(number) / picture_rate_hz);
+    for (const PolarScan& scan : scanner.process(frame)) last = scan;
+  }
+  return last;
+}
+
+void append_lines(const cv::Mat& picture, std::uint32_t code, int first, int step,
+                  std::vector<std::uint8_t>& bytes) {
+  constexpr std::uint8_t kNoColour = 128;
+  const std::size_t count = static_cast<std::size_t>(picture.cols) * picture.elemSize();
+  for (int row = first; row < picture.rows; row += step) {
+    const std::uint8_t* const from = picture.ptr(row);
+    for (std::size_t at = 0; at < count; ++at) {
+      bytes.push_back(from[at]);
+      if (code == V4L2_PIX_FMT_YUYV) bytes.push_back(kNoColour);
+    }
+  }
+}
+
+}  // namespace
+
+bool Television::is_bottom_first() const noexcept {
+  if (field == V4L2_FIELD_INTERLACED_TB || field == V4L2_FIELD_SEQ_TB) return false;
+  if (field == V4L2_FIELD_INTERLACED_BT || field == V4L2_FIELD_SEQ_BT) return true;
+  return is_525();
+}
+
+std::string Television::query() const {
+  std::string text = std::string("standard=") + (is_525() ? "ntsc-m" : "pal");
+  text += "&format=" + v4l2::fourcc_to_string(code);
+  if (field != V4L2_FIELD_INTERLACED) text += "&field=" + v4l2::field_to_string(field);
+  return text;
+}
+
+std::vector<Television> ways_of_television() {
+  constexpr std::uint32_t kGrey = V4L2_PIX_FMT_GREY;
+  constexpr v4l2_std_id kPal = V4L2_STD_PAL;
+  return {
+      {"grey_interlaced", kGrey, V4L2_FIELD_INTERLACED},
+      {"grey_top_first", kGrey, V4L2_FIELD_INTERLACED_TB},
+      {"grey_bottom_first", kGrey, V4L2_FIELD_INTERLACED_BT},
+      {"grey_sequential_top_first", kGrey, V4L2_FIELD_SEQ_TB},
+      {"grey_sequential_bottom_first", kGrey, V4L2_FIELD_SEQ_BT},
+      {"grey_alternate", kGrey, V4L2_FIELD_ALTERNATE},
+      {"yuyv_interlaced", V4L2_PIX_FMT_YUYV, V4L2_FIELD_INTERLACED},
+      {"yuyv_sequential", V4L2_PIX_FMT_YUYV, V4L2_FIELD_SEQ_BT},
+      {"y16_interlaced", V4L2_PIX_FMT_Y16, V4L2_FIELD_INTERLACED},
+      {"y16_alternate", V4L2_PIX_FMT_Y16, V4L2_FIELD_ALTERNATE},
+      {"pal_interlaced", kGrey, V4L2_FIELD_INTERLACED, kPal},
+      {"pal_sequential", kGrey, V4L2_FIELD_SEQ_TB, kPal},
+      {"pal_alternate", kGrey, V4L2_FIELD_ALTERNATE, kPal},
+  };
+}
+
+TelevisedScene::TelevisedScene(const Television& way)
+    : picture(as_camera_gives_it(rendered(way).picture, way.code)),
+      model(rendered(way).model),
+      scan(once(variant_of(way),
+                [&] { return scan_directly(picture, model, way.picture_rate_hz()); })) {}
+
+std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const Television& way) {
+  const int first = way.is_bottom_first() ? 1 : 0;
+  std::vector<std::vector<std::uint8_t>> buffers(1);
+  if (way.field == V4L2_FIELD_ALTERNATE) {
+    buffers.resize(2);
+    append_lines(picture, way.code, first, 2, buffers[0]);
+    append_lines(picture, way.code, 1 - first, 2, buffers[1]);
+  } else if (V4L2_FIELD_IS_SEQUENTIAL(way.field)) {
+    append_lines(picture, way.code, first, 2, buffers[0]);
+    append_lines(picture, way.code, 1 - first, 2, buffers[0]);
+  } else {
+    append_lines(picture, way.code, 0, 1, buffers[0]);
+  }
+  return buffers;
+}
+
+bool is_part_of(const Frame& frame, const cv::Mat& picture) {
+  if (frame.image.type() != picture.type() || frame.image.cols != picture.cols) return false;
+  for (int line = 0; line < frame.image.rows; ++line) {
+    const int row = static_cast<int>(frame.grid.sensor_v(line));
+    if (row >= picture.rows) return false;
+    if (cv::norm(frame.image.row(line), picture.row(row), cv::NORM_INF) != 0.0) return false;
+  }
+  return true;
+}
+
+double largest_difference_m(const PolarScan& a, const PolarScan& b) {
+  constexpr double kNotTheSame = std::numeric_limits<double>::infinity();
+  if (a.returns.size() != b.returns.size()) return kNotTheSame;
+  double largest = 0.0;
+  for (std::size_t at = 0; at < a.returns.size(); ++at) {
+    const Return& x = a.returns[at];
+    const Return& y = b.returns[at];
+    if (x.status != y.status || std::isnan(x.range_m) != std::isnan(y.range_m)) return kNotTheSame;
+    if (!std::isnan(x.range_m)) largest = std::max(largest, std::abs(x.range_m - y.range_m));
+  }
+  return largest;
+}
+
+double largest_difference_sigmas(const PolarScan& a, const PolarScan& b) {
+  constexpr int kEnough = 500;
+  int compared = 0;
+  double largest = 0.0;
+  for (std::size_t at = 0; at < std::min(a.returns.size(), b.returns.size()); ++at) {
+    const Return& x = a.returns[at];
+    const Return& y = b.returns[at];
+    if (x.status != ReturnStatus::kOk || y.status != ReturnStatus::kOk) continue;
+    ++compared;
+    largest = std::max(largest, std::abs(x.range_m - y.range_m) / y.sigma_m);
+  }
+  return compared >= kEnough ? largest : std::numeric_limits<double>::infinity();
+}
+
+int good_returns(const PolarScan& scan) {
+  return static_cast<int>(
+      std::count_if(scan.returns.begin(), scan.returns.end(),
+                    [](const Return& r) { return r.status == ReturnStatus::kOk; }));
+}
+
+std::vector<std::uint64_t> pictures_with_a_pair(const std::vector<Frame>& frames) {
+  std::set<std::uint64_t> whole;  // Exposures.
+  for (const Frame& frame : frames) {
+    if (frame.status != FrameStatus::kOk) continue;
+    whole.insert(frame.exposure_number());
+    if (frame.is_interlaced()) whole.insert(frame.exposure_number() + 1);
+  }
+  std::vector<std::uint64_t> pictures;
+  for (const std::uint64_t exposure : whole) {
+    const bool is_lit = exposure % 2 == 0;
+    const bool has_dark = whole.contains(exposure + 1) || whole.contains(exposure - 1);
+    if (is_lit && has_dark) pictures.push_back(exposure / 2);
+  }
+  return pictures;
+}
+
+Frame without_pixels(const Frame& frame) {
+  Frame bare = frame;
+  bare.image.release();
+  bare.lease.reset();
+  return bare;
+}
+
+}  // namespace striper::testing

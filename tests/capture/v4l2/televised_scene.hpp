@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <linux/videodev2.h>
+
+#include <striper/core/frame.hpp>
+#include <striper/model/striper_model.hpp>
+#include <striper/scan/polar_scan.hpp>
+
+namespace striper::testing {
+
+/// How a picture travels: the pixel format, order of fields and standard of a V4L2 device.
+struct Television {
+  std::string name;
+  std::uint32_t code = V4L2_PIX_FMT_GREY;
+  std::uint32_t field = V4L2_FIELD_INTERLACED;
+  v4l2_std_id standard = V4L2_STD_NTSC_M;
+
+  bool is_525() const noexcept { return (standard & V4L2_STD_525_60) != 0; }
+  bool is_bottom_first() const noexcept;
+  int lines() const noexcept { return is_525() ? 480 : 576; }
+  double picture_rate_hz() const noexcept { return is_525() ? 30000.0 / 1001.0 : 25.0; }
+
+  /// `standard=ntsc-m&format=GREY`, with `field=` where the driver's own choice is another.
+  std::string query() const;
+};
+
+inline void PrintTo(const Television& way, std::ostream* out) { *out << way.name; }
+
+/// NTSC and PAL, woven, sequential and alternate with both orders of fields, GREY, YUYV and Y16.
+std::vector<Television> ways_of_television();
+
+/// One picture of the scene of data/scenes/ntsc_grabber.yaml (sun, a wall, a box; the laser in the
+/// first field alone), as a camera of such a television gives it, and what must come of it.
+struct TelevisedScene {
+  Frame picture;  ///< Both fields woven.
+  StriperModel model;
+  PolarScan scan;  ///< Of this picture over and over, without any camera.
+
+  explicit TelevisedScene(const Television& way);
+};
+
+/// The driver's buffers for a picture: one, or two fields in the order of their exposure.
+std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const Television& way);
+
+/// Whether every line of a frame, whichever field it is, is that of the picture, bit for bit.
+bool is_part_of(const Frame& frame, const cv::Mat& picture);
+
+/// The largest difference of two ranges; infinite where the scans are not the same returns.
+double largest_difference_m(const PolarScan& a, const PolarScan& b);
+
+/// The largest difference of two good ranges in standard deviations of the second; infinite where
+/// fewer than 500 columns are good in both.
+double largest_difference_sigmas(const PolarScan& a, const PolarScan& b);
+
+int good_returns(const PolarScan& scan);
+
+/// Which pictures must give a scan when the laser fires in the first field of each: those whose
+/// first field came whole, with the field just before or just after it. In order; a woven picture
+/// counts as both of its fields.
+/// @param frames all that came; only numbers, field and status are looked at.
+std::vector<std::uint64_t> pictures_with_a_pair(const std::vector<Frame>& frames);
+
+/// A frame without its pixels.
+Frame without_pixels(const Frame& frame);
+
+}  // namespace striper::testing

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "v4l2/video_calls.hpp"
+
+namespace striper::testing {
+
+/// The system's own calls, passed on as they are: what stands between the source and the kernel
+/// derives from it.
+class PassedCalls : public v4l2::VideoCalls {
+ public:
+  int open(const std::string& path) noexcept override { return kernel_->open(path); }
+  void close(int fd) noexcept override { kernel_->close(fd); }
+  int control(int fd, unsigned long request, void* argument) noexcept override {
+    return kernel_->control(fd, request, argument);
+  }
+  std::uint8_t* map(int fd, std::size_t bytes, std::int64_t offset) noexcept override {
+    return kernel_->map(fd, bytes, offset);
+  }
+  void unmap(std::uint8_t* memory, std::size_t bytes) noexcept override {
+    kernel_->unmap(memory, bytes);
+  }
+  v4l2::Readiness wait(int fd, int wake_fd, int timeout_ms) noexcept override {
+    return kernel_->wait(fd, wake_fd, timeout_ms);
+  }
+
+ private:
+  std::shared_ptr<v4l2::VideoCalls> kernel_ = v4l2::system_video_calls();
+};
+
+/// Writes down what the kernel hands over: what the source's own counts are compared with.
+class WatchedCalls final : public PassedCalls {
+ public:
+  struct Taken {
+    std::uint32_t sequence = 0;
+    std::uint32_t field = 0;
+    bool is_flagged = false;
+    int left_with_driver = 0;  ///< Buffers that the driver still had to fill.
+  };
+
+  int control(int fd, unsigned long request, void* argument) noexcept override;
+
+  /// Every buffer since the last start of a stream, in order.
+  std::vector<Taken> taken() const;
+  int refused_buffers() const;  ///< That the driver would not have back.
+
+ private:
+  void note(unsigned long request, const void* argument, int error);
+
+  mutable std::mutex mutex_;
+  std::vector<Taken> taken_;
+  int with_driver_ = 0;
+  int refused_buffers_ = 0;
+};
+
+/// Calls one order of fields by the name of another on its way to the driver and back.
+///
+/// The kernel's virtual driver gives sequential fields, but not of what is sent to its output: it
+/// refuses to loop them ("too much work", vivid_vid_can_loop). It passes a picture on line by line,
+/// though, so that one with its fields one after the other arrives as it was sent; only the label
+/// has to be put right.
+class RelabelledFields final : public PassedCalls {
+ public:
+  /// @param wanted what the source asks for and is told. @param real what the driver has.
+  RelabelledFields(std::uint32_t wanted, std::uint32_t real) : wanted_(wanted), real_(real) {}
+
+  int control(int fd, unsigned long request, void* argument) noexcept override;
+
+ private:
+  std::uint32_t wanted_;
+  std::uint32_t real_;
+};
+
+}  // namespace striper::testing
