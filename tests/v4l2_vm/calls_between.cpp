@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "v4l2_vm/calls_between.hpp"
 
+#include <algorithm>
+
 #include <linux/videodev2.h>
 
 namespace striper::testing {
@@ -27,6 +29,20 @@ void WatchedCalls::note(unsigned long request, const void* argument, int error) 
 std::vector<WatchedCalls::Taken> WatchedCalls::taken() const {
   const std::scoped_lock lock(mutex_);
   return taken_;
+}
+
+std::uint64_t WatchedCalls::lost() const {
+  const std::scoped_lock lock(mutex_);
+  std::uint64_t lost = 0;
+  for (std::size_t at = 1; at < taken_.size(); ++at)
+    lost += lost_between(taken_[at - 1], taken_[at]);
+  return lost;
+}
+
+std::uint64_t WatchedCalls::flagged() const {
+  const std::scoped_lock lock(mutex_);
+  return static_cast<std::uint64_t>(
+      std::count_if(taken_.begin(), taken_.end(), [](const Taken& one) { return one.is_flagged; }));
 }
 
 int WatchedCalls::refused_buffers() const {

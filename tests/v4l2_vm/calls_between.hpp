@@ -6,16 +6,20 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "v4l2/video_calls.hpp"
 
 namespace striper::testing {
 
-/// The system's own calls, passed on as they are: what stands between the source and the kernel
-/// derives from it.
+/// Calls that are passed on as they are: what stands between the source and the kernel derives from
+/// it.
 class PassedCalls : public v4l2::VideoCalls {
  public:
+  explicit PassedCalls(std::shared_ptr<VideoCalls> kernel = v4l2::system_video_calls())
+      : kernel_(std::move(kernel)) {}
+
   int open(const std::string& path) noexcept override { return kernel_->open(path); }
   void close(int fd) noexcept override { kernel_->close(fd); }
   int control(int fd, unsigned long request, void* argument) noexcept override {
@@ -32,7 +36,7 @@ class PassedCalls : public v4l2::VideoCalls {
   }
 
  private:
-  std::shared_ptr<v4l2::VideoCalls> kernel_ = v4l2::system_video_calls();
+  std::shared_ptr<VideoCalls> kernel_;
 };
 
 /// Writes down what the kernel hands over: what the source's own counts are compared with.
@@ -47,8 +51,20 @@ class WatchedCalls final : public PassedCalls {
 
   int control(int fd, unsigned long request, void* argument) noexcept override;
 
+  /// Pictures that the driver's numbers leave out. By its numbers alone, as plainly as can be: one
+  /// that it gives twice, as the virtual driver does when it is late, takes nothing off.
+  static std::uint64_t lost_between(const Taken& one, const Taken& following) noexcept {
+    const std::uint32_t step = following.sequence - one.sequence;
+    return step > 0 ? step - 1 : 0;
+  }
+
+  /// Makes room for so many buffers: noting them allocates nothing then.
+  void expect(std::size_t buffers) { taken_.reserve(buffers); }
+
   /// Every buffer since the last start of a stream, in order.
   std::vector<Taken> taken() const;
+  std::uint64_t lost() const;  ///< Since then, where a buffer is a picture.
+  std::uint64_t flagged() const;
   int refused_buffers() const;  ///< That the driver would not have back.
 
  private:
@@ -69,7 +85,8 @@ class WatchedCalls final : public PassedCalls {
 class RelabelledFields final : public PassedCalls {
  public:
   /// @param wanted what the source asks for and is told. @param real what the driver has.
-  RelabelledFields(std::uint32_t wanted, std::uint32_t real) : wanted_(wanted), real_(real) {}
+  RelabelledFields(std::shared_ptr<VideoCalls> kernel, std::uint32_t wanted, std::uint32_t real)
+      : PassedCalls(std::move(kernel)), wanted_(wanted), real_(real) {}
 
   int control(int fd, unsigned long request, void* argument) noexcept override;
 
