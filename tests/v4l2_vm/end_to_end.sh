@@ -17,7 +17,7 @@ for number in 0 1 2 3 4; do cp "$picture" "$work/files/picture$number.png"; done
 "$striper" capture "images:$work/files?fps=29.97&fields=split-bottom&laser=0,dark" --model "$work/sim/model.yaml" \
   -o "$work/files.csv"
 
-"$transmit" 100 "$picture" >"$work/transmit.log" &
+"$transmit" grey_interlaced 1000 "$picture" >"$work/transmit.log" &
 until grep -q sending "$work/transmit.log"; do kill -0 $! || fail "the transmitter ended"; sleep 0.1; done
 
 "$striper" capture "$camera&laser=0,dark" --model "$work/sim/model.yaml" --frames 40 -o "$work/live.csv"

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -27,11 +28,12 @@ using std::chrono::milliseconds;
 // The driver does not loop sequential fields (see RelabelledFields).
 bool is_relabelled(const Television& way) { return V4L2_FIELD_IS_SEQUENTIAL(way.field); }
 
-std::unique_ptr<FrameSource> open(const Television& way) {
+std::unique_ptr<FrameSource> open(const Television& way, std::shared_ptr<WatchedCalls> watched) {
   const V4l2Options options = V4l2Options::from_uri(
       SourceUri::parse("v4l2:" + capture_path() + "?input=0&laser=0,dark&" + way.query()));
-  if (!is_relabelled(way)) return open_v4l2(options);
-  return v4l2::open(options, std::make_shared<RelabelledFields>(way.field, V4L2_FIELD_INTERLACED));
+  if (!is_relabelled(way)) return v4l2::open(options, std::move(watched));
+  return v4l2::open(options, std::make_shared<RelabelledFields>(std::move(watched), way.field,
+                                                                V4L2_FIELD_INTERLACED));
 }
 
 Broadcast broadcast(const Television& way) {
@@ -47,7 +49,7 @@ Broadcast broadcast(const Television& way) {
 struct OnAir {
   explicit OnAir(const Television& way)
       : scene(way),
-        source(open(way)),
+        source(open(way, watched)),
         transmitter(output_path(), broadcast(way), buffers_of(scene.picture.image, way)),
         scanner(scene.model, options()) {
     source->start();
@@ -70,6 +72,7 @@ struct OnAir {
   }
 
   TelevisedScene scene;
+  std::shared_ptr<WatchedCalls> watched = std::make_shared<WatchedCalls>();
   std::unique_ptr<FrameSource> source;
   Transmitter transmitter;
   Scanner scanner;
@@ -176,8 +179,10 @@ TEST_P(VividScanFaults, DropsAndDamageLoseTheirOwnScansAndFalsifyNone) {
   EXPECT_GT(outcome.scanned.size(), 20U);
   const SourceStatistics counted = air.source->statistics();
   EXPECT_GT(counted.dropped, 3U);
-  EXPECT_LE(counted.corrupt, kFlagged);
-  EXPECT_GE(counted.corrupt + counted.overrun, kFlagged);
+  // The sending side of the driver may take the flag; of the others a late reader may discard some.
+  EXPECT_LE(air.watched->flagged(), kFlagged);
+  EXPECT_LE(counted.corrupt, air.watched->flagged());
+  EXPECT_GE(counted.corrupt + counted.overrun, air.watched->flagged());
 }
 
 TEST_P(VividScanFaults, BrokenStreamAndLostSignalFalsifyNone) {

@@ -88,7 +88,7 @@ class Transmitter {
   Node node_;
   std::uint32_t field_;
   bool bottom_first_;  ///< The first of two alternate fields.
-  std::mutex mutex_;  ///< Guards the pictures.
+  std::mutex mutex_;   ///< Guards the pictures.
   std::vector<std::vector<std::uint8_t>> pictures_;
   struct Buffer {
     std::uint8_t* memory = nullptr;
