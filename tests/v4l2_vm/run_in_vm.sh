@@ -57,7 +57,7 @@ timeout --foreground -k 5 "$seconds" nice -n "${STRIPER_VM_NICE:-5}" qemu-system
   -machine q35 -accel tcg,thread=multi -cpu max -m "$memory" -smp 2 -nographic -no-reboot -net none \
   -kernel "$machine/vmlinuz" -initrd "$machine/initrd.gz" \
   -virtfs local,path=/,mount_tag=hostroot,security_model=none,readonly=on,multidevs=remap \
-  -append "console=ttyS0 quiet panic=-1 mitigations=off striper.script=$work/script.sh" \
+  -append "console=ttyS0 quiet loglevel=2 panic=-1 mitigations=off striper.script=$work/script.sh" \
   </dev/null 2>"$work/qemu_errors" | tr -d '\r' | tee "$work/console" |
   awk '/STRIPER_VM_EXIT=/ { exit } begun { print; fflush() } /STRIPER_VM_BEGIN/ { begun = 1 }' && timed=0 || timed=${PIPESTATUS[0]}
 

@@ -7,12 +7,9 @@
 #include <chrono>
 #include <cstring>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
-
-#include <striper/pipeline/scanner.hpp>
 
 #include "capture/v4l2/stand_in_camera.hpp"
 #include "capture/v4l2/televised_scene.hpp"
@@ -41,9 +38,7 @@ struct Studio {
     source = v4l2::open(
         V4l2Options::from_uri(SourceUri::parse("v4l2:/dev/stand-in?laser=0,dark&" + way.query())),
         camera);
-    ScannerOptions options = ScannerOptions::for_model(scene.model);
-    options.ambient.cadence = source->info().cadence;
-    scanner = std::make_unique<Scanner>(scene.model, options);
+    scans = std::make_unique<SideBySide>(scene, source->info().cadence);
     source->start();
   }
 
@@ -51,7 +46,7 @@ struct Studio {
   std::vector<std::vector<std::uint8_t>> buffers;
   std::shared_ptr<StandInCamera> camera;
   std::unique_ptr<FrameSource> source;
-  std::unique_ptr<Scanner> scanner;
+  std::unique_ptr<SideBySide> scans;
 };
 
 class V4l2Scans : public ::testing::TestWithParam<Television> {};
@@ -60,25 +55,20 @@ TEST_P(V4l2Scans, AreThoseThatTheSimulatorGivesDirectly) {
   constexpr int kPictures = 6;
   const Television& way = GetParam();
   Studio studio(way);
-  ASSERT_GT(good_returns(studio.scene.scan), 600) << "the scene is to be seen";
-  const int frames = V4L2_FIELD_IS_INTERLACED(way.field) ? kPictures : 2 * kPictures;
+  ASSERT_GT(studio.scans->good_columns(), 600) << "the scene is to be seen";
   const int frames_a_buffer = V4L2_FIELD_IS_SEQUENTIAL(way.field) ? 2 : 1;
-  int scans = 0;
-  int alike = 0;
+  const int frames = V4L2_FIELD_IS_INTERLACED(way.field) ? kPictures : 2 * kPictures;
   Frame frame;
   for (int number = 0; number < frames; ++number) {
     if (number % frames_a_buffer == 0) studio.camera->expose();
     ASSERT_EQ(studio.source->next(frame, kPatience), NextStatus::kFrame);
     EXPECT_TRUE(is_part_of(frame, studio.scene.picture.image)) << "frame " << number;
-    for (const PolarScan& scan : studio.scanner->process(frame)) {
-      ++scans;
-      if (largest_difference_m(scan, studio.scene.scan) <= 1e-9) ++alike;
-    }
+    studio.scans->process(frame);
   }
-  EXPECT_GE(scans, kPictures - 1) << "a picture a scan; the last one waits for its neighbour";
-  // The first one has a dark neighbour on one side only.
-  EXPECT_GE(alike, scans - 1);
-  EXPECT_EQ(studio.scanner->statistics().unpaired, 0U);
+  studio.scans->finish();
+  EXPECT_EQ(studio.scans->scanned().size(), static_cast<std::size_t>(kPictures));
+  EXPECT_LE(studio.scans->worst_m(), 1e-9);
+  EXPECT_EQ(studio.scans->statistics().unpaired, 0U);
 }
 
 // Of fields that come one by one, a fifth is lost and a tenth is flagged as damaged.
@@ -87,16 +77,8 @@ TEST(V4l2LostFields, CostTheirOwnScansAndFalsifyNone) {
   constexpr std::int64_t kField_ns = 16'683'333;
   Studio studio({"alternate", V4L2_PIX_FMT_GREY, V4L2_FIELD_ALTERNATE});
   std::vector<Frame> frames;
-  std::vector<std::uint64_t> scanned;
-  double worst_sigmas = 0.0;
   std::uint64_t lost = 0;
   std::uint64_t flagged = 0;
-  const auto take = [&](std::span<const PolarScan> scans) {
-    for (const PolarScan& scan : scans) {
-      scanned.push_back(scan.sequence);
-      worst_sigmas = std::max(worst_sigmas, largest_difference_sigmas(scan, studio.scene.scan));
-    }
-  };
   for (int field = 0; field < kFields; ++field) {
     const double fate = field == 0 ? 1.0 : uniform(0.0, 1.0);
     if (fate < 0.2) {
@@ -111,11 +93,13 @@ TEST(V4l2LostFields, CostTheirOwnScansAndFalsifyNone) {
     ASSERT_EQ(studio.source->next(frame, kPatience), NextStatus::kFrame);
     ASSERT_EQ(frame.exposure_number(), static_cast<std::uint64_t>(field)) << "number and parity";
     frames.push_back(without_pixels(frame));
-    take(studio.scanner->process(frame));
+    studio.scans->process(frame);
   }
-  take(studio.scanner->finish());
-  EXPECT_EQ(scanned, pictures_with_a_pair(frames));
-  EXPECT_LT(worst_sigmas, 10.0) << "with one dark neighbour instead of two only the noise differs";
+  studio.scans->finish();
+  EXPECT_EQ(studio.scans->scanned(), pictures_with_a_pair(frames));
+  EXPECT_LE(studio.scans->worst_m(), 1e-9);
+  EXPECT_LT(studio.scans->worst_sigmas(), 10.0)
+      << "with one dark neighbour instead of two only the noise differs";
   EXPECT_EQ(studio.source->statistics().corrupt, flagged);
   EXPECT_LE(studio.source->statistics().dropped, lost) << "counted in pictures";
   EXPECT_GT(studio.source->statistics().dropped, lost / 2);

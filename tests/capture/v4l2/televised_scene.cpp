@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <compare>
 #include <limits>
 #include <map>
 #include <set>
@@ -11,7 +10,7 @@
 
 #include <opencv2/core.hpp>
 
-#include <striper/pipeline/scanner.hpp>
+#include <striper/ambient/fields.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
 
@@ -27,20 +26,6 @@ struct Rendered {
   StriperModel model;
 };
 
-// What makes one scene's pictures different from another's.
-struct Variant {
-  int lines;
-  bool is_bottom_first;
-  std::uint32_t code;
-  auto operator<=>(const Variant&) const = default;
-};
-
-Variant variant_of(const Television& way) {
-  // Luma is grey with something between.
-  return {way.lines(), way.is_bottom_first(),
-          way.code == V4L2_PIX_FMT_Y16 ? way.code : std::uint32_t{V4L2_PIX_FMT_GREY}};
-}
-
 Rendered render(const Television& way) {
   constexpr int kColumns = 720;
   constexpr double kFov_deg = 55.0;
@@ -53,18 +38,12 @@ Rendered render(const Television& way) {
   return {simulator.render(0), simulator.model()};
 }
 
-// Everything that takes its time is made once: in an emulated machine it takes a lot.
-template <typename Make>
-const auto& once(const Variant& variant, const Make& make) {
-  static std::map<Variant, decltype(make())> known;
-  const auto found = known.find(variant);
-  return found != known.end() ? found->second : known.emplace(variant, make()).first->second;
-}
-
+// Rendered once each: in an emulated machine it takes its time.
 const Rendered& rendered(const Television& way) {
-  Variant variant = variant_of(way);
-  variant.code = V4L2_PIX_FMT_GREY;
-  return once(variant, [&] { return render(way); });
+  static std::map<std::pair<int, bool>, Rendered> known;
+  const std::pair key(way.lines(), way.is_bottom_first());
+  const auto found = known.find(key);
+  return found != known.end() ? found->second : known.emplace(key, render(way)).first->second;
 }
 
 // 8 bits, or the same spread over 16.
@@ -78,18 +57,52 @@ Frame as_camera_gives_it(const Frame& rendered, std::uint32_t code) {
   return frame;
 }
 
-PolarScan scan_directly(const Frame& picture, const StriperModel& model, double picture_rate_hz) {
+ScannerOptions options_for(const StriperModel& model, const Cadence& cadence) {
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = Cadence::parse("0,dark");
-  Scanner scanner(model, options);
+  options.ambient.cadence = cadence;
+  return options;
+}
+
+// The last scan of a picture that comes over and over.
+PolarScan scan_undisturbed(const TelevisedScene& scene) {
+  Scanner scanner(scene.model, options_for(scene.model, Cadence::parse("0,dark")));
   PolarScan last;
   for (std::uint64_t number = 0; number < 4; ++number) {
-    Frame frame = picture;
+    Frame frame = scene.picture;
     frame.sequence = number;
-    frame.time.monotonic_ns = std::llround(1e9 * static_cast<double>(number) / picture_rate_hz);
+    frame.time.monotonic_ns = static_cast<std::int64_t>(number) * 2 * frame.field_period_ns;
     for (const PolarScan& scan : scanner.process(frame)) last = scan;
   }
   return last;
+}
+
+// Infinite where the scans are not the same returns.
+double largest_difference_m(const PolarScan& a, const PolarScan& b) {
+  constexpr double kNotTheSame = std::numeric_limits<double>::infinity();
+  if (a.returns.size() != b.returns.size() || a.sequence != b.sequence) return kNotTheSame;
+  double largest = 0.0;
+  for (std::size_t at = 0; at < a.returns.size(); ++at) {
+    const Return& x = a.returns[at];
+    const Return& y = b.returns[at];
+    if (x.status != y.status || std::isnan(x.range_m) != std::isnan(y.range_m)) return kNotTheSame;
+    if (!std::isnan(x.range_m)) largest = std::max(largest, std::abs(x.range_m - y.range_m));
+  }
+  return largest;
+}
+
+// Of good returns; infinite where fewer than 500 columns are good in both.
+double largest_difference_sigmas(const PolarScan& a, const PolarScan& b) {
+  constexpr int kEnough = 500;
+  int compared = 0;
+  double largest = 0.0;
+  for (std::size_t at = 0; at < std::min(a.returns.size(), b.returns.size()); ++at) {
+    const Return& x = a.returns[at];
+    const Return& y = b.returns[at];
+    if (x.status != ReturnStatus::kOk || y.status != ReturnStatus::kOk) continue;
+    ++compared;
+    largest = std::max(largest, std::abs(x.range_m - y.range_m) / y.sigma_m);
+  }
+  return compared >= kEnough ? largest : std::numeric_limits<double>::infinity();
 }
 
 void append_lines(const cv::Mat& picture, std::uint32_t code, int first, int step,
@@ -141,10 +154,44 @@ std::vector<Television> ways_of_television() {
 }
 
 TelevisedScene::TelevisedScene(const Television& way)
-    : picture(as_camera_gives_it(rendered(way).picture, way.code)),
-      model(rendered(way).model),
-      scan(once(variant_of(way),
-                [&] { return scan_directly(picture, model, way.picture_rate_hz()); })) {}
+    : picture(as_camera_gives_it(rendered(way).picture, way.code)), model(rendered(way).model) {}
+
+Frame TelevisedScene::as_if_simulated(const Frame& came) const {
+  if (came.status != FrameStatus::kOk) return came;
+  Frame frame = picture;
+  if (!came.is_interlaced())
+    frame = split_fields(picture)[static_cast<std::size_t>(came.exposure_in_picture)];
+  frame.sequence = came.sequence;
+  frame.time = came.time;
+  return frame;
+}
+
+SideBySide::SideBySide(const TelevisedScene& scene, const Cadence& cadence)
+    : scene_(scene),
+      of_camera_(scene.model, options_for(scene.model, cadence)),
+      of_simulator_(scene.model, options_for(scene.model, cadence)),
+      undisturbed_(scan_undisturbed(scene)) {}
+
+void SideBySide::process(const Frame& came) {
+  compare(of_camera_.process(came), of_simulator_.process(scene_.as_if_simulated(came)));
+}
+
+void SideBySide::finish() { compare(of_camera_.finish(), of_simulator_.finish()); }
+
+void SideBySide::compare(std::span<const PolarScan> camera, std::span<const PolarScan> simulator) {
+  if (camera.size() != simulator.size()) worst_m_ = std::numeric_limits<double>::infinity();
+  for (std::size_t at = 0; at < std::min(camera.size(), simulator.size()); ++at) {
+    worst_m_ = std::max(worst_m_, largest_difference_m(camera[at], simulator[at]));
+    worst_sigmas_ = std::max(worst_sigmas_, largest_difference_sigmas(camera[at], undisturbed_));
+    scanned_.push_back(camera[at].sequence);
+  }
+}
+
+int SideBySide::good_columns() const noexcept {
+  return static_cast<int>(
+      std::count_if(undisturbed_.returns.begin(), undisturbed_.returns.end(),
+                    [](const Return& r) { return r.status == ReturnStatus::kOk; }));
+}
 
 std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const Television& way) {
   const int first = way.is_bottom_first() ? 1 : 0;
@@ -170,39 +217,6 @@ bool is_part_of(const Frame& frame, const cv::Mat& picture) {
     if (cv::norm(frame.image.row(line), picture.row(row), cv::NORM_INF) != 0.0) return false;
   }
   return true;
-}
-
-double largest_difference_m(const PolarScan& a, const PolarScan& b) {
-  constexpr double kNotTheSame = std::numeric_limits<double>::infinity();
-  if (a.returns.size() != b.returns.size()) return kNotTheSame;
-  double largest = 0.0;
-  for (std::size_t at = 0; at < a.returns.size(); ++at) {
-    const Return& x = a.returns[at];
-    const Return& y = b.returns[at];
-    if (x.status != y.status || std::isnan(x.range_m) != std::isnan(y.range_m)) return kNotTheSame;
-    if (!std::isnan(x.range_m)) largest = std::max(largest, std::abs(x.range_m - y.range_m));
-  }
-  return largest;
-}
-
-double largest_difference_sigmas(const PolarScan& a, const PolarScan& b) {
-  constexpr int kEnough = 500;
-  int compared = 0;
-  double largest = 0.0;
-  for (std::size_t at = 0; at < std::min(a.returns.size(), b.returns.size()); ++at) {
-    const Return& x = a.returns[at];
-    const Return& y = b.returns[at];
-    if (x.status != ReturnStatus::kOk || y.status != ReturnStatus::kOk) continue;
-    ++compared;
-    largest = std::max(largest, std::abs(x.range_m - y.range_m) / y.sigma_m);
-  }
-  return compared >= kEnough ? largest : std::numeric_limits<double>::infinity();
-}
-
-int good_returns(const PolarScan& scan) {
-  return static_cast<int>(
-      std::count_if(scan.returns.begin(), scan.returns.end(),
-                    [](const Return& r) { return r.status == ReturnStatus::kOk; }));
 }
 
 std::vector<std::uint64_t> pictures_with_a_pair(const std::vector<Frame>& frames) {

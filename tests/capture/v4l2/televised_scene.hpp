@@ -3,13 +3,16 @@
 
 #include <cstdint>
 #include <ostream>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <linux/videodev2.h>
 
+#include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/model/striper_model.hpp>
+#include <striper/pipeline/scanner.hpp>
 #include <striper/scan/polar_scan.hpp>
 
 namespace striper::testing {
@@ -36,13 +39,51 @@ inline void PrintTo(const Television& way, std::ostream* out) { *out << way.name
 std::vector<Television> ways_of_television();
 
 /// One picture of the scene of data/scenes/ntsc_grabber.yaml (sun, a wall, a box; the laser in the
-/// first field alone), as a camera of such a television gives it, and what must come of it.
+/// first field alone), as a camera of such a television gives it.
 struct TelevisedScene {
   Frame picture;  ///< Both fields woven.
   StriperModel model;
-  PolarScan scan;  ///< Of this picture over and over, without any camera.
 
   explicit TelevisedScene(const Television& way);
+
+  /// What the simulator gives for an exposure that came from elsewhere: its own pixels, field and
+  /// grid, with the number, time and status of the other.
+  Frame as_if_simulated(const Frame& came) const;
+};
+
+/// Scans what came through a camera and what the simulator gives for the same exposures, side by
+/// side: a scan depends a little on which pictures came before it.
+class SideBySide {
+ public:
+  /// @param scene must outlive this.
+  SideBySide(const TelevisedScene& scene, const Cadence& cadence);
+
+  void process(const Frame& came);
+  void finish();
+
+  /// The largest difference of two ranges; infinite where the scans are not the same.
+  double worst_m() const noexcept { return worst_m_; }
+
+  /// The same against the scan of a stream without faults, in standard deviations.
+  double worst_sigmas() const noexcept { return worst_sigmas_; }
+
+  /// The pictures that gave a scan, in order.
+  const std::vector<std::uint64_t>& scanned() const noexcept { return scanned_; }
+
+  /// Columns of the scene that give a good return.
+  int good_columns() const noexcept;
+  const ScannerStatistics& statistics() const noexcept { return of_camera_.statistics(); }
+
+ private:
+  void compare(std::span<const PolarScan> camera, std::span<const PolarScan> simulator);
+
+  const TelevisedScene& scene_;
+  Scanner of_camera_;
+  Scanner of_simulator_;
+  PolarScan undisturbed_;
+  double worst_m_ = 0.0;
+  double worst_sigmas_ = 0.0;
+  std::vector<std::uint64_t> scanned_;
 };
 
 /// The driver's buffers for a picture: one, or two fields in the order of their exposure.
@@ -50,15 +91,6 @@ std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const 
 
 /// Whether every line of a frame, whichever field it is, is that of the picture, bit for bit.
 bool is_part_of(const Frame& frame, const cv::Mat& picture);
-
-/// The largest difference of two ranges; infinite where the scans are not the same returns.
-double largest_difference_m(const PolarScan& a, const PolarScan& b);
-
-/// The largest difference of two good ranges in standard deviations of the second; infinite where
-/// fewer than 500 columns are good in both.
-double largest_difference_sigmas(const PolarScan& a, const PolarScan& b);
-
-int good_returns(const PolarScan& scan);
 
 /// Which pictures must give a scan when the laser fires in the first field of each: those whose
 /// first field came whole, with the field just before or just after it. In order; a woven picture
