@@ -37,6 +37,18 @@ Scene checked(Scene scene) {
   return scene;
 }
 
+/// The region that is read and around it the pixels whose light the lens spreads into it: so that a
+/// region of interest is a piece of the whole picture to the last bit.
+cv::Rect lit_region(const Scene& scene) {
+  const Imager& imager = scene.imager;
+  const double halo_px = imager.bloom.fraction > 0.0 ? imager.bloom.sigma_px : 0.0;
+  const int reach = 3 + static_cast<int>(std::ceil(5.0 * imager.blur_sigma_px)) +
+                    static_cast<int>(std::ceil(5.0 * halo_px));
+  const cv::Rect wide(imager.region.x - reach, imager.region.y - reach,
+                      imager.region.width + 2 * reach, imager.region.height + 2 * reach);
+  return wide & cv::Rect(0, 0, scene.camera.width(), scene.camera.height());
+}
+
 /// All that is rendered of one moment; the pictures appear when they are first asked for.
 struct Moment {
   Moment(const Scene& scene, const detail::RayGrid& rays, double time_s)
@@ -53,7 +65,7 @@ class Simulator::Impl {
  public:
   explicit Impl(Scene scene)
       : scene_(checked(std::move(scene))),
-        rays_(scene_.camera, scene_.imager.region),
+        rays_(scene_.camera, lit_region(scene_)),
         is_static_(scene_.is_static()) {
     for (const SimulatedLaser& laser : scene_.lasers) beams_.emplace_back(laser, scene_);
   }
@@ -198,17 +210,22 @@ class Simulator::Impl {
     return *kept;
   }
 
+  /// With the lens' halo, and without what is not read.
+  cv::Mat as_read(const cv::Mat& electrons) const {
+    const cv::Rect& region = scene_.imager.region;
+    const cv::Rect read(region.tl() - rays_.region().tl(), region.size());
+    return detail::bloomed(electrons, scene_.imager.bloom)(read).clone();
+  }
   const cv::Mat& daylight(Moment& moment) const {
     if (moment.daylight.empty()) {
-      moment.daylight = detail::bloomed(moment.view.daylight(), scene_.imager.bloom);
+      moment.daylight = as_read(moment.view.daylight());
     }
     return moment.daylight;
   }
   const cv::Mat& laser_light(Moment& moment, int laser) const {
     cv::Mat& light = moment.lasers[laser];
     if (light.empty()) {
-      light = detail::bloomed(moment.view.laser(beams_[static_cast<std::size_t>(laser)], laser),
-                              scene_.imager.bloom);
+      light = as_read(moment.view.laser(beams_[static_cast<std::size_t>(laser)], laser));
     }
     return light;
   }

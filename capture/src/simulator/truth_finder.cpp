@@ -29,7 +29,7 @@ class TruthFinder {
       : in_(input),
         scene_(input.view.scene()),
         world_(input.view.world()),
-        region_(input.view.rays().region()),
+        region_(input.view.scene().imager.region),
         by_columns_(scene_.axis == StripeAxis::kColumns),
         casters_(input.beam.casters(world_)),
         T_scan_cam_(standard_T_cam_scan(input.beam.plane(), scene_.axis).inverse()) {}
