@@ -96,8 +96,9 @@ nlohmann::json to_json(const CameraListing& camera) {
   nlohmann::json controls = nlohmann::json::array();
   for (const CameraControl& control : camera.controls) controls.push_back(to_json(control));
   return {{"uri", camera.uri},         {"kind", camera.kind},
-          {"name", camera.name},       {"driver", camera.driver},
-          {"address", camera.address}, {"other_uris", camera.other_uris},
+          {"name", camera.name},       {"serial", camera.serial},
+          {"driver", camera.driver},   {"address", camera.address},
+          {"access", camera.access},   {"other_uris", camera.other_uris},
           {"trouble", camera.trouble}, {"inputs", inputs},
           {"formats", formats},        {"controls", controls}};
 }
@@ -150,8 +151,9 @@ void print_formats(const CameraListing& camera, bool all) {
 
 void print_camera(const CameraListing& camera, bool all) {
   fmt::print("{}\n  {}", camera.uri, camera.name);
+  if (!camera.serial.empty()) fmt::print(" {}", camera.serial);
   if (!camera.driver.empty()) fmt::print(" ({}, {})", camera.driver, camera.address);
-  fmt::print("\n");
+  fmt::print("{}\n", camera.access.empty() ? "" : ", " + camera.access);
   if (!camera.trouble.empty()) fmt::print("  cannot be opened: {}\n", camera.trouble);
   for (const std::string& uri : camera.other_uris) fmt::print("  also {}\n", uri);
   for (const CameraInput& input : camera.inputs) {

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
 #include <iterator>
-#include <string>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include <striper/capture/list_cameras.hpp>
 
@@ -12,7 +8,7 @@
 #include <striper/v4l2/v4l2_devices.hpp>
 #endif
 #ifdef STRIPER_HAS_ARAVIS
-#include "gige/gvcp_client.hpp"
+#include <striper/gige/gige_network.hpp>
 #endif
 
 namespace striper {
@@ -20,27 +16,26 @@ namespace striper {
 #ifdef STRIPER_HAS_ARAVIS
 namespace {
 
-std::string dotted(std::uint32_t address) {
-  return fmt::format("{}.{}.{}.{}", address >> 24, address >> 16 & 255, address >> 8 & 255,
-                     address & 255);
-}
-
-std::vector<CameraListing> list_gige_cameras() {
-  constexpr std::chrono::milliseconds kAnswerWithin{500};
-  std::vector<CameraListing> listings;
-  for (const detail::GvcpDevice& device : detail::discover(kAnswerWithin)) {
-    CameraListing listing;
-    listing.uri = "gige:" + (device.serial.empty() ? dotted(device.address) : device.serial);
-    listing.kind = "gige";
-    listing.name = fmt::format("{} {}", device.manufacturer, device.model);
-    listing.driver = device.interface_name;
-    listing.address = dotted(device.address);
-    listing.other_uris.push_back("gige:" + dotted(device.address));
-    if (!device.is_reachable())
-      listing.trouble = "its address is of another subnet than the interface that it answers on";
-    listings.push_back(std::move(listing));
+CameraListing to_camera(GigeListing gige) {
+  CameraListing listing;
+  listing.kind = gige.uri.substr(0, gige.uri.find(':'));
+  listing.name = gige.maker + " " + gige.model;
+  listing.driver = gige.interface.empty() ? gige.protocol : gige.protocol + " on " + gige.interface;
+  if (!gige.user_name.empty()) listing.other_uris.push_back("gige:" + gige.user_name);
+  if (!gige.mac.empty()) {
+    listing.other_uris.push_back("gige:" + gige.address);
+    listing.other_uris.push_back("gige:" + gige.mac);
   }
-  return listings;
+  if (gige.access == "other subnet") {
+    listing.trouble = "its address is of another subnet than the interface that it answers on";
+  } else if (gige.access.starts_with("held")) {
+    listing.trouble = gige.access;
+  }
+  listing.uri = std::move(gige.uri);
+  listing.serial = std::move(gige.serial);
+  listing.access = std::move(gige.access);
+  listing.address = std::move(gige.address);
+  return listing;
 }
 
 }  // namespace
@@ -55,7 +50,7 @@ std::vector<CameraListing> list_cameras() {
   append(list_v4l2_cameras());
 #endif
 #ifdef STRIPER_HAS_ARAVIS
-  append(list_gige_cameras());
+  for (GigeListing& camera : list_gige_cameras()) all.push_back(to_camera(std::move(camera)));
 #endif
   return all;
 }

@@ -49,12 +49,14 @@ struct CameraControl {
 /// A camera that striper can open, with all that can be asked of it.
 struct CameraListing {
   std::string uri;                      ///< What opens it: `v4l2:/dev/video0`.
-  std::string kind;                     ///< `v4l2`, `gige`.
+  std::string kind;                     ///< `v4l2`, `gige`, `u3v`.
   std::string name;                     ///< Make and model.
+  std::string serial;                   ///< Empty where it has none, or does not tell.
   std::string driver;                   ///< Of the system, or the camera's firmware.
   std::string address;                  ///< Where it is connected: bus, network address.
   std::vector<std::string> other_uris;  ///< Names that survive replugging and restarting.
-  std::string trouble;                  ///< Why it cannot be opened now; empty: it can.
+  std::string access;   ///< `free`, `held by 10.0.0.5:4711`, `other subnet`; empty: not told.
+  std::string trouble;  ///< Why it cannot be opened now; empty: it can.
   std::vector<CameraInput> inputs;
   std::vector<CameraFormat> formats;
   std::vector<CameraControl> controls;
