@@ -31,12 +31,17 @@ if(ARAVIS_FOUND)
       src/gige/gvcp_client.cpp
       src/gige/laser_lines.cpp
       src/gige/pixel_layout.cpp
+      src/gige/ptp_clock.cpp
+      src/gige/reverse_path.cpp
       src/gige/session.cpp
+      src/gige/stream_path.cpp
       src/gige/stream_socket.cpp
+      src/gige/virtual/device.cpp
       src/gige/virtual/device_control.cpp
       src/gige/virtual/device_stream.cpp
       src/gige/virtual/feature_registers.cpp
       src/gige/virtual/genicam_xml.cpp
+      src/gige/virtual/register_log.cpp
       src/gige/virtual/sent_picture.cpp
       src/gige/virtual/stream_sender.cpp
       src/gige/virtual/virtual_camera.cpp

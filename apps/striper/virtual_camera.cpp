@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper virtual-camera: a scene as a GigE Vision camera on this machine.
+#include <cerrno>
 #include <chrono>
+#include <cstring>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <thread>
@@ -8,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/error.hpp>
 #include <striper/gige/virtual_camera.hpp>
 #include <striper/simulator/simulated_source.hpp>
 
@@ -23,6 +27,7 @@ struct VirtualCameraArguments {
   VirtualCameraOptions camera;
   double clock_skew_ppm = 0.0;
   int loop = 0;
+  std::string registers;
   std::optional<double> seconds;
 };
 
@@ -67,11 +72,18 @@ void define(CLI::App& command, VirtualCameraArguments& arguments) {
       ->type_name("0..1");
   command.add_flag("!--no-resend", arguments.camera.can_resend,
                    "The camera cannot send packets again");
+  command.add_option("--mtu", arguments.camera.mtu, "Larger packets are lost; default 16000")
+      ->type_name("BYTES");
   command.add_option("--link", arguments.camera.link_mbit_s, "Speed of its cable; default 1000")
       ->type_name("MBIT/S")
       ->check(above_zero());
   command.add_option("--clock-skew", arguments.clock_skew_ppm, "Its clock is fast by this")
       ->type_name("PPM");
+  command
+      .add_option("--registers", arguments.registers,
+                  "At the end write what clients set, as CSV: time_s, client, register, value,\n"
+                  "laser_armed")
+      ->type_name("FILE");
   command.add_option("--seconds", arguments.seconds, "End after so long; default: Ctrl-C")
       ->type_name("S")
       ->check(above_zero());
@@ -84,6 +96,18 @@ std::shared_ptr<VirtualScene> load(const VirtualCameraArguments& arguments) {
       SimulatedSource::open(SourceUri::parse(text.starts_with("sim:") ? text : "sim:" + text));
   const auto scene = make_virtual_scene(source->simulator().scene());
   return arguments.loop > 0 ? make_looped_scene(scene, arguments.loop) : scene;
+}
+
+void write_registers(const VirtualCamera& camera, const std::string& path) {
+  std::ofstream file(path);
+  file << "time_s,client,register,value,laser_armed\n";
+  for (const RegisterWrite& one : camera.register_writes()) {
+    file << fmt::format("{:.6f},{},{},{},{}\n", 1e-9 * static_cast<double>(one.time_ns),
+                        one.controller, one.name, one.value, one.is_laser_armed ? 1 : 0);
+  }
+  if (!file.flush()) {
+    throw Error(ErrorKind::kIo, fmt::format("cannot write '{}': {}", path, std::strerror(errno)));
+  }
 }
 
 ExitCode serve(const VirtualCameraArguments& arguments) {
@@ -103,6 +127,7 @@ ExitCode serve(const VirtualCameraArguments& arguments) {
   while (!stop_requested() && !is_over()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
+  if (!arguments.registers.empty()) write_registers(camera, arguments.registers);
   const VirtualCameraStatistics did = camera.statistics();
   say(fmt::format("{} pictures, {} packets, {} lost on purpose, {} sent again, {} clients",
                   did.pictures, did.packets, did.lost, did.resent, did.controllers));

@@ -5,6 +5,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <striper/gige/virtual_scene.hpp>
 
@@ -23,8 +24,10 @@ struct VirtualCameraOptions {
   double link_mbit_s = 1000.0;  ///< A picture is spread over the time that this link would take.
   double clock_skew = 0.0;      ///< Device seconds per second, minus one.
   std::int64_t clock_offset_ns = 0;
-  std::set<std::string> lacking;  ///< GenICam features that this model does not have.
-  std::uint64_t seed = 1;         ///< Of the faults.
+  std::int64_t ptp_offset_ns = 0;  ///< Of the network's PTP time against this machine's UTC as TAI.
+  std::set<std::string> stuck;     ///< Features that take every value and keep what they have.
+  std::set<std::string> lacking;   ///< GenICam features that this model does not have.
+  std::uint64_t seed = 1;          ///< Of the faults.
 
   /// @throws Error{kBadValue} quoting field, value and bound.
   void validate() const;
@@ -40,6 +43,15 @@ struct VirtualCameraStatistics {
   bool is_controlled = false;
   bool is_streaming = false;
   bool is_laser_armed = false;  ///< A line would fire a laser at the next exposure.
+};
+
+/// A register that a client set.
+struct RegisterWrite {
+  std::int64_t time_ns = 0;      ///< CLOCK_MONOTONIC.
+  std::uint64_t controller = 0;  ///< The first client that took control is 1.
+  std::string name;              ///< Of the GenICam feature, or the address.
+  std::uint32_t value = 0;       ///< As the register holds it.
+  bool is_laser_armed = false;   ///< Whether a line would fire a laser now.
 };
 
 /// Serves a scene as a GigE Vision 1.2 camera on this machine: discovery, registers, GenICam
@@ -63,10 +75,14 @@ class VirtualCamera {
 
   VirtualCameraStatistics statistics() const;
 
+  /// What clients set, in order; the last 16384 writes that were taken.
+  std::vector<RegisterWrite> register_writes() const;
+
   /// Faults on demand.
   void set_lost_packets(double fraction);
-  void set_silent(bool is_silent);  ///< Answers nothing, sends nothing: a pulled plug.
-  void forget_controller();         ///< As after a reset: nobody is in control.
+  void set_silent(bool is_silent);           ///< Answers nothing, sends nothing: a pulled plug.
+  void set_stream_blocked(bool is_blocked);  ///< Answers and sends no pictures: a firewall.
+  void forget_controller();                  ///< As after a reset: nobody is in control.
 
  private:
   class Impl;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -15,6 +16,8 @@ inline constexpr int kSequencerSets = 16;
 
 enum class LineSource : std::uint32_t { kOff, kExposureActive, kUserOutput1, kUserOutput2 };
 enum class TriggerSource : std::uint32_t { kSoftware, kLine1 };
+
+enum class PtpStatus : std::uint32_t { kDisabled = 3, kListening = 4, kSlave = 9 };  // IEEE 1588
 
 using LineSources = std::array<LineSource, kLines>;
 
@@ -54,6 +57,10 @@ struct CameraState {
   std::uint32_t sequencer_path = 0;
   std::array<SequencerSet, kSequencerSets> sets{};
 
+  bool ptp_is_on = false;
+  std::int64_t ptp_since_ns = 0;                // of CLOCK_MONOTONIC
+  PtpStatus ptp_status = PtpStatus::kDisabled;  // as it was latched last
+
   bool chunk_mode = false;
   std::uint32_t chunk = 0;
   bool line_chunk = false;
@@ -69,6 +76,23 @@ struct CameraState {
       if (is_high) status |= 1U << i;
     }
     return status;
+  }
+
+  /// Following the network's time takes a moment.
+  PtpStatus ptp_status_at(std::int64_t monotonic_ns) const noexcept {
+    constexpr std::int64_t kToLock_ns = 500'000'000;
+    if (!ptp_is_on) return PtpStatus::kDisabled;
+    return monotonic_ns - ptp_since_ns < kToLock_ns ? PtpStatus::kListening : PtpStatus::kSlave;
+  }
+
+  /// A line would fire a laser in the next exposure, or in one that the sequencer comes to.
+  bool is_laser_armed() const noexcept {
+    const auto fires = [this](const LineSources& at) {
+      return (line_status(at) >> kFirstLaserLine) != 0;
+    };
+    const bool any_set_fires =
+        std::any_of(sets.begin(), sets.end(), [&](const auto& set) { return fires(set.sources); });
+    return fires(sources) || (sequencer_is_on && any_set_fires);
   }
 
   void lines_off() noexcept {

@@ -19,9 +19,14 @@
 #include "gige/gvcp.hpp"
 #include "gige/virtual/camera_state.hpp"
 #include "gige/virtual/feature_registers.hpp"
+#include "gige/virtual/register_log.hpp"
 #include "gige/virtual/stream_sender.hpp"
 
 namespace striper::detail {
+
+inline constexpr std::size_t kBootstrapBytes = 0x1000;
+inline constexpr std::uint32_t kLoopbackMask = 0xff000000;
+inline constexpr std::uint32_t kLoopback = 0x7f000000;
 
 /// The virtual camera itself: one thread answers the control protocol, one takes and sends
 /// pictures.
@@ -33,8 +38,10 @@ class Device {
   ~Device();
 
   VirtualCameraStatistics statistics() const;
+  std::vector<RegisterWrite> register_writes() const;
   void set_lost_packets(double fraction) { sender_.lost_packets = fraction; }
   void set_silent(bool is_silent);
+  void set_stream_blocked(bool is_blocked) { sender_.is_silent = is_blocked; }
   void forget_controller();
 
  private:
@@ -57,12 +64,14 @@ class Device {
   };
   using Answer = std::vector<std::uint8_t>;
 
-  // Control protocol (device_control.cpp).
+  // Making (device.cpp).
   void open_sockets();
   void fill_bootstrap();
   void put_text(std::uint32_t address, const std::string& text, std::size_t size);
   void put_word(std::uint32_t address, std::uint32_t value);
   std::uint32_t word(std::uint32_t address) const;
+
+  // Control protocol (device_control.cpp).
   void run_control();
   void answer_packets(int fd);
   void answer(std::span<const std::uint8_t> request, const sockaddr_in& from);
@@ -79,6 +88,8 @@ class Device {
   std::uint16_t write_word(std::uint32_t address, std::uint32_t value, const Client& client);
   std::uint16_t write_privilege(std::uint32_t value, const Client& client);
   std::uint16_t write_packet_size(std::uint32_t value);
+  std::uint16_t write_feature(std::uint32_t address, std::uint32_t value);
+  std::uint16_t write_bootstrap(std::uint32_t address, std::uint32_t value);
   void latch_timestamp();
   void drop_control();
   sockaddr_in stream_destination() const;
@@ -92,13 +103,14 @@ class Device {
   Illumination light_of(const Exposure& exposure) const;
   void take_and_send(const Exposure& exposure);
   void fill_payload(const Exposure& exposure, const cv::Mat& sensor, SentPicture& picture);
-  std::int64_t device_time_ns(std::int64_t host_ns) const;
+  std::int64_t device_time_ns(const CameraState& state, std::int64_t host_ns) const;
 
   std::shared_ptr<VirtualScene> scene_;
   VirtualCameraOptions options_;
   std::uint32_t address_ = 0;
   std::string xml_;
   StreamSender sender_;
+  RegisterLog log_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

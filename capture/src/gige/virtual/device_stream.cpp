@@ -64,7 +64,12 @@ cv::Mat at_depth(const cv::Mat& picture, int from_bits, const PixelLayout& layou
 
 }  // namespace
 
-std::int64_t Device::device_time_ns(std::int64_t host_ns) const {
+/// The camera's own clock or, where it follows the network's, PTP's: this host's UTC as TAI.
+std::int64_t Device::device_time_ns(const CameraState& state, std::int64_t host_ns) const {
+  constexpr std::int64_t kTaiAhead_ns = 37'000'000'000;
+  if (state.ptp_status_at(host_ns) == PtpStatus::kSlave) {
+    return host_ns + utc_offset_now_ns() + kTaiAhead_ns + options_.ptp_offset_ns;
+  }
   return host_ns + options_.clock_offset_ns +
          static_cast<std::int64_t>(options_.clock_skew * static_cast<double>(host_ns));
 }
@@ -153,7 +158,8 @@ Illumination Device::light_of(const Exposure& exposure) const {
 void Device::take_and_send(const Exposure& exposure) {
   const cv::Mat sensor = scene_->picture(exposure.number, exposure.light);
   const std::shared_ptr<SentPicture> picture = sender_.make_picture();
-  picture->timestamp = static_cast<std::uint64_t>(device_time_ns(exposure.begin_ns));
+  picture->timestamp =
+      static_cast<std::uint64_t>(device_time_ns(exposure.state, exposure.begin_ns));
   picture->pixel_format = exposure.state.pixel_format;
   picture->region = exposure.state.region;
   picture->has_chunks = exposure.state.chunk_mode;

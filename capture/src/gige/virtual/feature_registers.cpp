@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "gige/host_clock.hpp"
 #include "gige/pixel_layout.hpp"
 
 namespace striper::detail {
@@ -177,6 +178,24 @@ void add_chunk_registers(Registers& registers, CameraState& s) {
   registers[kRegChunkEnable] = flag(s.line_chunk);
 }
 
+void add_ptp_registers(Registers& registers, CameraState& s) {
+  registers[kRegPtpEnable] = {[&s] { return s.ptp_is_on ? 1U : 0U; },
+                              [&s](std::uint32_t wanted) {
+                                if (wanted == 1 && !s.ptp_is_on)
+                                  s.ptp_since_ns = monotonic_now_ns();
+                                s.ptp_is_on = wanted == 1;
+                                return wanted <= 1;
+                              }};
+  registers[kRegPtpLatch] = {[] { return 0U; },
+                             [&s](std::uint32_t) {
+                               s.ptp_status = s.ptp_status_at(monotonic_now_ns());
+                               return true;
+                             }};
+  registers[kRegPtpStatus] = {[&s] { return static_cast<std::uint32_t>(s.ptp_status); }, nullptr};
+  registers[kRegIeee1588Status] = {
+      [&s] { return static_cast<std::uint32_t>(s.ptp_status_at(monotonic_now_ns())); }, nullptr};
+}
+
 }  // namespace
 
 std::uint32_t payload_bytes(const CameraState& state) {
@@ -196,6 +215,7 @@ Registers feature_registers(CameraState& state, RegisterActions actions) {
   add_line_registers(registers, state);
   add_sequencer_registers(registers, state);
   add_chunk_registers(registers, state);
+  add_ptp_registers(registers, state);
   return registers;
 }
 

@@ -49,6 +49,10 @@ enum FeatureRegister : std::uint32_t {
   kRegChunkSelector = 0x100a4,
   kRegChunkEnable = 0x100a8,
   kRegLostPackets = 0x100b0,
+  kRegPtpEnable = 0x100c0,
+  kRegPtpLatch = 0x100c4,
+  kRegPtpStatus = 0x100c8,
+  kRegIeee1588Status = 0x100cc,
 };
 
 inline constexpr std::uint32_t kXmlAddress = 0x100000;

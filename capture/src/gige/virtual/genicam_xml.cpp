@@ -73,6 +73,7 @@ class Description {
         "<Command Name=\"{0}\"><pValue>{0}Reg</pValue><CommandValue>{1}</CommandValue></Command>\n",
         name, value);
     register_node(name, address, "RW");
+    names_.commands[{address, value}] = name;
   }
 
   void text(const std::string& name, std::uint32_t address, int length) {
@@ -89,6 +90,8 @@ class Description {
 
   /// Nodes that no category shows.
   void hidden(const std::string& xml) { nodes_ += xml; }
+
+  const RegisterNames& names() const noexcept { return names_; }
 
   std::string finish() const {
     std::string xml =
@@ -128,11 +131,13 @@ class Description {
         "<AccessMode>{}</AccessMode><pPort>Device</pPort><Cachable>NoCache</Cachable>"
         "<Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>\n",
         name, address, access);
+    names_.registers.emplace(address, name);
   }
 
   const std::set<std::string>& lacking_;
   std::vector<std::pair<std::string, std::vector<std::string>>> categories_;
   std::string nodes_;
+  RegisterNames names_;
 };
 
 std::string bounds(std::uint32_t low, std::uint32_t high) {
@@ -254,14 +259,18 @@ void add_transport(Description& d) {
         "<Cachable>NoCache</Cachable><Bit>0</Bit><Endianess>BigEndian</Endianess>"
         "</MaskedIntReg>\n");
   d.integer("GevSCPD", gvcp::kStreamPacketDelay, bounds(0, 1'000'000));
+  d.boolean("PtpEnable", kRegPtpEnable);
+  d.command("PtpDataSetLatch", kRegPtpLatch, 1);
+  const std::vector<Description::Entry> ptp_states{{"Disabled", 3}, {"Listening", 4}, {"Slave", 9}};
+  d.choice("PtpStatus", kRegPtpStatus, ptp_states);
+  d.boolean("GevIEEE1588", kRegPtpEnable);  // as it was called before
+  d.choice("GevIEEE1588Status", kRegIeee1588Status, ptp_states);
   d.hidden("<Integer Name=\"TLParamsLocked\"><Value>0</Value><Min>0</Min><Max>1</Max></Integer>\n");
   d.category("TestControl");
   d.integer("TestLostPacketsPpm", kRegLostPackets, bounds(0, 1'000'000));
 }
 
-}  // namespace
-
-std::string genicam_xml(const std::set<std::string>& lacking) {
+Description describe_camera(const std::set<std::string>& lacking) {
   Description description(lacking);
   add_device(description);
   add_pictures(description);
@@ -270,7 +279,17 @@ std::string genicam_xml(const std::set<std::string>& lacking) {
   add_sequencer(description);
   add_chunks(description);
   add_transport(description);
-  return description.finish();
+  return description;
+}
+
+}  // namespace
+
+std::string genicam_xml(const std::set<std::string>& lacking) {
+  return describe_camera(lacking).finish();
+}
+
+RegisterNames register_names(const std::set<std::string>& lacking) {
+  return describe_camera(lacking).names();
 }
 
 }  // namespace striper::detail

@@ -40,8 +40,12 @@ VirtualCamera::VirtualCamera(std::shared_ptr<VirtualScene> scene, VirtualCameraO
 VirtualCamera::~VirtualCamera() = default;
 
 VirtualCameraStatistics VirtualCamera::statistics() const { return impl_->statistics(); }
+std::vector<RegisterWrite> VirtualCamera::register_writes() const {
+  return impl_->register_writes();
+}
 void VirtualCamera::set_lost_packets(double fraction) { impl_->set_lost_packets(fraction); }
 void VirtualCamera::set_silent(bool is_silent) { impl_->set_silent(is_silent); }
+void VirtualCamera::set_stream_blocked(bool is_blocked) { impl_->set_stream_blocked(is_blocked); }
 void VirtualCamera::forget_controller() { impl_->forget_controller(); }
 
 }  // namespace striper
