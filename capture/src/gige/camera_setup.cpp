@@ -10,6 +10,7 @@
 #include <striper/core/log.hpp>
 
 #include "gige/gvcp.hpp"
+#include "gige/ptp_clock.hpp"
 
 namespace striper::detail {
 namespace {
@@ -119,6 +120,36 @@ void check_rows_are_whole_bytes(const FeatureAccess& features, const PictureSetu
                   setup.layout->bits_per_pixel() == 12 ? 2 : 4, setup.layout->name));
 }
 
+/// A camera that does not take it keeps its own: a dead host is let go later, that is all.
+void set_heartbeat(const FeatureAccess& features, const GigeOptions& options) {
+  const auto wanted_ms = static_cast<guint32>(options.heartbeat.count());
+  guint32 kept_ms = 0;
+  CallError error;
+  arv_device_write_register(features.device(), gvcp::kHeartbeatTimeout, wanted_ms, error.slot());
+  if (!error) {
+    arv_device_read_register(features.device(), gvcp::kHeartbeatTimeout, &kept_ms, error.slot());
+  }
+  if (!error && kept_ms == wanted_ms) return;
+  log(LogLevel::kWarning,
+      fmt::format("{}: heartbeat_ms={} is not taken: {}", features.device_name(), wanted_ms,
+                  error ? error.message() : fmt::format("the camera keeps {}", kept_ms)));
+}
+
+void set_packet_delay(ArvCamera* camera, const FeatureAccess& features, double delay_us) {
+  features.need_one_of("pause between packets", {"GevSCPD"});
+  CallError error;
+  const gint64 wanted_ns = std::llround(1e3 * delay_us);
+  arv_camera_gv_set_packet_delay(camera, wanted_ns, error.slot());
+  gint64 kept_ns = 0;
+  if (!error) kept_ns = arv_camera_gv_get_packet_delay(camera, error.slot());
+  // The camera counts in ticks of its clock: up to a microsecond off is rounding.
+  constexpr gint64 kTick_ns = 1000;
+  if (!error && std::abs(kept_ns - wanted_ns) <= kTick_ns) return;
+  throw Error(ErrorKind::kDevice,
+              fmt::format("{}: packet_delay_us={} - the camera took {} {}", features.device_name(),
+                          delay_us, 1e-3 * static_cast<double>(kept_ns), error.message()));
+}
+
 }  // namespace
 
 PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options) {
@@ -128,9 +159,7 @@ PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& o
   setup.layout = set_pixel_format(features, options);
   if (options.region) set_region(features, *options.region);
   set_light(features, options);
-  if (options.ptp) {
-    features.set(features.need_one_of("PTP", {"PtpEnable", "GevIEEE1588"}), "yes");
-  }
+  if (options.ptp) enable_ptp(features);
   for (const auto& [name, value] : options.features) features.set(name.c_str(), value);
   if (!options.pixel_format) setup.layout = set_pixel_format(features, options);
 
@@ -161,6 +190,7 @@ void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, b
     return;
   }
   features.need_one_of("trigger", {"TriggerMode"});
+  if (by_host) features.need_one_of("software trigger", {"TriggerSoftware"});
   features.set("TriggerSource", by_host ? "Software" : options.trigger);
   features.set("TriggerMode", "On");
 }
@@ -168,12 +198,7 @@ void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, b
 int set_up_transport(ArvCamera* camera, const FeatureAccess& features, const GigeOptions& options) {
   if (arv_camera_is_gv_device(camera) == FALSE) return 0;
   CallError error;
-  arv_device_write_register(features.device(), gvcp::kHeartbeatTimeout,
-                            static_cast<guint32>(options.heartbeat.count()), error.slot());
-  if (error) {
-    log(LogLevel::kInfo, fmt::format("{}: its heartbeat timeout stays as it is: {}",
-                                     features.device_name(), error.message()));
-  }
+  set_heartbeat(features, options);
   arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
   if (options.packet_bytes > 0) {
@@ -187,15 +212,7 @@ int set_up_transport(ArvCamera* camera, const FeatureAccess& features, const Gig
                 fmt::format("{}: packet_size={} - the camera took {} {}", features.device_name(),
                             options.packet_bytes, packet_bytes, error.message()));
   }
-  if (options.packet_delay_us) {
-    arv_camera_gv_set_packet_delay(camera, std::llround(1e3 * *options.packet_delay_us),
-                                   error.slot());
-    if (error) {
-      throw Error(ErrorKind::kDevice,
-                  fmt::format("{}: packet_delay_us={}: {}", features.device_name(),
-                              *options.packet_delay_us, error.message()));
-    }
-  }
+  if (options.packet_delay_us) set_packet_delay(camera, features, *options.packet_delay_us);
   return packet_bytes;
 }
 

@@ -25,12 +25,6 @@ GPtr<GInetAddress> inet_address(std::uint32_t address) {
   return GPtr<GInetAddress>(g_inet_address_new_from_bytes(bytes.data(), G_SOCKET_FAMILY_IPV4));
 }
 
-bool is_named(const GvcpDevice& device, const std::string& name) {
-  const std::array names{device.serial, device.user_name, device.mac, device.model,
-                         device.manufacturer + "-" + device.serial};
-  return name.empty() || std::find(names.begin(), names.end(), name) != names.end();
-}
-
 std::string describe(const GvcpDevice& device) {
   return fmt::format("{} {} {}", device.manufacturer, device.model, device.serial);
 }
@@ -117,7 +111,7 @@ GvcpDevice find_gige(const std::string& name) {
   std::uint32_t address = 0;
   if (gvcp::parse_ip(name, address)) return find_at(address, name);
 
-  const auto is_it = [&](const GvcpDevice& device) { return is_named(device, name); };
+  const auto is_it = [&](const GvcpDevice& device) { return device.is_called(name); };
   const std::vector<GvcpDevice> present = discover(kAnswerWithin, is_it);
   const auto found = std::find_if(present.begin(), present.end(), is_it);
   if (found == present.end()) {

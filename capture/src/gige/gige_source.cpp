@@ -70,6 +70,7 @@ struct GigeSource::State {
   bool try_reopen();
 
   bool give_next(Frame& frame);
+  bool has_ended() const;
   bool fill(Frame& frame, PoolSlot& slot);
   void describe(Frame& frame, PoolSlot& slot, std::uint64_t since_start);
   void fill_image(Frame& frame, PoolSlot& slot);
@@ -137,6 +138,7 @@ void GigeSource::stop() { state_->end(); }
 void GigeSource::State::begin() {
   const std::lock_guard one_at_a_time(lifecycle);
   if (is_running) return;
+  if (session && session->is_lost()) session.reset();
   if (!session) session = std::make_shared<Session>(options);
   numbers = detail::FrameNumbers(std::max<std::size_t>(common.cadence.pattern().size(), 1));
   next_arrival = 0;
@@ -185,6 +187,7 @@ NextStatus GigeSource::next(Frame& frame, std::chrono::milliseconds timeout) {
       seen = s.news;
     }
     if (s.give_next(frame)) return NextStatus::kFrame;
+    if (s.has_ended()) return NextStatus::kEnd;
     if (!s.wait_for_news(seen, deadline)) {
       return s.is_running ? NextStatus::kTimeout : NextStatus::kStopped;
     }
@@ -199,6 +202,12 @@ bool GigeSource::State::give_next(Frame& frame) {
     if (fill(frame, *slot)) return true;
   }
   return false;
+}
+
+/// A lost camera that is not to be opened again gives nothing any more.
+bool GigeSource::State::has_ended() const {
+  const std::lock_guard lock(mutex);
+  return !options.reconnect && session && session->is_lost();
 }
 
 /// @return false for what is left of a picture that was given already, or given up.
@@ -236,8 +245,9 @@ void GigeSource::State::describe(Frame& frame, PoolSlot& slot, std::uint64_t sin
   frame.field = Field::kProgressive;
   frame.field_period_ns = 0;
   frame.exposure_ns = setup.exposure_ns;
-  frame.time.monotonic_ns = session->exposure_start_ns(slot) + setup.exposure_ns / 2;
-  frame.time.utc_offset_ns = detail::utc_offset_now_ns();
+  const std::int64_t start_ns = session->exposure_start_ns(slot);
+  frame.time.monotonic_ns = start_ns + setup.exposure_ns / 2;
+  frame.time.utc_offset_ns = session->utc_offset_ns(slot, start_ns);
   frame.illumination = Illumination::unknown();
   const double period_ns = setup.rate_hz > 0.0 ? 1e9 / setup.rate_hz : 0.0;
   common.apply(frame, static_cast<std::int64_t>(period_ns));
@@ -302,7 +312,10 @@ GigeStatistics GigeSource::stream_statistics() const {
   const std::lock_guard lock(state_->mutex);
   GigeStatistics result = state_->causes;
   result.last_completed_ns = state_->completed_ns;
-  if (state_->session) state_->session->add_to(result);
+  if (state_->session) {
+    state_->session->add_to(result);
+    if (state_->session->is_lost()) ++result.losses;  // not yet laid to rest, or never to be
+  }
   return result;
 }
 

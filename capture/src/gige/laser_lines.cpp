@@ -31,21 +31,37 @@ LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options
   if (cadence_.is_automatic()) cadence_ = Cadence({Illumination::laser(0)});
   features_.need_one_of("strobe line", {"LineSelector"});
   features_.need_one_of("source of the strobe line", {"LineSource"});
-  for (const std::string& line : lines_) {
-    features_.set("LineSelector", line);
-    if (features_.has("LineMode")) features_.set("LineMode", "Output");
-    for (const char* source : {"ExposureActive", "Off"}) {
-      if (features_.has_entry("LineSource", source)) continue;
-      throw Error(
-          ErrorKind::kUnsupported,
-          fmt::format("{}: {} cannot be {}: its LineSource knows only {}", features_.device_name(),
-                      line, source, fmt::join(features_.entries("LineSource"), ", ")));
-    }
-    line_bits_.push_back(bit_of_line(line));
-  }
+  for (const std::string& line : lines_) add_line(line);
   fires_.assign(lines_.size(), true);  // unknown: `off` writes them all
   choose_method(options);
   off();
+}
+
+void LaserLines::add_line(const std::string& line) {
+  features_.set("LineSelector", line);
+  if (features_.has("LineMode")) features_.set("LineMode", "Output");
+  if (!features_.has_entry("LineSource", "ExposureActive")) {
+    throw Error(ErrorKind::kUnsupported,
+                fmt::format("{}: {} cannot be ExposureActive: its LineSource knows only {}",
+                            features_.device_name(), line,
+                            fmt::join(features_.entries("LineSource"), ", ")));
+  }
+  dark_sources_.push_back(find_dark_source(line));
+  line_bits_.push_back(bit_of_line(line));
+}
+
+std::string LaserLines::find_dark_source(const std::string& line) const {
+  if (features_.has_entry("LineSource", "Off")) return "Off";
+  for (const std::string& source : features_.entries("LineSource")) {
+    const bool is_settable =
+        features_.has("UserOutputValue") && features_.has_entry("UserOutputSelector", source);
+    if (is_settable) return source;
+  }
+  throw Error(
+      ErrorKind::kUnsupported,
+      fmt::format("{}: {} cannot be turned off: its LineSource knows only {}, neither Off "
+                  "nor a UserOutput that UserOutputSelector and UserOutputValue set",
+                  features_.device_name(), line, fmt::join(features_.entries("LineSource"), ", ")));
 }
 
 void LaserLines::choose_method(const GigeOptions& options) {
@@ -81,7 +97,7 @@ void LaserLines::choose_method(const GigeOptions& options) {
 void LaserLines::put(std::size_t line, bool fires) {
   if (fires_[line] == fires) return;
   features_.set("LineSelector", lines_[line]);
-  features_.set("LineSource", fires ? "ExposureActive" : "Off");
+  features_.set("LineSource", fires ? "ExposureActive" : dark_sources_[line]);
   fires_[line] = fires;
 }
 
@@ -90,7 +106,13 @@ void LaserLines::off() {
   // A sequencer that runs owns the lines: it goes first.
   if (method_ == Method::kSequencer) features_.set("SequencerMode", "Off");
   fires_.assign(lines_.size(), true);
-  for (std::size_t i = 0; i < lines_.size(); ++i) put(i, false);
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    if (dark_sources_[i] != "Off") {
+      features_.set("UserOutputSelector", dark_sources_[i]);
+      features_.set("UserOutputValue", "no");
+    }
+    put(i, false);
+  }
 }
 
 bool LaserLines::try_off() noexcept {
@@ -147,10 +169,13 @@ bool LaserLines::enable_line_chunk() {
     return false;
   }
   features_.set("ChunkModeActive", "yes");
-  if (!features_.has_entry("ChunkSelector", "LineStatusAll")) return false;
-  features_.set("ChunkSelector", "LineStatusAll");
-  features_.set("ChunkEnable", "yes");
-  return true;
+  if (features_.has_entry("ChunkSelector", "LineStatusAll") && features_.has("ChunkEnable")) {
+    features_.set("ChunkSelector", "LineStatusAll");
+    features_.set("ChunkEnable", "yes");
+    return true;
+  }
+  features_.set("ChunkModeActive", "no");
+  return false;
 }
 
 Illumination LaserLines::from_line_status(std::int64_t status_all) const noexcept {

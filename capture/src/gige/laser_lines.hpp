@@ -14,7 +14,8 @@ namespace striper::detail {
 
 /// Drives the lasers through the camera's output lines: a line that fires its laser carries
 /// ExposureActive, so the light is on while the shutter is open and never longer; one that does not
-/// is off. Which one fires in which exposure is the sequencer's work or, exposure by exposure, the
+/// is off: its source is Off or, in a camera that has no such source, a user output that is low.
+/// Which one fires in which exposure is the sequencer's work or, exposure by exposure, the
 /// host's.
 class LaserLines {
  public:
@@ -52,6 +53,8 @@ class LaserLines {
  private:
   enum class Method { kNone, kConstant, kSequencer, kHost };
 
+  void add_line(const std::string& line);
+  std::string find_dark_source(const std::string& line) const;
   void choose_method(const GigeOptions& options);
   void put(std::size_t line, bool fires);
   void program_sequencer();
@@ -59,6 +62,7 @@ class LaserLines {
   const FeatureAccess& features_;
   Cadence cadence_;
   std::vector<std::string> lines_;
+  std::vector<std::string> dark_sources_;
   std::vector<int> line_bits_;
   std::vector<bool> fires_;
   Method method_ = Method::kNone;

@@ -13,6 +13,7 @@
 
 #include "gige/gvcp.hpp"
 #include "gige/host_clock.hpp"
+#include "gige/ptp_clock.hpp"
 #include "gige/stream_socket.hpp"
 
 namespace striper::detail {
@@ -20,7 +21,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kProbeWithin = 200ms;
+// A camera is lost that is quiet for half a second and then does not answer so often, so long each
+// time: within 2 s, with a busy computer's delays within 3 s.
+constexpr auto kProbeWithin = 400ms;
+constexpr int kProbes = 3;
 constexpr auto kPictureWithin = 500ms;  // after the exposure, for a software trigger
 constexpr std::int64_t kSurelyWrong_ns = 2'000'000'000;
 
@@ -46,6 +50,7 @@ const FeatureAccess& at_rest(const FeatureAccess& features) {
 Session::Session(const GigeOptions& options)
     : options_(options),
       opened_(open_camera(options)),
+      holder_(access_of(opened_.address, kProbeWithin).holder),
       features_(arv_camera_get_device(opened_.camera.get()), "camera " + opened_.description),
       lasers_(at_rest(features_), options) {
   try {
@@ -148,7 +153,7 @@ void Session::stop() noexcept {
   buffer_done_.notify_all();
   if (conductor_.joinable()) conductor_.join();
   if (!is_lost_) {
-    // Light first: an acquisition that does not stop must not keep a laser on.
+    // Both are tried whatever becomes of the other: no exposure, and no line that follows one.
     CallError error;
     if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), error.slot());
     lasers_.try_off();
@@ -208,15 +213,18 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
 
 void Session::check_alive() {
   if (is_lost_ || opened_.address == 0) return;
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    const auto privilege = read_register(opened_.address, gvcp::kControlPrivilege, kProbeWithin);
-    if (!privilege) continue;
-    if ((*privilege & (gvcp::kControl | gvcp::kExclusive)) == 0) {
-      lose("it has forgotten us (it was restarted, or our heartbeats did not arrive)");
-    }
-    return;
+  Access access;
+  for (int probe = 0; probe < kProbes && access.state == AccessState::kSilent; ++probe) {
+    access = access_of(opened_.address, kProbeWithin);
   }
-  lose("it does not answer");
+  if (access.state == AccessState::kSilent) lose("it does not answer");
+  if (access.state == AccessState::kFree) {
+    lose("it has forgotten us (it was restarted, or our heartbeats did not arrive)");
+  }
+  // After a restart somebody else may have been faster.
+  if (!access.holder.empty() && access.holder != holder_) {
+    lose(fmt::format("another program ({}) has taken it", access.holder));
+  }
 }
 
 bool Session::latch_clock(std::int64_t& device_ns, std::int64_t& host_ns,
@@ -269,11 +277,32 @@ void Session::start_clock() {
   for (int i = 0; i < 4; ++i) follow_clock();
 }
 
+/// The clock's map needs no change for PTP: it goes on, and a step into PTP's time is a step.
+void Session::follow_ptp() {
+  if (!options_.ptp) return;
+  std::string status;
+  try {
+    const std::lock_guard lock(features_mutex_);
+    status = ptp_status(features_);
+  } catch (const Error&) {
+    return;  // whether the camera is lost is asked elsewhere
+  }
+  has_ptp_time_ = is_ptp_time(status);
+  if (status == ptp_status_) return;
+  ptp_status_ = status;
+  log(has_ptp_time_ ? LogLevel::kInfo : LogLevel::kWarning,
+      fmt::format("camera {}: PTP is {}: times of day are {}", description(),
+                  status.empty() ? "not told of" : status,
+                  has_ptp_time_ ? "PTP's" : "this host's"));
+}
+
 void Session::follow_clock() {
-  if (!has_latch_ || is_lost_) return;
+  if (is_lost_ || (!has_latch_ && !options_.ptp)) return;
   // Aravis asks a camera that is gone for three seconds, which is longer than a loss may stay
   // unnoticed: so it is asked only while the camera answers.
   if (!read_register(opened_.address, gvcp::kControlPrivilege, kProbeWithin)) return;
+  follow_ptp();
+  if (!has_latch_) return;
   std::int64_t device = 0;
   std::int64_t host = 0;
   std::int64_t uncertainty = 0;
@@ -283,6 +312,8 @@ void Session::follow_clock() {
   // A slow round trip tells little; the first one must do, though.
   const bool is_good = uncertainty < 2 * smallest_round_trip_ns_ + 200'000;
   if (is_good || !clock_.is_ready()) clock_.observe(device, host);
+  disagreements_ = has_disagreed_ ? disagreements_ + 1 : 0;
+  has_disagreed_ = false;
 }
 
 std::int64_t Session::exposure_start_ns(const PoolSlot& slot) {
@@ -293,7 +324,9 @@ std::int64_t Session::exposure_start_ns(const PoolSlot& slot) {
     const bool agrees =
         start_ns <= slot.arrival_ns + 1'000'000 && slot.arrival_ns - start_ns < kSurelyWrong_ns;
     if (agrees) return start_ns;
-    if (++disagreements_ < 4) return slot.arrival_ns - setup_.exposure_ns;
+    // A clock that stepped (into PTP's time, say) agrees again after it was compared once or twice.
+    has_disagreed_ = true;
+    if (disagreements_ < 8) return slot.arrival_ns - setup_.exposure_ns;
     log(LogLevel::kWarning,
         fmt::format("camera {}: its pictures' timestamps are not of the clock that it latches; "
                     "times are taken from the packets' arrival",
@@ -304,6 +337,14 @@ std::int64_t Session::exposure_start_ns(const PoolSlot& slot) {
   if (device_ns == 0) return slot.arrival_ns - setup_.exposure_ns;
   clock_.observe(device_ns, slot.arrival_ns - setup_.exposure_ns);
   return clock_.to_host(device_ns);
+}
+
+std::int64_t Session::utc_offset_ns(const PoolSlot& slot, std::int64_t start_ns) const {
+  const std::int64_t host_offset_ns = utc_offset_now_ns();
+  if (!has_ptp_time_) return host_offset_ns;
+  const auto ptp_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(slot.buffer.get()));
+  const auto utc_ns = utc_of_ptp(ptp_ns, start_ns + host_offset_ns);
+  return utc_ns ? *utc_ns - start_ns : host_offset_ns;
 }
 
 Illumination Session::illumination(const PoolSlot& slot, std::uint64_t since_start) {
@@ -318,6 +359,7 @@ Illumination Session::illumination(const PoolSlot& slot, std::uint64_t since_sta
 
 void Session::trigger_once(std::uint64_t number) {
   const Illumination light = options_.cadence.at(number);
+  const std::lock_guard one_at_a_time(features_mutex_);
   if (lasers_.is_host_switched()) lasers_.command(light);
   {
     const std::lock_guard lock(mutex_);

@@ -49,7 +49,7 @@ class Session {
   PoolSlot* pop();
   FramePool& pool() noexcept { return *pool_; }
 
-  /// Asks the camera whether it is there and ours. Blocks at most half a second.
+  /// Asks the camera whether it is there and ours. Blocks at most 1.2 s.
   void check_alive();
   bool is_lost() const noexcept { return is_lost_; }
   std::string loss() const;
@@ -59,6 +59,10 @@ class Session {
 
   /// Start of the exposure on CLOCK_MONOTONIC.
   std::int64_t exposure_start_ns(const PoolSlot& slot);
+
+  /// UTC minus CLOCK_MONOTONIC at that moment: from PTP while the camera has its time, otherwise
+  /// the host's own.
+  std::int64_t utc_offset_ns(const PoolSlot& slot, std::int64_t start_ns) const;
 
   /// What lit a picture. @param since_start number of its exposure since acquisition start.
   Illumination illumination(const PoolSlot& slot, std::uint64_t since_start);
@@ -80,12 +84,14 @@ class Session {
   void tune_stream();
   void start_clock();
   bool latch_clock(std::int64_t& device_ns, std::int64_t& host_ns, std::int64_t& uncertainty_ns);
+  void follow_ptp();
   void conduct();
   void trigger_once(std::uint64_t number);
   void lose(const std::string& why);
 
   GigeOptions options_;
   OpenCamera opened_;
+  std::string holder_;  // we, as the camera knows us; empty if it does not tell
   FeatureAccess features_;
   LaserLines lasers_;
   PictureSetup setup_;
@@ -109,10 +115,14 @@ class Session {
   Illumination commanded_;
   std::string loss_;
 
+  std::mutex features_mutex_;  // of the feature tree, while conductor and supervisor both use it
+  std::string ptp_status_;
+  std::atomic<bool> has_ptp_time_ = false;
   ClockMap clock_;
   std::uint64_t tick_frequency_hz_ = 0;
   bool has_latch_ = false;
-  int disagreements_ = 0;
+  bool has_disagreed_ = false;  // a picture's time with the latched ones, since the last of those
+  int disagreements_ = 0;       // comparisons in a row between which that happened
   std::int64_t smallest_round_trip_ns_ = 0;
 
   std::atomic<bool> is_lost_ = false;

@@ -3,7 +3,6 @@
 // in every format and region, that frames say what lit them, that the laser is off whenever it must
 // be, that lost packets are asked for again, and that a camera's clock is followed. Does not prove
 // that a camera of a particular maker behaves like ours.
-#include <array>
 #include <chrono>
 #include <thread>
 
@@ -14,6 +13,7 @@
 #include <striper/core/error.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
+#include "gige/host_clock.hpp"
 
 namespace striper::testing {
 namespace {
@@ -136,35 +136,6 @@ TEST(GigeSource, WhatTheCameraDoesNotTakeIsRefusedWithWhatItDoes) {
   EXPECT_THAT(refusal(striper, "BlackLevel=1000"),
               HasSubstr("BlackLevel=1000 - expected 0 to 255"));
   EXPECT_THAT(refusal(striper, "BlackLevel=x"), HasSubstr("BlackLevel=x - expected a number"));
-  EXPECT_THAT(refusal(striper, "ptp=yes"), HasSubstr("cannot set the PTP"));
-}
-
-TEST(GigeSource, ACameraThatLacksAFeatureIsToldSo) {
-  const std::array<std::array<const char*, 3>, 8> cases{{
-      {"ExposureTime", "exposure_us=20", "cannot set the exposure: it has no feature ExposureTime"},
-      {"Gain", "gain=3", "cannot set the gain"},
-      {"AcquisitionFrameRate", "fps=20", "cannot set the frame rate"},
-      {"BinningHorizontal", "binning=2", "cannot set the binning"},
-      {"OffsetX", "roi=0,0,32,32", "cannot set the region of interest: it has no feature OffsetX"},
-      {"LineSelector", "strobe=Line2", "cannot set the strobe line"},
-      {"LineSource.Off", "strobe=Line2", "Line2 cannot be Off: its LineSource knows only"},
-      {"TriggerMode", "trigger=Software", "cannot set the trigger"},
-  }};
-  for (const auto& [lacking, query, message] : cases) {
-    VirtualCameraOptions options;
-    options.lacking = {lacking};
-    const VirtualStriper striper(pattern(), options);
-    EXPECT_THAT(refusal(striper, query), HasSubstr(message)) << lacking;
-    EXPECT_NO_THROW(striper.open()) << "without " << lacking;
-  }
-}
-
-TEST(GigeSource, ACameraWithoutSequencerAndTriggerCannotAlternate) {
-  VirtualCameraOptions options;
-  options.lacking = {"SequencerConfigurationMode", "TriggerSoftware"};
-  const VirtualStriper striper(pattern(), options);
-  EXPECT_THAT(refusal(striper, "strobe=Line2&laser=0,dark"),
-              HasSubstr("neither a sequencer nor a software trigger"));
 }
 
 struct Switching {
@@ -198,7 +169,10 @@ INSTANTIATE_TEST_SUITE_P(
                       Switching{"host_with_line_chunk", {}, "switching=host"},
                       Switching{"host_alone",
                                 {"ChunkModeActive", "SequencerMode", "SequencerConfigurationMode"},
-                                "switching=auto"}),
+                                "switching=auto"},
+                      // Many cameras' lines know no Off: a user output that is low does as well.
+                      Switching{"sequencer_with_user_output", {"LineSource.Off"}, ""},
+                      Switching{"host_with_user_output", {"LineSource.Off"}, "switching=host"}),
     [](const auto& tried) { return std::string(tried.param.name); });
 
 TEST(GigeSource, TheLaserIsOffWheneverNothingStreams) {
@@ -299,6 +273,34 @@ TEST(GigeSource, ASkewedCameraClockIsFollowed) {
     last_ns = frame.time.monotonic_ns;
   }
   EXPECT_LT(error(), 5e-5);
+}
+
+TEST(GigeSource, TimesOfDayArePtpsWhileTheCameraFollowsIt) {
+  constexpr std::int64_t kAhead_ns = 150'000'000;  // of the network's time before this host's
+  for (const std::set<std::string>& lacking :
+       {std::set<std::string>{}, std::set<std::string>{"PtpEnable", "PtpStatus"}}) {
+    VirtualCameraOptions options;
+    options.lacking = lacking;  // the second one has GevIEEE1588, as it was called before
+    options.ptp_offset_ns = kAhead_ns;
+    const VirtualStriper striper(pattern(8, 100.0), options);
+    const auto source = striper.open("ptp=yes&exposure_us=1000");
+    source->start();
+    const auto ahead_of_host_ns = [](const Frame& frame) {
+      return *frame.time.utc_offset_ns - detail::utc_offset_now_ns();
+    };
+    const auto end = std::chrono::steady_clock::now() + 10s;
+    Frame frame;
+    std::int64_t last_ns = 0;
+    do {
+      ASSERT_EQ(source->next(frame, 2000ms), NextStatus::kFrame);
+      EXPECT_GT(frame.time.monotonic_ns, last_ns - 2'000'000) << "the step into PTP is not seen";
+      last_ns = frame.time.monotonic_ns;
+    } while (ahead_of_host_ns(frame) < kAhead_ns / 2 && std::chrono::steady_clock::now() < end);
+    // A busy host compares the clocks a millisecond late now and then.
+    for (const Frame& one : take(*source, 5)) {
+      EXPECT_NEAR(static_cast<double>(ahead_of_host_ns(one)), kAhead_ns, 5e6);
+    }
+  }
 }
 
 TEST(GigeSource, AReaderThatSleepsLosesTheOldestPictures) {

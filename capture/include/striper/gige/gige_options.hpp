@@ -51,7 +51,8 @@ struct GigeOptions {
   int socket_buffer_mb = 32;
   std::chrono::milliseconds heartbeat{3000};  ///< After which the camera lets a dead host go.
   bool reconnect = true;
-  bool ptp = false;  ///< Timestamps are PTP time (IEEE 1588) and the host clock follows it too.
+  /// The camera follows the network's PTP (IEEE 1588): times of day are PTP's, once it does.
+  bool ptp = false;
 
   /// Takes all keys of a `gige:` or `u3v:` address that nobody took yet: the common ones
   /// (`laser`, `fields`) are the caller's and go first.

@@ -46,13 +46,15 @@ struct GigeStatistics {
 ///
 /// Time: the camera's timestamps on CLOCK_MONOTONIC by a running fit (ClockMap), from latched
 /// timestamps where the camera has them, otherwise from the arrival of the first packet. A
-/// timestamp is taken as the start of the exposure, as SFNC has it.
+/// timestamp is taken as the start of the exposure, as SFNC has it. With `ptp=yes` the camera
+/// follows the network's time, and while it does the time of day is PTP's; before, the host's.
 ///
 /// Lasers are commanded off when the camera is opened, before streaming, after `stop`, after every
 /// loss and in the destructor. A program that a signal ends must let the destructor run.
 ///
-/// A camera that is lost (no answer, control taken) is noticed within 3 s and opened again with
-/// growing pauses, its settings put back; `next` times out meanwhile, the sequence goes on.
+/// A camera that is lost (no answer, control lost or taken by another program) is noticed within
+/// 3 s and opened again with growing pauses, its settings put back; `next` times out meanwhile, the
+/// sequence goes on. With `reconnect=no` it ends: kEnd.
 ///
 /// Mono8, Mono10 to 16 and BGR8 frames are the camera's buffers themselves, no copy; a Frame that
 /// is kept keeps its buffer, and when only three of `buffers` are left the next ones are copies.

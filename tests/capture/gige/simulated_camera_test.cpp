@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that the simulator's pictures come out of a GigE Vision camera bit for bit as they come
+// out of `sim:`, over real packets on loopback: whole and in regions, 8, 12 and 16 bits, lit and
+// dark by the client's own command. What scans become of them is compared in tests/end_to_end.
+#include <chrono>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include <striper/simulator/scene_yaml.hpp>
+#include <striper/simulator/simulated_source.hpp>
+
+#include "capture/gige/virtual_striper.hpp"
+
+namespace striper::testing {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Picture {
+  const char* format;
+  int bit_depth;
+  cv::Rect region;
+};
+
+class SimulatedCamera : public ::testing::TestWithParam<Picture> {};
+
+Scene scene_of(int bit_depth) {
+  Scene scene = parse_scene(R"(striper_scene: 1
+camera: {width: 160, height: 120, fov_deg: 55, lens: plumb_bob, distortion: [-0.2, 0.05, 0, 0, 0]}
+imager: {blur_px: 0.5, black_level_dn: 8, dn_per_electron: 0.02}
+noise: {shot: yes, read_e: 20, seed: 2002}
+timing: {picture_rate_hz: 50, cadence: "0,dark"}
+lasers:
+  - {position_m: [0, 0, -0.5], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10}
+objects:
+  - {name: wall, shape: plane, position_m: [2, 0, 0], reflectance: 0.5}
+)",
+                            "wall");
+  scene.imager.bit_depth = bit_depth;
+  scene.imager.dn_per_electron *= 1 << (bit_depth - 8);
+  return scene;
+}
+
+TEST_P(SimulatedCamera, GivesThePicturesOfTheSimulatorBitForBit) {
+  const auto [format, bits, region] = GetParam();
+  Scene scene = scene_of(bits);
+  const VirtualStriper striper(make_virtual_scene(scene));
+  scene.imager.region = region;
+  SimulatedSource simulator{Simulator(scene)};
+  const auto camera =
+      striper.open(fmt::format("pixel_format={}&roi={},{},{},{}&strobe=Line2&laser=0,dark", format,
+                               region.x, region.y, region.width, region.height));
+  camera->start();
+  simulator.start();
+  for (int n = 0; n < 6; ++n) {
+    Frame expected;
+    Frame frame;
+    ASSERT_EQ(simulator.next(expected, 0ms), NextStatus::kFrame);
+    ASSERT_EQ(camera->next(frame, 5000ms), NextStatus::kFrame);
+    ASSERT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
+    EXPECT_EQ(frame.sequence, expected.sequence);
+    EXPECT_EQ(frame.illumination, expected.illumination);
+    EXPECT_EQ(frame.grid, expected.grid);
+    EXPECT_EQ(frame.sensor_size, expected.sensor_size);
+    EXPECT_EQ(frame.bit_depth, expected.bit_depth);
+    ASSERT_EQ(frame.image.size(), expected.image.size());
+    ASSERT_EQ(frame.image.type(), expected.image.type());
+    EXPECT_EQ(cv::norm(frame.image, expected.image, cv::NORM_INF), 0.0) << "picture " << n;
+  }
+}
+
+const cv::Rect kWhole(0, 0, 160, 120);
+const cv::Rect kPart(24, 40, 96, 64);
+
+INSTANTIATE_TEST_SUITE_P(
+    Pictures, SimulatedCamera,
+    ::testing::Values(Picture{"Mono8", 8, kWhole}, Picture{"Mono8", 8, kPart},
+                      Picture{"Mono12", 12, kWhole}, Picture{"Mono12", 12, kPart},
+                      Picture{"Mono12Packed", 12, kPart}, Picture{"Mono16", 16, kWhole},
+                      Picture{"Mono16", 16, kPart}),
+    [](const auto& tried) {
+      return std::string(tried.param.format) + (tried.param.region == kWhole ? "" : "_region");
+    });
+
+}  // namespace
+}  // namespace striper::testing
