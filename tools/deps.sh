@@ -11,6 +11,7 @@ packages_to_build=(
 packages_to_test=(
   libgtest-dev libgmock-dev libbenchmark-dev git python3 gnuplot-nox
   qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
+  aravis-tools aravis-tools-cli iproute2        # other GenICam programs for tests/end_to_end/gige_test.py
 )
 packages_to_test_fully=(clang clang-format clang-tidy)
 packages_to_demo=(gnuplot-nox)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -94,6 +95,14 @@ class PictureExam {
     }
     findings.push_back(
         {Severity::kGood, fmt::format("a stripe in {:.0f} % of the columns", 100.0 * striped), ""});
+    const double height = median(heights_) / full_scale_;
+    if (height < kFaint) {
+      findings.push_back(
+          {Severity::kDoubtful,
+           fmt::format("the stripe is faint: {:.0f} % of full scale", 100.0 * height),
+           "exposure too short for this laser: lengthen exposure_us (not beyond its pulse), open "
+           "the iris, or raise gain"});
+    }
     const double width_px = median(widths_);
     if (width_px > 8.0) {
       findings.push_back(
@@ -115,6 +124,7 @@ class PictureExam {
 
  private:
   static constexpr int kEvery = 4;
+  static constexpr double kFaint = 0.1;
 
   static double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -146,6 +156,7 @@ class PictureExam {
     auto last = peak;
     while (first != column_.begin() && *std::prev(first) > half) --first;
     while (std::next(last) != column_.end() && *std::next(last) > half) ++last;
+    heights_.push_back(*peak - level);
     widths_.push_back(static_cast<double>(std::distance(first, last) + 1));
   }
 
@@ -175,6 +186,7 @@ class PictureExam {
   double brightest_ = 0.0;
   double levels_ = 0.0;
   std::vector<double> widths_;
+  std::vector<double> heights_;
   std::vector<double> column_;
   std::vector<double> deviations_;
 };
@@ -226,20 +238,40 @@ void conclude_network(const GigeStatistics& network, std::vector<Diagnosis>& fin
   }
 }
 
+void conclude_silence(const NoPicture& failure, const SourceUri& uri, int packet_bytes,
+                      std::vector<Diagnosis>& findings) {
+  findings.push_back({Severity::kBad, failure.what(), ""});
+  if (uri.scheme() != "gige") {
+    findings.back().cure = "is it switched on, does it wait for a trigger, is there a signal?";
+    return;
+  }
+  for (Diagnosis& one : examine_gige_stream(uri.path(), packet_bytes)) {
+    findings.push_back(std::move(one));
+  }
+}
+
 void watch(const DoctorArguments& arguments, std::vector<Diagnosis>& findings) {
-  const auto source = open_source(arguments.source);
+  auto source = open_source(arguments.source);
   const SourceInfo info = source->info();
   findings.push_back({Severity::kGood, "opened: " + info.description, ""});
   PictureExam pictures;
   FrameLimits limits;
   limits.seconds = arguments.seconds;
-  const FrameLoopResult result =
-      read_frames(*source, limits, [&](const Frame& frame) { pictures.look_at(frame); });
-  conclude_stream(result, info, findings);
-  if (const auto* camera = dynamic_cast<const GigeSource*>(source.get())) {
-    conclude_network(camera->stream_statistics(), findings);
+  const auto network = [&] {
+    const auto* const camera = dynamic_cast<const GigeSource*>(source.get());
+    return camera != nullptr ? camera->stream_statistics() : GigeStatistics{};
+  };
+  try {
+    const FrameLoopResult result =
+        read_frames(*source, limits, [&](const Frame& frame) { pictures.look_at(frame); });
+    conclude_stream(result, info, findings);
+    conclude_network(network(), findings);
+    pictures.conclude(findings);
+  } catch (const NoPicture& failure) {
+    const int packet_bytes = network().packet_bytes;
+    source.reset();  // the camera is asked by somebody else
+    conclude_silence(failure, SourceUri::parse(arguments.source), packet_bytes, findings);
   }
-  pictures.conclude(findings);
 }
 
 std::vector<Diagnosis> examine(const DoctorArguments& arguments) {
@@ -250,13 +282,7 @@ std::vector<Diagnosis> examine(const DoctorArguments& arguments) {
     if (!any_bad(findings)) watch(arguments, findings);
   } catch (const Error& failure) {
     if (failure.kind() == ErrorKind::kUsage) throw;
-    const bool is_silent = std::string(failure.what()).find("no picture") != std::string::npos;
-    findings.push_back({Severity::kBad, failure.what(),
-                        is_silent && arguments.source.starts_with("gige:")
-                            ? "the camera answers and its pictures do not arrive: a firewall that "
-                              "drops UDP, a trigger that never comes, or an MTU that is too small "
-                              "(packet_size=1400)"
-                            : ""});
+    findings.push_back({Severity::kBad, failure.what(), ""});
   }
   return findings;
 }

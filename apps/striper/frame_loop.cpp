@@ -137,7 +137,8 @@ FrameLoopResult read_frames(FrameSource& source, const FrameLimits& limits,
                             const std::function<void(const Frame&)>& on_frame) {
   const FrameLoopResult result = FrameLoop(source, limits).read(on_frame);
   if (result.frames == 0 && !result.interrupted) {
-    throw Error(ErrorKind::kDevice, fmt::format("source '{}' gave no picture", source.info().uri));
+    throw NoPicture(ErrorKind::kDevice,
+                    fmt::format("source '{}' gave no picture", source.info().uri));
   }
   return result;
 }

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <striper/core/error.hpp>
 #include <striper/core/frame_source.hpp>
 
 namespace striper::program {
@@ -19,6 +20,12 @@ struct FrameLimits {
 };
 
 void add_frame_limits(CLI::App& command, FrameLimits& limits);
+
+/// A source that opened and then gave nothing.
+class NoPicture : public Error {
+ public:
+  using Error::Error;
+};
 
 /// What reading came to.
 struct FrameLoopResult {
@@ -36,7 +43,7 @@ struct FrameLoopResult {
 /// limit is reached or Ctrl-C comes; stops the source. Shows progress, says what is wrong with bad
 /// frames (the first ten of them) and that a camera keeps silent.
 ///
-/// @throws Error what `on_frame` and `start` throw; Error{kDevice} where a source gave no frame.
+/// @throws Error what `on_frame` and `start` throw; NoPicture where a source gave no frame.
 FrameLoopResult read_frames(FrameSource& source, const FrameLimits& limits,
                             const std::function<void(const Frame&)>& on_frame);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <fstream>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,6 +11,8 @@
 #include "gige/arv_ptr.hpp"
 #include "gige/gvcp.hpp"
 #include "gige/gvcp_client.hpp"
+#include "gige/reverse_path.hpp"
+#include "gige/stream_path.hpp"
 
 namespace striper {
 namespace {
@@ -21,6 +24,8 @@ using Severity = Diagnosis::Severity;
 
 constexpr auto kAnswerWithin = 500ms;
 constexpr int kJumboMtu = 8000;
+constexpr int kSmallestPacket = 576;
+constexpr int kUsualPacket = 1400;
 
 std::string ip(std::uint32_t address) { return detail::gvcp::to_string_ip(address); }
 
@@ -71,39 +76,29 @@ void add_usb_cameras(std::vector<GigeListing>& listings) {
   }
 }
 
-std::string first_line(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  std::getline(file, line);
-  return line;
+Diagnosis answers_filtered(std::uint64_t count, const std::vector<NetworkInterface>& interfaces) {
+  std::vector<std::string> cures;
+  for (const NetworkInterface& one : interfaces) {
+    if (one.name == "lo" || !detail::filters_by_reverse_path(one.name)) continue;
+    cures.push_back(fmt::format("`sysctl -w net.ipv4.conf.{}.rp_filter=2`", one.name));
+  }
+  return {Severity::kBad,
+          fmt::format("somebody answered and the reverse-path filter of this machine threw {} "
+                      "packet{} away: a camera of another subnet, very likely",
+                      count, count == 1 ? "" : "s"),
+          fmt::format("{} lets its answer in; then give it an address of this subnet",
+                      fmt::join(cures, ", "))};
 }
 
-/// Strict reverse-path filtering throws away the answers of a camera on another subnet.
-bool filters_strictly(const std::string& interface) {
-  const std::string folder = "/proc/sys/net/ipv4/conf/";
-  const std::string all = first_line(folder + "all/rp_filter");
-  const std::string own = first_line(folder + interface + "/rp_filter");
-  return std::max(all, own) == "1";
-}
-
-Diagnosis nobody_answers(const std::string& name, const std::vector<NetworkInterface>& interfaces) {
+Diagnosis nobody_answers(const std::vector<NetworkInterface>& interfaces) {
   std::vector<std::string> asked;
   for (const NetworkInterface& one : interfaces) {
     asked.push_back(fmt::format("{} ({})", one.name, ip(one.address)));
   }
-  std::string cure =
+  const std::string cure =
       "is the camera powered and plugged into one of these? Does the link light glow? A firewall "
       "drops the answers unless UDP from port 3956 is let in (nft: `udp sport 3956 accept`)";
-  for (const NetworkInterface& one : interfaces) {
-    if (one.name == "lo" || !filters_strictly(one.name)) continue;
-    cure += fmt::format(
-        "; {0} filters by reverse path: `sysctl -w net.ipv4.conf.{0}.rp_filter=2` shows a camera "
-        "of another subnet",
-        one.name);
-  }
-  return {Severity::kBad,
-          fmt::format("no camera{} answers; asked on {}", name.empty() ? "" : " at all",
-                      fmt::join(asked, ", ")),
+  return {Severity::kBad, fmt::format("no camera answers; asked on {}", fmt::join(asked, ", ")),
           cure};
 }
 
@@ -153,6 +148,27 @@ void examine_camera(const GvcpDevice& device, const std::vector<NetworkInterface
   }
 }
 
+Diagnosis conclude_path(const std::vector<int>& arrived, int wanted) {
+  if (arrived.empty()) {
+    return {Severity::kBad,
+            "the camera answers, and none of its test packets arrives (or it can send none)",
+            "a firewall drops them: let UDP in that comes from the camera's address (nft: `ip "
+            "saddr ADDRESS udp sport != 3956 accept`)"};
+  }
+  if (std::find(arrived.begin(), arrived.end(), wanted) == arrived.end()) {
+    const int largest = *std::max_element(arrived.begin(), arrived.end());
+    return {Severity::kBad,
+            fmt::format("the MTU is too small on the way: packets of {} bytes arrive, those of {} "
+                        "do not",
+                        largest, wanted),
+            fmt::format("packet_size={}, or without packet_size= the largest that arrives is "
+                        "found; or raise the MTU of the interface and of every switch",
+                        largest)};
+  }
+  return {Severity::kBad, "test packets arrive and pictures do not: the camera takes none",
+          "a trigger that never comes: look at trigger= and its wiring, or try trigger=off"};
+}
+
 }  // namespace
 
 std::vector<GigeListing> list_gige_cameras() {
@@ -167,22 +183,33 @@ std::vector<GigeListing> list_gige_cameras() {
 std::vector<Diagnosis> examine_gige_network(const std::string& name) {
   std::vector<Diagnosis> findings;
   const std::vector<NetworkInterface> interfaces = detail::network_interfaces();
-  std::uint32_t address = 0;
-  const bool is_address = detail::gvcp::parse_ip(name, address);
+  const std::uint64_t drops_before = detail::reverse_path_drops();
   const std::vector<GvcpDevice> present = detail::discover(kAnswerWithin);
-  auto found = std::find_if(present.begin(), present.end(), [&](const GvcpDevice& d) {
-    return name.empty() || d.serial == name || d.user_name == name || d.mac == name ||
-           d.model == name || d.manufacturer + "-" + d.serial == name ||
-           (is_address && d.address == address);
-  });
+  const std::uint64_t drops = detail::reverse_path_drops() - drops_before;
+  const auto found = std::find_if(present.begin(), present.end(),
+                                  [&](const GvcpDevice& device) { return device.is_called(name); });
   if (found != present.end()) {
     examine_camera(*found, interfaces, findings);
+  } else if (drops > 0) {
+    findings.push_back(answers_filtered(drops, interfaces));
   } else if (present.empty()) {
-    findings.push_back(nobody_answers(name, interfaces));
+    findings.push_back(nobody_answers(interfaces));
   } else {
     findings.push_back(not_that_one(name, present));
   }
   return findings;
+}
+
+std::vector<Diagnosis> examine_gige_stream(const std::string& name, int packet_bytes) {
+  std::optional<GvcpDevice> camera;
+  for (GvcpDevice& device : detail::discover(kAnswerWithin)) {
+    if (!camera && device.is_called(name) && device.is_reachable()) camera = std::move(device);
+  }
+  if (!camera) return {};
+  const int wanted = packet_bytes > 0 ? packet_bytes : kUsualPacket;
+  const auto arrived = detail::sizes_that_arrive(*camera, {kSmallestPacket, kUsualPacket, wanted});
+  if (!arrived) return {};
+  return {conclude_path(*arrived, wanted)};
 }
 
 bool any_bad(const std::vector<Diagnosis>& findings) noexcept {

@@ -12,6 +12,7 @@ namespace striper::detail::gvcp {
 inline constexpr std::uint16_t kPort = 3956;
 inline constexpr std::uint8_t kKey = 0x42;
 inline constexpr std::uint8_t kAckRequired = 0x01;
+inline constexpr std::uint8_t kMayBroadcastAnswer = 0x10;  // of a discovery
 inline constexpr std::size_t kHeaderBytes = 8;
 inline constexpr std::size_t kLargestPacket = 576;
 inline constexpr std::size_t kLargestRead = 536;
@@ -79,6 +80,7 @@ enum Register : std::uint32_t {
 inline constexpr std::uint32_t kExclusive = 1U << 0;
 inline constexpr std::uint32_t kControl = 1U << 1;
 inline constexpr std::uint32_t kFireTestPacket = 1U << 31;
+inline constexpr std::uint32_t kDoNotFragment = 1U << 30;
 
 inline void put16(std::uint8_t* at, std::uint32_t value) noexcept {
   at[0] = static_cast<std::uint8_t>(value >> 8);

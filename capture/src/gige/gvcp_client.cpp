@@ -53,12 +53,18 @@ sockaddr_in socket_address(std::uint32_t address, std::uint16_t port) {
 
 class UdpSocket {
  public:
-  explicit UdpSocket(std::uint32_t local_address)
-      : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-    const sockaddr_in local = socket_address(local_address, 0);
-    const int yes = 1;
-    setsockopt(fd_, SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
-    is_open_ = fd_ >= 0 && bind(fd_, reinterpret_cast<const sockaddr*>(&local), sizeof(local)) == 0;
+  explicit UdpSocket(std::uint32_t local_address) : UdpSocket() { bind_to(local_address, 0); }
+
+  /// Hears what is broadcast to the port of another socket, on one interface. (One that has an
+  /// address hears only what is sent to that.) Not open where the kernel does not let it.
+  static std::unique_ptr<UdpSocket> for_broadcasts(const UdpSocket& to,
+                                                   const std::string& interface) {
+    auto result = std::unique_ptr<UdpSocket>(new UdpSocket());
+    const auto length = static_cast<socklen_t>(interface.size());
+    if (setsockopt(result->fd_, SOL_SOCKET, SO_BINDTODEVICE, interface.data(), length) == 0) {
+      result->bind_to(INADDR_ANY, to.port());
+    }
+    return result;
   }
   UdpSocket(const UdpSocket&) = delete;
   UdpSocket& operator=(const UdpSocket&) = delete;
@@ -68,6 +74,13 @@ class UdpSocket {
 
   int fd() const noexcept { return fd_; }
   bool is_open() const noexcept { return is_open_; }
+
+  std::uint16_t port() const {
+    sockaddr_in local{};
+    socklen_t length = sizeof(local);
+    getsockname(fd_, reinterpret_cast<sockaddr*>(&local), &length);
+    return ntohs(local.sin_port);
+  }
 
   bool send(std::uint32_t address, const std::uint8_t* data, std::size_t size) const {
     const sockaddr_in to = socket_address(address, gvcp::kPort);
@@ -82,12 +95,24 @@ class UdpSocket {
   }
 
  private:
+  UdpSocket() : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
+    const int yes = 1;
+    setsockopt(fd_, SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
+    setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+  }
+  void bind_to(std::uint32_t local_address, std::uint16_t port) {
+    const sockaddr_in local = socket_address(local_address, port);
+    is_open_ = fd_ >= 0 && bind(fd_, reinterpret_cast<const sockaddr*>(&local), sizeof(local)) == 0;
+  }
+
   int fd_;
   bool is_open_ = false;
 };
 
-std::array<std::uint8_t, gvcp::kHeaderBytes> header(std::uint16_t command, std::size_t size) {
-  std::array<std::uint8_t, gvcp::kHeaderBytes> bytes{gvcp::kKey, gvcp::kAckRequired};
+std::array<std::uint8_t, gvcp::kHeaderBytes> header(std::uint16_t command, std::size_t size,
+                                                    std::uint8_t flags = 0) {
+  std::array<std::uint8_t, gvcp::kHeaderBytes> bytes{
+      gvcp::kKey, static_cast<std::uint8_t>(gvcp::kAckRequired | flags)};
   gvcp::put16(&bytes[2], command);
   gvcp::put16(&bytes[4], static_cast<std::uint32_t>(size));
   gvcp::put16(&bytes[6], kRequest);
@@ -160,6 +185,11 @@ std::vector<Asked> sockets_towards(std::uint32_t address) {
 
 }  // namespace
 
+bool GvcpDevice::is_called(const std::string& name) const {
+  return name.empty() || name == serial || name == user_name || name == mac || name == model ||
+         name == manufacturer + "-" + serial || name == gvcp::to_string_ip(address);
+}
+
 std::vector<NetworkInterface> network_interfaces() {
   std::vector<NetworkInterface> result;
   ifaddrs* list = nullptr;
@@ -187,11 +217,14 @@ std::vector<NetworkInterface> network_interfaces() {
 std::vector<GvcpDevice> discover(std::chrono::milliseconds wait,
                                  const std::function<bool(const GvcpDevice&)>& is_wanted) {
   std::vector<Asked> asked;
-  const auto request = header(gvcp::kDiscovery, 0);
+  // A camera of another subnet has no way back but to everybody.
+  const auto request = header(gvcp::kDiscovery, 0, gvcp::kMayBroadcastAnswer);
   for (const NetworkInterface& where : network_interfaces()) {
     auto socket = std::make_unique<UdpSocket>(where.address);
+    auto ears = UdpSocket::for_broadcasts(*socket, where.name);
     if (socket->is_open() && socket->send(INADDR_BROADCAST, request.data(), request.size())) {
       asked.push_back({std::move(socket), where});
+      if (ears->is_open()) asked.push_back({std::move(ears), where});
     }
   }
   std::vector<GvcpDevice> found;
@@ -201,11 +234,15 @@ std::vector<GvcpDevice> discover(std::chrono::milliseconds wait,
       return false;
     }
     GvcpDevice device = parse_discovery(packet, where);
-    const bool is_known = std::any_of(found.begin(), found.end(), [&](const GvcpDevice& other) {
+    const bool is_enough = is_wanted(device);
+    const auto known = std::find_if(found.begin(), found.end(), [&](const GvcpDevice& other) {
       return other.mac == device.mac && other.address == device.address;
     });
-    const bool is_enough = is_wanted(device);
-    if (!is_known) found.push_back(std::move(device));
+    if (known == found.end()) {
+      found.push_back(std::move(device));
+    } else if (device.is_reachable()) {
+      *known = std::move(device);  // an interface with several addresses: this one fits
+    }
     return is_enough;
   });
   return found;
@@ -257,6 +294,43 @@ Access access_of(std::uint32_t address, std::chrono::milliseconds wait) {
     access.holder = fmt::format("{}:{}", gvcp::to_string_ip(*holder), *port & 0xffff);
   }
   return access;
+}
+
+struct GvcpControl::Way {
+  std::uint32_t address = 0;
+  std::vector<Asked> asked;
+};
+
+GvcpControl::GvcpControl(const GvcpDevice& device) : way_(std::make_unique<Way>()) {
+  way_->address = device.address;
+  NetworkInterface where;
+  where.name = device.interface_name;
+  where.address = device.interface_address;
+  auto socket = std::make_unique<UdpSocket>(where.address);
+  if (socket->is_open()) way_->asked.push_back({std::move(socket), where});
+  is_ours_ = write(gvcp::kControlPrivilege, gvcp::kControl);
+}
+
+GvcpControl::~GvcpControl() {
+  if (is_ours_) write(gvcp::kControlPrivilege, 0);
+}
+
+bool GvcpControl::write(std::uint32_t reg, std::uint32_t value) {
+  constexpr std::chrono::milliseconds kAnswerWithin{300};
+  std::array<std::uint8_t, gvcp::kHeaderBytes + 8> request{};
+  const auto head = header(gvcp::kWriteRegister, 8);
+  std::copy(head.begin(), head.end(), request.begin());
+  gvcp::put32(&request[gvcp::kHeaderBytes], reg);
+  gvcp::put32(&request[gvcp::kHeaderBytes + 4], value);
+  for (const Asked& a : way_->asked) a.socket->send(way_->address, request.data(), request.size());
+  bool is_taken = false;
+  const auto take = [&](const Packet& packet, std::size_t size, const NetworkInterface&) {
+    if (!is_answer(packet, size, gvcp::kWriteRegister)) return false;
+    is_taken = gvcp::get16(&packet[0]) == gvcp::kSuccess;
+    return true;
+  };
+  receive_until(way_->asked, kAnswerWithin, take);
+  return is_taken;
 }
 
 }  // namespace striper::detail

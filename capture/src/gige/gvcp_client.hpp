@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,10 @@ struct GvcpDevice {
   bool is_reachable() const noexcept {
     return (address & interface_mask) == (interface_address & interface_mask);
   }
+
+  /// Whether `gige:NAME` means this one: its serial, user name, MAC, model, `maker-serial` or
+  /// address; an empty name means any.
+  bool is_called(const std::string& name) const;
 };
 
 /// An IPv4 interface of this machine that is up.
@@ -65,5 +70,25 @@ struct Access {
   std::string holder;  ///< `192.168.1.20:51234` where the camera tells.
 };
 Access access_of(std::uint32_t address, std::chrono::milliseconds wait);
+
+/// Control of a camera for a moment, without Aravis: taken in the constructor if it is free, given
+/// back in the destructor. Longer than the camera's heartbeat time it does not last.
+class GvcpControl {
+ public:
+  explicit GvcpControl(const GvcpDevice& device);
+  GvcpControl(const GvcpControl&) = delete;
+  GvcpControl& operator=(const GvcpControl&) = delete;
+  ~GvcpControl();
+
+  bool is_ours() const noexcept { return is_ours_; }
+
+  /// @return whether the camera took it.
+  bool write(std::uint32_t reg, std::uint32_t value);
+
+ private:
+  struct Way;
+  std::unique_ptr<Way> way_;
+  bool is_ours_ = false;
+};
 
 }  // namespace striper::detail

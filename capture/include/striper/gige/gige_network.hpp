@@ -36,6 +36,11 @@ struct Diagnosis {
 /// @param name as in `gige:NAME`.
 std::vector<Diagnosis> examine_gige_network(const std::string& name);
 
+/// Finds out why a camera that answers gives no picture: has it fire test packets and sees which
+/// sizes arrive. Takes control of it for a moment.
+/// @param packet_bytes the size that was agreed on, with IP and UDP headers; 0: not known.
+std::vector<Diagnosis> examine_gige_stream(const std::string& name, int packet_bytes);
+
 /// Whether any finding is bad: streaming need not be tried.
 bool any_bad(const std::vector<Diagnosis>& findings) noexcept;
 
