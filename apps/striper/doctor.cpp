@@ -140,8 +140,11 @@ class PictureExam {
     }
     ++columns_;
     pixels_ += column_.size();
-    saturated_ += static_cast<std::size_t>(std::count_if(
-        column_.begin(), column_.end(), [&](double value) { return value >= full_scale_; }));
+    const auto saturated = [&](auto from, auto to) {
+      return static_cast<std::size_t>(
+          std::count_if(from, to, [&](double value) { return value >= full_scale_; }));
+    };
+    saturated_ += saturated(column_.begin(), column_.end());
     const double level = median(column_);
     deviations_ = column_;
     for (double& value : deviations_) value = std::abs(value - level);
@@ -156,6 +159,7 @@ class PictureExam {
     auto last = peak;
     while (first != column_.begin() && *std::prev(first) > half) --first;
     while (std::next(last) != column_.end() && *std::next(last) > half) ++last;
+    saturated_ -= saturated(first, std::next(last));  // the stripe's own are told of apart
     heights_.push_back(*peak - level);
     widths_.push_back(static_cast<double>(std::distance(first, last) + 1));
   }

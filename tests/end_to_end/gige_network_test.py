@@ -29,6 +29,7 @@ def answer_as_a_camera(address):
     asked: with a broadcast, where the request allows that."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ears:
         ears.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        ears.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"cable")
         ears.bind(("", 3956))
         print("ready", flush=True)
         while True:

@@ -111,9 +111,16 @@ GvcpDevice find_gige(const std::string& name) {
   std::uint32_t address = 0;
   if (gvcp::parse_ip(name, address)) return find_at(address, name);
 
-  const auto is_it = [&](const GvcpDevice& device) { return device.is_called(name); };
-  const std::vector<GvcpDevice> present = discover(kAnswerWithin, is_it);
-  const auto found = std::find_if(present.begin(), present.end(), is_it);
+  // One that answers on an interface with several addresses may be reached from another of these.
+  const auto is_at_hand = [&](const GvcpDevice& device) {
+    return device.is_called(name) && device.is_reachable();
+  };
+  const std::vector<GvcpDevice> present = discover(kAnswerWithin, is_at_hand);
+  auto found = std::find_if(present.begin(), present.end(), is_at_hand);
+  if (found == present.end()) {
+    found = std::find_if(present.begin(), present.end(),
+                         [&](const GvcpDevice& device) { return device.is_called(name); });
+  }
   if (found == present.end()) {
     std::vector<std::string> serials;
     for (const GvcpDevice& device : present) serials.push_back(device.serial);

@@ -145,6 +145,7 @@ void examine_camera(const GvcpDevice& device, const std::vector<NetworkInterface
     findings.push_back(
         {Severity::kDoubtful, fmt::format("MTU of {} is {}: many small packets", one.name, one.mtu),
          fmt::format("`ip link set {} mtu 9000`, where camera and switch can", one.name)});
+    break;  // an interface with several addresses is one
   }
 }
 

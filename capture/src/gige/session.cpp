@@ -80,14 +80,16 @@ void Session::on_control_lost(ArvDevice*, void* self) {
 }
 
 void Session::lose(const std::string& why) {
+  std::function<void()> wake;
   {
     const std::lock_guard lock(mutex_);
     if (is_lost_) return;
     is_lost_ = true;
     loss_ = why;
+    wake = wake_;
   }
   buffer_done_.notify_all();
-  if (wake_) wake_();
+  if (wake) wake();
 }
 
 std::string Session::loss() const {
@@ -96,7 +98,10 @@ std::string Session::loss() const {
 }
 
 void Session::start(std::function<void()> wake) {
-  wake_ = std::move(wake);
+  {
+    const std::lock_guard lock(mutex_);
+    wake_ = std::move(wake);
+  }
   CallError error;
   const guint payload = arv_camera_get_payload(opened_.camera.get(), error.slot());
   if (!error) {
@@ -158,6 +163,10 @@ void Session::stop() noexcept {
     if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), error.slot());
     lasers_.try_off();
   }
+  if (stream_) {
+    counted_ = {};
+    count_stream(counted_);
+  }
   if (pool_) pool_->detach();
   // Ends its thread, which calls us and finds `stream_` as it was.
   if (stream_) g_object_unref(stream_.get());
@@ -165,9 +174,12 @@ void Session::stop() noexcept {
 }
 
 PoolSlot* Session::pop() {
-  if (!stream_) return nullptr;
+  const std::lock_guard lock(mutex_);
+  // Aravis queues a buffer and then tells us of it: one that it has not told of is not ready.
+  if (!stream_ || popped_ == arrivals_) return nullptr;
   ArvBuffer* const buffer = arv_stream_try_pop_buffer(stream_.get());
   if (buffer == nullptr) return nullptr;
+  ++popped_;
   PoolSlot& slot = FramePool::slot_of(buffer);
   g_object_unref(buffer);  // the slot holds a reference of its own
   return &slot;
@@ -186,12 +198,12 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
   const auto first_packet_ns =
       static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer)) - utc_offset_now_ns();
   const bool is_plausible = first_packet_ns <= now_ns && now_ns - first_packet_ns < kSurelyWrong_ns;
-  slot.arrival_ns = is_plausible ? first_packet_ns : now_ns;
-  slot.completed_ns = now_ns;
-  slot.arrival = arrivals_++;
   last_arrival_ns_ = now_ns;
   {
     const std::lock_guard lock(mutex_);
+    slot.arrival_ns = is_plausible ? first_packet_ns : now_ns;
+    slot.completed_ns = now_ns;
+    slot.arrival = arrivals_++;
     slot.trigger = trigger_;
     slot.commanded = is_awaiting_ ? commanded_ : Illumination::unknown();
     is_awaiting_ = false;
@@ -403,7 +415,14 @@ void Session::add_to(GigeStatistics& sum) const {
     const std::lock_guard lock(mutex_);
     sum.clock_rate = clock_.rate();
   }
-  if (!stream_) return;
+  if (stream_) return count_stream(sum);
+  sum.underrun += counted_.underrun;
+  sum.resend_requests += counted_.resend_requests;
+  sum.resent_packets += counted_.resent_packets;
+  sum.socket_drops += counted_.socket_drops;
+}
+
+void Session::count_stream(GigeStatistics& sum) const {
   const auto info = [&](const char* name) {
     return arv_stream_get_info_uint64_by_name(stream_.get(), name);
   };

@@ -71,7 +71,7 @@ class Session {
   /// camera's block id.
   bool numbers_by_trigger() const noexcept { return is_triggered_by_host_; }
 
-  /// Adds this session's share.
+  /// Adds this session's share, of a stream that was stopped as well.
   void add_to(GigeStatistics& sum) const;
   std::uint64_t overrun() const noexcept { return overrun_; }
 
@@ -82,6 +82,7 @@ class Session {
   static void on_control_lost(ArvDevice* device, void* self);
   void on_buffer_done(ArvBuffer* buffer);
   void tune_stream();
+  void count_stream(GigeStatistics& sum) const;
   void start_clock();
   bool latch_clock(std::int64_t& device_ns, std::int64_t& host_ns, std::int64_t& uncertainty_ns);
   void follow_ptp();
@@ -105,12 +106,15 @@ class Session {
   GPtr<ArvChunkParser> chunks_;
   std::function<void()> wake_;
   int socket_buffer_bytes_ = 0;
+  GigeStatistics counted_;  // of the stream that was stopped last
 
   mutable std::mutex mutex_;
   std::condition_variable buffer_done_;
   std::thread conductor_;
   bool is_conducting_ = false;
   bool is_awaiting_ = false;  // a trigger was sent and its picture has not come
+  std::uint64_t arrivals_ = 0;
+  std::uint64_t popped_ = 0;
   std::uint64_t trigger_ = 0;
   Illumination commanded_;
   std::string loss_;
@@ -126,7 +130,6 @@ class Session {
   std::int64_t smallest_round_trip_ns_ = 0;
 
   std::atomic<bool> is_lost_ = false;
-  std::atomic<std::uint64_t> arrivals_ = 0;
   std::atomic<std::uint64_t> overrun_ = 0;
   std::atomic<std::int64_t> last_arrival_ns_ = 0;
 };

@@ -134,7 +134,9 @@ TEST_F(AravisFakeCamera, PicturesThatLostPacketsAreCountedAndThoseDeliveredAreEx
     const SourceStatistics got = source->statistics();
     EXPECT_EQ(whole + got.incomplete, got.delivered) << "loss " << ratio;
     EXPECT_EQ(last + 1, got.delivered + got.dropped + got.overrun) << "loss " << ratio;
-    if (ratio >= 0.01) EXPECT_GT(got.incomplete + got.dropped, 0u) << "loss " << ratio;
+    if (ratio >= 0.01) {
+      EXPECT_GT(got.incomplete + got.dropped, 0u) << "loss " << ratio;
+    }
   }
   g_object_set(camera_, "gvsp-lost-ratio", 0.0, nullptr);
 }
