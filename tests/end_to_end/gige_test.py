@@ -100,7 +100,8 @@ class VirtualCamera:
         return self.program.communicate(timeout=20)[1]
 
     def uri(self, query=""):
-        return f"gige:{self.address}?{query}" if query else f"gige:{self.address}"
+        """A machine that is busy with other tests is no reason to give a picture up."""
+        return f"gige:{self.address}?frame_timeout_ms=3000" + (f"&{query}" if query else "")
 
     def writes(self):
         """What clients set, once the camera was stopped."""
@@ -349,11 +350,11 @@ class OtherClients(Gige):
             "-h", "96", "--no-packet-socket", "--duration", "3",
         )
         text = done.stdout + done.stderr
-        completed = int(re.search(r"Completed buffers\s*= (\d+)", text)[1])
-        self.assertGreater(completed, 60, text)
-        for trouble in ("Failures", "Underruns", "Missing frames", "Size mismatch", "Missing packets"):
-            for count in re.findall(rf"{trouble}[^=\n]*= (\d+)", text, re.I):
-                self.assertEqual(count, "0", text)
+        counts = {name: int(count) for name, count in re.findall(r"(?m)^n_(\w+) += (\d+)$", text)}
+        self.assertGreater(counts["completed_buffers"], 20, text)
+        for trouble in ("failures", "aborted", "missing_frames", "size_mismatch_errors",
+                        "error_packets", "ignored_packets"):
+            self.assertEqual(counts[trouble], 0, text)
 
 
 class AnotherMakersCamera(Gige):

@@ -95,9 +95,17 @@ Diagnosis nobody_answers(const std::vector<NetworkInterface>& interfaces) {
   for (const NetworkInterface& one : interfaces) {
     asked.push_back(fmt::format("{} ({})", one.name, ip(one.address)));
   }
-  const std::string cure =
+  std::string cure =
       "is the camera powered and plugged into one of these? Does the link light glow? A firewall "
       "drops the answers unless UDP from port 3956 is let in (nft: `udp sport 3956 accept`)";
+  // A strict filter answers no ARP of another subnet: then there is no packet to be counted.
+  for (const NetworkInterface& one : interfaces) {
+    if (one.name == "lo" || !detail::filters_by_reverse_path(one.name)) continue;
+    cure += fmt::format(
+        "; {0} filters by reverse path: `sysctl -w net.ipv4.conf.{0}.rp_filter=2` shows a camera "
+        "of another subnet",
+        one.name);
+  }
   return {Severity::kBad, fmt::format("no camera answers; asked on {}", fmt::join(asked, ", ")),
           cure};
 }

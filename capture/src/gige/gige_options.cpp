@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::string_view kKnown =
     "pixel_format, roi, binning, exposure_us, gain, black_level, fps, strobe, switching, trigger, "
-    "packet_size, packet_delay_us, resend, buffers, socket_buffer_mb, heartbeat_ms, reconnect, "
+    "packet_size, packet_delay_us, resend, frame_timeout_ms, buffers, socket_buffer_mb, "
+    "heartbeat_ms, reconnect, "
     "ptp, laser, fields, feature.NAME, and the camera's own features by name, such as "
     "ExposureTime";
 
@@ -115,6 +116,8 @@ GigeOptions GigeOptions::take(SourceUri& uri) {
   options.packet_bytes = static_cast<int>(uri.take_integer("packet_size", 0, 65535).value_or(0));
   options.packet_delay_us = uri.take_number("packet_delay_us", 0.0, 1e6);
   options.resend = uri.take_bool("resend").value_or(options.resend);
+  options.frame_timeout = std::chrono::milliseconds(
+      uri.take_integer("frame_timeout_ms", 1, 60000).value_or(options.frame_timeout.count()));
   options.buffers =
       static_cast<int>(uri.take_integer("buffers", 3, 1024).value_or(options.buffers));
   options.socket_buffer_mb = static_cast<int>(

@@ -137,7 +137,7 @@ void Session::tune_stream() {
       stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size", 0,
       "packet-resend",
       options_.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
-      nullptr);
+      "frame-retention", static_cast<guint>(1000 * options_.frame_timeout.count()), nullptr);
   const int port = arv_gv_stream_get_port(ARV_GV_STREAM(stream_.get()));
   const int wanted = options_.socket_buffer_mb << 20;
   socket_buffer_bytes_ = set_receive_buffer(port, wanted);

@@ -37,7 +37,8 @@ TEST(GigeOptions, UnderstandEveryKey) {
   const GigeOptions options = options_of(
       "gige:ABC1?roi=8,16,320,240&binning=2x1&exposure_us=20&gain=3.5&black_level=2&fps=200&"
       "pixel_format=Mono12p&strobe=Line2,Line3&laser=0,1,dark&switching=host&trigger=software&"
-      "packet_size=8000&packet_delay_us=2.5&resend=no&buffers=8&socket_buffer_mb=4&"
+      "packet_size=8000&packet_delay_us=2.5&resend=no&frame_timeout_ms=250&buffers=8&socket_buffer_"
+      "mb=4&"
       "heartbeat_ms=2000&reconnect=no&ptp=yes");
   EXPECT_EQ(options.name, "ABC1");
   EXPECT_EQ(options.region, cv::Rect(8, 16, 320, 240));
@@ -53,6 +54,7 @@ TEST(GigeOptions, UnderstandEveryKey) {
   EXPECT_EQ(options.packet_bytes, 8000);
   EXPECT_EQ(options.packet_delay_us, 2.5);
   EXPECT_FALSE(options.resend);
+  EXPECT_EQ(options.frame_timeout, std::chrono::milliseconds(250));
   EXPECT_EQ(options.buffers, 8);
   EXPECT_EQ(options.socket_buffer_mb, 4);
   EXPECT_EQ(options.heartbeat, std::chrono::milliseconds(2000));

@@ -47,6 +47,7 @@ struct GigeOptions {
   int packet_bytes = 0;  ///< With IP and UDP headers; 0: the largest that arrives.
   std::optional<double> packet_delay_us;
   bool resend = true;
+  std::chrono::milliseconds frame_timeout{100};  ///< A picture whose packets pause longer is lost.
   int buffers = 16;
   int socket_buffer_mb = 32;
   std::chrono::milliseconds heartbeat{3000};  ///< After which the camera lets a dead host go.

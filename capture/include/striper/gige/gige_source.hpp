@@ -41,7 +41,8 @@ struct GigeStatistics {
 ///   by the camera's sequencer, or by the host with software triggers (`switching=`). Frames say
 ///   what fired, from the line state that came with the picture where the camera reports it.
 /// - `trigger=off|software|Line1|Action1`
-/// - `packet_size`, `packet_delay_us`, `resend`, `buffers`, `socket_buffer_mb`, `heartbeat_ms`,
+/// - `packet_size`, `packet_delay_us`, `resend`, `frame_timeout_ms`, `buffers`, `socket_buffer_mb`,
+/// `heartbeat_ms`,
 ///   `reconnect`, `ptp`
 ///
 /// Time: the camera's timestamps on CLOCK_MONOTONIC by a running fit (ClockMap), from latched
