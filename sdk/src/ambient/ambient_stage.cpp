@@ -257,12 +257,11 @@ void AmbientStage::State::subtract(detail::HeldExposure& exposure,
   if (any == nullptr) return;
 
   detail::DarkPair pair;
-  for (detail::HeldExposure* const dark : {darks.before, darks.after, darks.witness}) {
+  for (detail::HeldExposure* const dark : {darks.before, darks.after}) {
     if (dark != nullptr) take_channel(*dark, wanted);
   }
   if (darks.before != nullptr) pair.before = &darks.before->channel.lit;
   if (darks.after != nullptr) pair.after = &darks.after->channel.lit;
-  if (darks.witness != nullptr) pair.witness = &darks.witness->channel.lit;
   if (pair.has_both()) pair.weight_after = darks.weight_after;
   pair.is_between_rows = darks.is_between_rows;
   pair.row_above = exposure.frame.grid.v.offset < any->frame.grid.v.offset ? -1 : 0;

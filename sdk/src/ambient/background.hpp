@@ -10,6 +10,9 @@
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/noise_model.hpp>
 
+#include "ambient/blind_spots.hpp"
+#include "ambient/motion.hpp"
+
 namespace striper::detail {
 
 /// The dark exposures that a lit one is compared with. At least one is there.
@@ -17,10 +20,6 @@ struct DarkPair {
   const cv::Mat* before = nullptr;  ///< Null where it is missing.
   const cv::Mat* after = nullptr;
   double weight_after = 0.5;  ///< Of `after` in the interpolation in time.
-  /// Where one is missing, another dark exposure of the same rows, too far away to be subtracted:
-  /// it shows what moves. May be null.
-  const cv::Mat* witness = nullptr;
-
   /// The dark rows lie half-way between the lit rows: fields of the other parity.
   bool is_between_rows = false;
   int row_above = 0;  ///< Dark row just above lit row 0: -1 or 0. Only if `is_between_rows`.
@@ -61,56 +60,31 @@ class Background {
     float black;
   };
 
+  void prepare(cv::Size size);
   template <typename Pixel>
   void subtract_pixels(const DarkPair& pair, LitFrame& frame);
   template <typename Pixel>
   void read_strips(const DarkPair& pair, const LitFrame& frame);
   template <typename Pixel>
-  void interpolate_between_rows(const DarkPair& pair, double averaging, cv::Size size);
-  template <typename Pixel>
-  void measure_motion(const cv::Mat& before, const cv::Mat& after, int block_row);
-  template <typename Pixel>
-  bool mark_blind(const DarkPair& pair, const LitFrame& frame);
-  template <typename Pixel>
-  void mark_dark_row(const Pixel* pixels, int row, int full_scale_dn);
-  template <typename Pixel>
-  bool mark_lit_rows(const LitFrame& frame);
-  template <typename Action>
-  void for_block_rows(int block_row, int block_col, const Action& action);
-
-  void prepare(const cv::Mat& lit);
-  double quietest_blocks();
+  void measure_noise(const DarkPair& pair, int full_scale_dn);
   template <typename Pixel>
   double noise_of_neighbours(const cv::Mat& image, int full_scale_dn);
+  template <typename Pixel>
+  void interpolate_between_rows(const DarkPair& pair, double averaging, cv::Size size);
   void write_edges(const EdgeLimit& limit, const std::int32_t* level, float* variance, int cols);
-  void keep_what_noise_does_not_explain(const cv::Mat& image);
-  void clear_motion();
-  bool spread_motion(double factor);
-  float most_motion_around(int block_row, int block_col, int reach_cols) const;
-  bool is_near_lamp(int row, int col) const;
-  void dilate_blind();
+  bool add_motion(const DarkPair& pair, double averaging, const LitFrame& frame);
+
+  NoiseModel noise_;  // Of an exposure.
+  bool is_noise_given_;
+  Motion motion_;
+  BlindSpots blind_;
 
   cv::Mat dark_;
   cv::Mat variance_;
-  bool has_edges_ = false;  // variance_ holds more than motion.
-  cv::Mat blind_;
-  cv::Mat marked_;  // Saturated pixels before dilation.
-
-  int block_rows_ = 0;
-  int block_cols_ = 0;
-  std::vector<float> motion_;         // Per block: mean square of after - before,
-  std::vector<std::int32_t> levels_;  // and sum of before.
-  bool knows_motion_ = false;         // From these or earlier exposures.
-  bool motion_is_of_now_ = false;     // Not from earlier ones.
-  NoiseModel noise_;                  // Of an exposure.
-  bool is_noise_given_;
-  std::vector<float> sorted_;               // Scratch.
-  std::vector<std::uint8_t> has_variance_;  // Per block: motion was added to variance_.
-  std::vector<std::uint8_t> lamps_;         // Per block: a dark exposure saturates.
-  std::vector<std::uint8_t> saturated_;     // Per row: in the lit, in a dark exposure.
-  std::vector<std::int32_t> rows_;          // Four dark rows, interpolated in time, 1/16 DN.
-  std::vector<std::int32_t> thirds_;        // Their third differences, and sums of two and four.
-  std::vector<int> run_;  // Per column: length of the saturated run that ends here.
+  bool has_edges_ = false;            // variance_ holds more than motion.
+  std::vector<float> sorted_;         // Scratch.
+  std::vector<std::int32_t> rows_;    // Four dark rows, interpolated in time, 1/16 DN.
+  std::vector<std::int32_t> thirds_;  // Their third differences, and sums of two and four.
 };
 
 }  // namespace striper::detail

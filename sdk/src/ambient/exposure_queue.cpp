@@ -139,27 +139,8 @@ Neighbours ExposureQueue::neighbours_of(const HeldExposure& lit, DarkChoice choi
     }
   }
   const HeldExposure* const any = found.before != nullptr ? found.before : found.after;
-  if (any == nullptr) return found;
-  found.is_between_rows = any->frame.field != lit.frame.field;
-  if (found.before == nullptr || found.after == nullptr) found.witness = witness_of(*any);
+  found.is_between_rows = any != nullptr && any->frame.field != lit.frame.field;
   return found;
-}
-
-// The nearest other dark exposure of the same rows that is still here.
-HeldExposure* ExposureQueue::witness_of(const HeldExposure& dark) noexcept {
-  HeldExposure* nearest = nullptr;
-  std::uint64_t least = 0;
-  for (const auto& exposure : held_) {
-    const bool is_another = exposure->light.is_dark() && exposure->number != dark.number;
-    if (!is_another || exposure->frame.field != dark.frame.field) continue;
-    if (!fits(dark.frame, exposure->frame)) continue;
-    const std::uint64_t distance = exposure->number > dark.number ? exposure->number - dark.number
-                                                                  : dark.number - exposure->number;
-    if (nearest != nullptr && distance >= least) continue;
-    nearest = exposure.get();
-    least = distance;
-  }
-  return nearest;
 }
 
 void ExposureQueue::forget(DarkChoice choice) noexcept {

@@ -28,7 +28,6 @@ struct HeldExposure {
 struct Neighbours {
   HeldExposure* before = nullptr;
   HeldExposure* after = nullptr;
-  HeldExposure* witness = nullptr;  ///< Where one is missing: another one of the same rows as it.
   double weight_after = 0.5;
   bool is_between_rows = false;  ///< They are fields of the other parity.
   bool must_wait = false;        ///< The dark exposure after is still to come.
@@ -84,7 +83,6 @@ class ExposureQueue {
   HeldExposure* find_dark(std::uint64_t number) noexcept;
   HeldExposure* dark_beside(const HeldExposure& lit, std::uint64_t distance, std::int64_t direction,
                             DarkChoice choice) noexcept;
-  HeldExposure* witness_of(const HeldExposure& dark) noexcept;
   void release_newest() noexcept;
 
   Cadence cadence_;

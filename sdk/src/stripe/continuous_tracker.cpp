@@ -13,12 +13,12 @@ namespace {
 
 // From one line to the next.
 constexpr int kMostSlope = 3;
-constexpr std::array<float, 2 * kMostSlope + 1> kSlopes{0.03F, 0.09F, 0.2F, 0.36F,
-                                                        0.2F,  0.09F, 0.03F};
+constexpr std::array<float, 2 * kMostSlope + 1> kSlopes{0.001F, 0.029F, 0.235F, 0.47F,
+                                                        0.235F, 0.029F, 0.001F};
 constexpr float kPresentAtFirst = 0.05F;
-constexpr float kJump = 0.01F;
+constexpr float kJump = 0.005F;
 constexpr float kVanish = 0.004F;
-constexpr float kAppear = 0.001F;
+constexpr float kAppear = 0.00005F;
 
 // Amplitudes of the stripe in standard deviations of the filter's noise, and their weights. Weak
 // ones weigh more: strong ones convince anyway.
@@ -26,7 +26,7 @@ struct Amplitude {
   double value;
   double weight;
 };
-constexpr std::array<Amplitude, 4> kAmplitudes{{{2.1, 0.65}, {3.2, 0.2}, {4.8, 0.1}, {7.0, 0.05}}};
+constexpr std::array<Amplitude, 4> kAmplitudes{{{1.9, 0.65}, {2.9, 0.2}, {4.3, 0.1}, {6.3, 0.05}}};
 // Stronger than this, continuity may still overrule a line: a glint is strong as well.
 constexpr double kStrongest = 9.0;
 constexpr double kTableStep = 1.0 / 16.0;
@@ -160,10 +160,14 @@ void ContinuousTracker::load_noise(const LitFrame& frame, StripeAxis axis, int l
   if (frame.variance.empty()) return;
   const StridedLine<float> variance = image_line<float>(frame.variance, axis, line_number);
   extra_.resize(padded_length);
+  trust_.resize(padded_length);
   for (int k = 0; k < length_; ++k) {
-    extra_[static_cast<std::size_t>(k + half_window_)] = std::sqrt(variance[k]);
+    const auto i = static_cast<std::size_t>(k + half_window_);
+    extra_[i] = std::sqrt(variance[k]);
+    trust_[i] = static_cast<float>(floor) / (static_cast<float>(floor) + variance[k]);
   }
   repeat_ends(extra_);
+  repeat_ends(trust_);
   correlate(extra_, core_, scratch_.data());
   for (int k = 0; k < length_; ++k) {
     const auto i = static_cast<std::size_t>(k);
@@ -171,20 +175,36 @@ void ContinuousTracker::load_noise(const LitFrame& frame, StripeAxis axis, int l
   }
 }
 
-// The core of the filter tap by tap, its flat rest by a running sum.
-void ContinuousTracker::filter_line(float* evidence) {
-  correlate(padded_, core_, scratch_.data());
+// The sum of the window about each pixel; where motion and edges have left more than noise, what
+// the mean of the pixels that can be trusted makes of it.
+void ContinuousTracker::sum_windows(bool has_extra, float* sums) {
   const int window = 2 * half_window_ + 1;
-  double sum = std::accumulate(padded_.begin(), padded_.begin() + window, 0.0);
+  double sum = 0.0;
+  double trust = 0.0;
+  const auto add = [&](int k, double sign) {
+    const auto i = static_cast<std::size_t>(k);
+    const double weight = has_extra ? sign * static_cast<double>(trust_[i]) : sign;
+    sum += weight * static_cast<double>(padded_[i]);
+    trust += weight;
+  };
+  for (int k = 0; k < window; ++k) add(k, 1.0);
+  for (int k = 0; k < length_; ++k) {
+    sums[k] = static_cast<float>(sum / trust * window);
+    if (k + 1 == length_) break;
+    add(k + window, 1.0);
+    add(k, -1.0);
+  }
+}
+
+// The core of the filter tap by tap, its flat rest from the sum of the window.
+void ContinuousTracker::filter_line(bool has_extra, float* evidence) {
+  correlate(padded_, core_, scratch_.data());
+  sum_windows(has_extra, spread_.data());
   for (int k = 0; k < length_; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const float answer = scratch_[i] + flat_ * static_cast<float>(sum);
+    const float answer = scratch_[i] + flat_ * spread_[i];
     evidence[k] =
         hidden_[i] != 0 ? 1.0F : likelihood_ratio(answer / std::sqrt(answer_variance_[i]));
-    if (k + 1 < length_) {
-      sum += static_cast<double>(padded_[static_cast<std::size_t>(k + window)]) -
-             static_cast<double>(padded_[i]);
-    }
   }
 }
 
@@ -194,7 +214,7 @@ void ContinuousTracker::find_evidence(const LitFrame& frame, StripeAxis axis,
   for (int line = 0; line < lines_; ++line) {
     load_line<Pixel>(frame, axis, line);
     load_noise<Pixel>(frame, axis, line, noise);
-    filter_line(row_of(evidence_, line));
+    filter_line(!frame.variance.empty(), row_of(evidence_, line));
   }
 }
 

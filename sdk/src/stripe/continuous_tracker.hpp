@@ -46,7 +46,8 @@ class ContinuousTracker {
   void make_filter(double width);
   void correlate(const std::vector<float>& padded, const std::vector<float>& taps,
                  float* out) const;
-  void filter_line(float* evidence);
+  void sum_windows(bool has_extra, float* sums);
+  void filter_line(bool has_extra, float* evidence);
   void run_forward();
   void run_backward();
   void step(const float* previous, float previous_absent, float* next, float& next_absent);
@@ -65,7 +66,8 @@ class ContinuousTracker {
   std::vector<float> padded_;           // A line with `half_window_` pixels of its ends repeated.
   std::vector<char> hidden_;            // Pixels of the line that could not be seen.
   std::vector<float> white_;            // The same pixels' noise variance,
-  std::vector<float> extra_;            // and standard deviation beyond noise.
+  std::vector<float> extra_;            // standard deviation beyond noise,
+  std::vector<float> trust_;            // and weight in the background.
   std::vector<float> answer_variance_;  // Of the filter's answer, at each pixel.
   std::vector<float> evidence_;         // [line][pixel]: likelihood ratio.
   std::vector<float> forward_;          // [line][pixel], scaled to a sum of 1 with `absent_`.

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ambient/blind_spots.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace striper::detail {
+namespace {
+
+constexpr int kBlockCols = 16;
+constexpr int kBlockRows = 8;
+
+constexpr int kBlindRows = 4;  // Saturated pixels spoil their neighbours: blooming, lens flare.
+constexpr int kBlindCols = 2;
+// No stripe is clipped over so many rows.
+constexpr int kLongestStripeRun = 15;
+// A lamp that moves saturates the lit exposure at most so many blocks from where it did the dark.
+constexpr int kLampReachBlocks = 4;
+
+constexpr std::uint8_t kLitSaturated = 1;
+constexpr std::uint8_t kDarkSaturated = 2;
+
+}  // namespace
+
+void BlindSpots::prepare(cv::Size size) {
+  if (size == marked_.size()) return;
+  block_rows_ = (size.height + kBlockRows - 1) / kBlockRows;
+  block_cols_ = (size.width + kBlockCols - 1) / kBlockCols;
+  lamps_.assign(static_cast<std::size_t>(block_rows_) * static_cast<std::size_t>(block_cols_), 0);
+  run_.assign(static_cast<std::size_t>(size.width), 0);
+  saturated_.assign(static_cast<std::size_t>(size.height), 0);
+  blind_ = cv::Mat::zeros(size, CV_8U);
+  marked_ = cv::Mat::zeros(size, CV_8U);
+}
+
+void BlindSpots::set_row(int row, bool in_lit, bool in_dark) noexcept {
+  saturated_[static_cast<std::size_t>(row)] =
+      static_cast<std::uint8_t>((in_lit ? kLitSaturated : 0) | (in_dark ? kDarkSaturated : 0));
+}
+
+cv::Mat BlindSpots::find(const cv::Mat& lit, const cv::Mat* before, const cv::Mat* after,
+                         int full_scale_dn) {
+  const bool any_row = std::any_of(saturated_.begin(), saturated_.end(),
+                                   [](std::uint8_t flags) { return flags != 0; });
+  if (!any_row) return {};
+  std::memset(marked_.data, 0, marked_.total());
+  std::fill(lamps_.begin(), lamps_.end(), std::uint8_t{0});
+  const bool any = lit.depth() == CV_8U ? mark<std::uint8_t>(lit, before, after, full_scale_dn)
+                                        : mark<std::uint16_t>(lit, before, after, full_scale_dn);
+  if (!any) return {};
+  dilate();
+  return blind_;
+}
+
+// Marks what a dark exposure saturates, then what a lamp saturates in the lit one. Returns whether
+// there is any.
+template <typename Pixel>
+bool BlindSpots::mark(const cv::Mat& lit, const cv::Mat* before, const cv::Mat* after,
+                      int full_scale_dn) {
+  bool any = false;
+  for (int row = 0; row < lit.rows; ++row) {
+    if ((saturated_[static_cast<std::size_t>(row)] & kDarkSaturated) == 0) continue;
+    for (const cv::Mat* const image : {before, after}) {
+      if (image == nullptr || row >= image->rows) continue;
+      mark_dark_row(image->ptr<Pixel>(row), row, full_scale_dn);
+    }
+    any = true;
+  }
+  return mark_lit_rows<Pixel>(lit, full_scale_dn) || any;
+}
+
+template <typename Pixel>
+void BlindSpots::mark_dark_row(const Pixel* pixels, int row, int full_scale_dn) {
+  auto* const marks = marked_.ptr<std::uint8_t>(row);
+  std::uint8_t* const lamps = lamps_.data() + (row / kBlockRows) * block_cols_;
+  for (int col = 0; col < marked_.cols; ++col) {
+    if (pixels[col] < full_scale_dn) continue;
+    marks[col] = 1;
+    lamps[col / kBlockCols] = 1;
+  }
+}
+
+template <typename Pixel>
+bool BlindSpots::mark_lit_rows(const cv::Mat& lit, int full_scale_dn) {
+  std::fill(run_.begin(), run_.end(), 0);
+  bool any = false;
+  for (int row = 0; row < lit.rows; ++row) {
+    if ((saturated_[static_cast<std::size_t>(row)] & kLitSaturated) == 0) {
+      std::fill(run_.begin(), run_.end(), 0);
+      continue;
+    }
+    const auto* const pixels = lit.ptr<Pixel>(row);
+    for (int col = 0; col < lit.cols; ++col) {
+      int& run = run_[static_cast<std::size_t>(col)];
+      run = pixels[col] >= full_scale_dn ? run + 1 : 0;
+      if (run == 0) continue;
+      const bool is_long = run > kLongestStripeRun;
+      if (!is_long && !is_near_lamp(row, col)) continue;
+      const int first = run == kLongestStripeRun + 1 ? row - kLongestStripeRun : row;
+      for (int r = first; r <= row; ++r) marked_.at<std::uint8_t>(r, col) = 1;
+      any = true;
+    }
+  }
+  return any;
+}
+
+bool BlindSpots::is_near_lamp(int row, int col) const {
+  const int block_row = row / kBlockRows;
+  const int block_col = col / kBlockCols;
+  for (int r = std::max(0, block_row - 1); r <= std::min(block_rows_ - 1, block_row + 1); ++r) {
+    const int last = std::min(block_cols_ - 1, block_col + kLampReachBlocks);
+    for (int c = std::max(0, block_col - kLampReachBlocks); c <= last; ++c) {
+      if (lamps_[static_cast<std::size_t>(r * block_cols_ + c)] != 0) return true;
+    }
+  }
+  return false;
+}
+
+// A pixel is blind if a marked one is within kBlindRows and kBlindCols.
+void BlindSpots::dilate() {
+  std::memset(blind_.data, 0, blind_.total());
+  for (int row = 0; row < marked_.rows; ++row) {
+    const auto* const marks = marked_.ptr<std::uint8_t>(row);
+    const int last_row = std::min(marked_.rows - 1, row + kBlindRows);
+    for (int col = 0; col < marked_.cols; ++col) {
+      if (marks[col] == 0) continue;
+      const int first_col = std::max(0, col - kBlindCols);
+      const int last_col = std::min(marked_.cols - 1, col + kBlindCols);
+      for (int r = std::max(0, row - kBlindRows); r <= last_row; ++r) {
+        auto* const blind = blind_.ptr<std::uint8_t>(r);
+        std::fill(blind + first_col, blind + last_col + 1, std::uint8_t{1});
+      }
+    }
+  }
+}
+
+}  // namespace striper::detail

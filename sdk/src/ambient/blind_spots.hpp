@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+namespace striper::detail {
+
+/// Marks where a stripe could not be seen: saturated in a dark exposure, or in the lit one where no
+/// stripe can be so (a long run, or near a lamp), and a few pixels around.
+///
+/// Rows are announced with what saturates in them; only those are looked at again. No allocation
+/// after the first frames of a size. Not thread-safe.
+class BlindSpots {
+ public:
+  void prepare(cv::Size size);
+
+  /// Says which exposures saturate somewhere in a row.
+  void set_row(int row, bool in_lit, bool in_dark) noexcept;
+
+  /// @param before, after dark exposures, either may be null.
+  /// @return CV_8UC1, non-zero where blind, valid until the next call; empty where nothing is.
+  cv::Mat find(const cv::Mat& lit, const cv::Mat* before, const cv::Mat* after, int full_scale_dn);
+
+ private:
+  template <typename Pixel>
+  bool mark(const cv::Mat& lit, const cv::Mat* before, const cv::Mat* after, int full_scale_dn);
+  template <typename Pixel>
+  void mark_dark_row(const Pixel* pixels, int row, int full_scale_dn);
+  template <typename Pixel>
+  bool mark_lit_rows(const cv::Mat& lit, int full_scale_dn);
+  bool is_near_lamp(int row, int col) const;
+  void dilate();
+
+  int block_rows_ = 0;
+  int block_cols_ = 0;
+  cv::Mat blind_;
+  cv::Mat marked_;                       // Saturated pixels before dilation.
+  std::vector<std::uint8_t> lamps_;      // Per block: a dark exposure saturates.
+  std::vector<std::uint8_t> saturated_;  // Per row: in the lit, in a dark exposure.
+  std::vector<int> run_;                 // Per column: length of the saturated run that ends here.
+};
+
+}  // namespace striper::detail
