@@ -93,10 +93,14 @@ class Tree:
             self.report(path, 1, "expected one line 'SPDX-License-Identifier: Apache-2.0', the first (after a #! line)")
 
     def check_form(self, path):
-        if not re.fullmatch(r"[a-z0-9_]+\.(hpp|cpp)", path.name):
+        if not re.fullmatch(r"[a-z0-9_]+(\.hpp|\.cpp|-inl\.hpp)", path.name):
             self.report(path, 1, "file names are lower_case.hpp or lower_case.cpp")
         text = self.text(path)
-        if path.suffix == ".hpp":
+        if path.name.endswith("-inl.hpp"):
+            # Compiled once for every instruction set: included again and again, on purpose.
+            if not re.search(r"^#if defined\(\w+_INL_\) == defined\(HWY_TARGET_TOGGLE\)$", text, re.M):
+                self.report(path, 1, "expected Highway's include guard, with HWY_TARGET_TOGGLE")
+        elif path.suffix == ".hpp":
             if len(re.findall(r"^#pragma once$", text, re.M)) != 1:
                 self.report(path, 1, "expected one #pragma once")
             if re.search(r"^\s*using namespace", text, re.M):
@@ -196,6 +200,7 @@ def self_test():
         "sdk/include/striper/scan/c.hpp": header + "#include <striper/model/b.hpp>\n",
         "sdk/src/core/a.cpp": spdx + '#include "core/p.hpp"\n// std::cout is not for us\n',
         "sdk/src/core/p.hpp": header,
+        "sdk/src/core/k-inl.hpp": spdx + "#if defined(K_INL_) == defined(HWY_TARGET_TOGGLE)\n#endif\n",
         "sdk/src/scan/q.hpp": header,
         "sdk/src/scan/c.cpp": spdx + '#include "core/p.hpp"\n#include "scan/q.hpp"\n',
         "capture/include/striper/capture/d.hpp": header + "#include <striper/core/a.hpp>\n",
@@ -218,6 +223,7 @@ def self_test():
         "never prints": ("sdk/src/core/a.cpp", "void f() { std::cout << 1; }\n"),
         "'using namespace'": ("sdk/include/striper/core/a.hpp", "using namespace std;\n"),
         "one #pragma once": ("sdk/src/core/p.hpp", "#pragma once\n"),
+        "Highway's include guard": ("sdk/src/core/l-inl.hpp", header),
         "expected one line 'SPDX": ("sdk/src/core/p.hpp", "// SPDX-License-Identifier: Apache-2.0\n"),
         "HEADERS of sdk's": ("sdk/include/striper/core/new.hpp", header),
         "SOURCES of capture's": ("capture/src/new.cpp", spdx),

@@ -5,13 +5,12 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "stripe/line_view.hpp"
-
 namespace striper::detail {
 namespace {
 
 constexpr int kFirstSamples = 8192;
 constexpr int kLaterSamples = 384;
+constexpr int kRun = 16;  // Neighbouring lines looked at together: their pixels share cache lines.
 constexpr int kLag = 2;
 constexpr int kBins = 2048;               // Larger differences are counted as the largest.
 constexpr int kAwayFromPeak = 16;         // Pixels.
@@ -38,10 +37,11 @@ double median_of(const std::vector<std::uint32_t>& histogram, std::uint32_t tota
 
 }  // namespace
 
-double BackgroundNoise::update(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& peaks) {
+double BackgroundNoise::update(const ProfileImages& images,
+                               const std::vector<std::int32_t>& peaks) {
   const auto measured = [&](int samples) {
-    return frame.lit.depth() == CV_8U ? measure<std::uint8_t>(frame, axis, peaks, samples)
-                                      : measure<std::uint16_t>(frame, axis, peaks, samples);
+    return images.is_16_bit ? measure<std::uint16_t>(images, peaks, samples)
+                            : measure<std::uint8_t>(images, peaks, samples);
   };
   if (sigma_dn_ > 0.0) {
     const double now = measured(kLaterSamples);
@@ -55,52 +55,75 @@ double BackgroundNoise::update(const LitFrame& frame, StripeAxis axis, const Chu
 }
 
 template <typename Pixel>
-double BackgroundNoise::measure(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& peaks,
+double BackgroundNoise::measure(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
                                 int samples) {
-  const int lines = line_count(frame.lit, axis);
-  const int inner = line_length(frame.lit, axis) - 2 * kLag;
-  if (lines < 1 || inner < 1) return kQuantisation;
-  histogram_.assign(kBins, 0);
-  std::uint32_t total = 0;
+  if (peaks.empty() || images.length <= 2 * kLag) return kQuantisation;
   // What motion and edges leave is no noise; where they are everywhere it is all that can be seen.
-  if (!frame.variance.empty()) {
-    total = sample<Pixel>(frame, axis, peaks, samples, true);
-    if (total < static_cast<std::uint32_t>(samples) / kLeastClean) {
-      histogram_.assign(kBins, 0);
-      total = 0;
-    }
+  const bool has_variance = images.variance != nullptr;
+  sample<Pixel>(images, peaks, samples, has_variance);
+  if (has_variance && total_ < static_cast<std::uint32_t>(samples) / kLeastClean) {
+    sample<Pixel>(images, peaks, samples, false);
   }
-  if (total == 0) total = sample<Pixel>(frame, axis, peaks, samples, false);
-  if (total == 0) return kQuantisation;
-  const double sigma = kSigmaOfMedianAbsolute * median_of(histogram_, total) / std::sqrt(6.0);
+  if (total_ == 0) return kQuantisation;
+  const double sigma = kSigmaOfMedianAbsolute * median_of(histogram_, total_) / std::sqrt(6.0);
   return std::max(kQuantisation, sigma);
 }
 
-// Returns how many were counted.
 template <typename Pixel>
-std::uint32_t BackgroundNoise::sample(const LitFrame& frame, StripeAxis axis,
-                                      const ChunkMaxima& peaks, int samples, bool only_clean) {
-  const int lines = line_count(frame.lit, axis);
-  const int inner = line_length(frame.lit, axis) - 2 * kLag;
-  std::uint32_t total = 0;
-  for (int n = 0; n < samples; ++n) {
+void BackgroundNoise::sample(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
+                             int samples, bool only_clean) {
+  histogram_.assign(kBins, 0);
+  total_ = 0;
+  const auto lines = static_cast<int>(peaks.size());
+  const auto inner = static_cast<std::uint64_t>(images.length - 2 * kLag);
+  const int run = std::min(kRun, lines);
+  const auto starts = static_cast<std::uint64_t>(lines - run + 1);
+  for (int n = 0; n < samples; n += run) {
     // Multiples of the golden ratio spread evenly over whatever they are taken modulo of.
     next_ += 0x9E3779B97F4A7C15ULL;
-    const int line_number =
-        static_cast<int>((next_ >> 32) * static_cast<std::uint64_t>(lines) >> 32);
-    const int k = kLag + static_cast<int>(((next_ * 0xD1B54A32D192ED03ULL) >> 32) *
-                                              static_cast<std::uint64_t>(inner) >>
-                                          32);
-    if (std::abs(k - peaks.best(0, line_number).across) < kAwayFromPeak) continue;
-    if (only_clean && image_line<float>(frame.variance, axis, line_number)[k] > 0.0F) continue;
-    const LitLine<Pixel> line(frame, axis, line_number);
-    if (line.clipped(k - kLag) || line.clipped(k) || line.clipped(k + kLag)) continue;
-    if (line.blind(k - kLag) || line.blind(k) || line.blind(k + kLag)) continue;
-    const int d = std::abs(line.value(k - kLag) - 2 * line.value(k) + line.value(k + kLag));
-    ++histogram_[static_cast<std::size_t>(std::min(d, kBins - 1))];
-    ++total;
+    const int line = static_cast<int>((next_ >> 32) * starts >> 32);
+    const int k = kLag + static_cast<int>(((next_ * 0xD1B54A32D192ED03ULL) >> 32) * inner >> 32);
+    count_run<Pixel>(images, peaks.data() + line, line, k, run, only_clean);
   }
-  return total;
+}
+
+template <typename Pixel>
+void BackgroundNoise::count_run(const ProfileImages& images, const std::int32_t* peaks, int line,
+                                int across, int count, bool only_clean) {
+  const auto place = [&](const ProfileImages::Steps& steps) {
+    return line * steps.line + across * steps.across;
+  };
+  const auto* const lit = static_cast<const Pixel*>(images.lit) + place(images.lit_steps);
+  const auto* const dark = images.dark == nullptr
+                               ? nullptr
+                               : static_cast<const Pixel*>(images.dark) + place(images.dark_steps);
+  const std::uint8_t* const blind =
+      images.blind == nullptr ? nullptr : images.blind + place(images.blind_steps);
+  const float* const variance =
+      images.variance == nullptr ? nullptr : images.variance + place(images.variance_steps);
+  // Of the three pixels that are compared: whether they tell anything, and what.
+  const auto each_way = [](const auto* image, const ProfileImages::Steps& steps, int i,
+                           const auto& take) {
+    const auto* const middle = image + i * steps.line;
+    return take(middle[-kLag * steps.across], middle[0], middle[kLag * steps.across]);
+  };
+  const auto bend = [](int a, int b, int c) { return a - 2 * b + c; };
+  for (int i = 0; i < count; ++i) {
+    if (std::abs(across - peaks[i]) < kAwayFromPeak) continue;
+    if (only_clean && variance[i * images.variance_steps.line] > 0.0F) continue;
+    const int highest = each_way(lit, images.lit_steps, i,
+                                 [](int a, int b, int c) { return std::max(a, std::max(b, c)); });
+    if (highest >= images.full_scale_dn) continue;
+    if (blind != nullptr && each_way(blind, images.blind_steps, i, [](int a, int b, int c) {
+          return a != 0 || b != 0 || c != 0;
+        })) {
+      continue;
+    }
+    int d = each_way(lit, images.lit_steps, i, bend);
+    if (dark != nullptr) d -= each_way(dark, images.dark_steps, i, bend);
+    ++histogram_[static_cast<std::size_t>(std::min(std::abs(d), kBins - 1))];
+    ++total_;
+  }
 }
 
 }  // namespace striper::detail

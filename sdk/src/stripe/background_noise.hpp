@@ -4,9 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <striper/core/lit_frame.hpp>
-#include <striper/core/stripe_axis.hpp>
-#include <striper/stripe/candidates.hpp>
+#include "stripe/profile_kernel.hpp"
 
 namespace striper::detail {
 
@@ -14,22 +12,26 @@ namespace striper::detail {
 ///
 /// From the median of |x(k-2) - 2 x(k) + x(k+2)| across the stripe at scattered pixels away from
 /// each line's brightest peak, and from where `variance` is 0 if that is anywhere much: ramps
-/// cancel, edges are few. The first frame takes 8192 samples (1.6
-/// %), later ones 384 each, averaged over about 25 frames; a jump starts anew. 3 us a frame.
+/// cancel, edges are few. The first frame takes 8192 samples (1.6 %), later ones 384 each, averaged
+/// over about 25 frames; a jump starts anew. 1 us a frame.
 class BackgroundNoise {
  public:
   /// Returns the noise, never below that of quantisation.
-  double update(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& peaks);
+  /// @param peaks of each line, where its brightest peak is.
+  double update(const ProfileImages& images, const std::vector<std::int32_t>& peaks);
 
  private:
   template <typename Pixel>
-  double measure(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& peaks, int samples);
-
+  double measure(const ProfileImages& images, const std::vector<std::int32_t>& peaks, int samples);
   template <typename Pixel>
-  std::uint32_t sample(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& peaks,
-                       int samples, bool only_clean);
+  void sample(const ProfileImages& images, const std::vector<std::int32_t>& peaks, int samples,
+              bool only_clean);
+  template <typename Pixel>
+  void count_run(const ProfileImages& images, const std::int32_t* peaks, int line, int across,
+                 int count, bool only_clean);
 
-  std::vector<std::uint32_t> histogram_;
+  std::vector<std::uint32_t> histogram_;  // Of the absolute differences.
+  std::uint32_t total_ = 0;
   std::uint64_t next_ = 0;  // Frames look at different pixels.
   double sigma_dn_ = 0.0;   // 0: not known yet.
 };

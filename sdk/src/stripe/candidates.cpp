@@ -88,6 +88,24 @@ void ChunkMaxima::find_blind_lines(const LitFrame& frame, StripeAxis axis) {
   }
 }
 
+void ChunkMaxima::best_across(std::int32_t* across) const noexcept {
+  const auto find = [&](const auto& keys, const auto& ranks) {
+    constexpr unsigned kLowMask = (1U << (4 * sizeof(ranks[0]))) - 1;
+    for (std::size_t line = 0; line < ranks.size(); ++line) {
+      const std::size_t chunk = ranks[line] == 0 ? 0 : kLowMask - (ranks[line] & kLowMask);
+      const auto key = static_cast<int>(keys[chunk * ranks.size() + line] & (kChunk - 1));
+      across[line] = ranks[line] == 0 ? 0 : static_cast<int>(chunk) * kChunk + kChunk - 1 - key;
+    }
+  };
+  if (has_wide_keys_) {
+    find(keys16_, best16_[0]);
+  } else if (is_wide_) {
+    find(keys8_, best16_[0]);
+  } else {
+    find(keys8_, best8_[0]);
+  }
+}
+
 void ChunkMaxima::rank() {
   is_wide_ = has_wide_keys_ || chunks_ > kMostNarrowChunks;
   if (has_wide_keys_) {

@@ -34,10 +34,4 @@ void Detection::prepare(int length, double false_alarm_rate, double weak_false_a
   }
 }
 
-float Detection::probability_not_noise(double significance) const noexcept {
-  if (!(significance > 0.0)) return not_noise_.front();
-  if (significance >= kLargest) return 1.0F;
-  return not_noise_[static_cast<std::size_t>(significance * kPerSigma)];
-}
-
 }  // namespace striper::detail

@@ -17,13 +17,14 @@ class Detection {
   double threshold() const noexcept { return threshold_; }
   double weak_threshold() const noexcept { return weak_threshold_; }
 
-  /// The probability that noise alone stays below this response in the whole line.
-  float probability_not_noise(double significance) const noexcept;
+  /// The probability that noise alone stays below a response in the whole line, as a table:
+  /// kPerSigma entries to a standard deviation, from 0 to kLargest, where it is 1.
+  const float* not_noise() const noexcept { return not_noise_.data(); }
 
- private:
   static constexpr int kPerSigma = 16;
   static constexpr double kLargest = 10.0;
 
+ private:
   int length_ = 0;
   double threshold_ = 0.0;
   double weak_threshold_ = 0.0;

@@ -12,7 +12,8 @@ namespace striper::detail {
 ///
 /// From fourth differences of good returns three lines apart, which no straight or gently bent
 /// surface shows, and their median, which edges do not move. Two standard errors of the median are
-/// given to chance. Averages over about 8 frames; 3 us a frame.
+/// given to chance. The first frame takes 384 samples, later ones 128 each, averaged over about 24
+/// frames. Less than 1 us a frame where there is no excess, 3 us where there is.
 class ExcessScatter {
  public:
   /// The excess as it stands, pixels.
@@ -26,6 +27,8 @@ class ExcessScatter {
     double squared;
     double variance;
   };
+  void take_differences(const Stripe& stripe, std::size_t most);
+  bool is_explained(double allowed) const;
   double median_ratio(double excess2);
   double solve(double allowed);
 
@@ -34,6 +37,7 @@ class ExcessScatter {
   double sigma_px_ = 0.0;
   double excess2_ = 0.0;
   double weight_ = 0.0;  // Of past frames, in samples.
+  std::size_t first_ = 0;
 };
 
 }  // namespace striper::detail

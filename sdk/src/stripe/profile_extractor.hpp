@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <vector>
 
 #include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
 #include "stripe/background_noise.hpp"
-#include "stripe/continuous_tracker.hpp"
 #include "stripe/detection.hpp"
 #include "stripe/excess_scatter.hpp"
+#include "stripe/line_follower.hpp"
+#include "stripe/peak_candidates.hpp"
 #include "stripe/profile_kernel.hpp"
 #include "stripe/profile_plan.hpp"
-#include "stripe/width_tracker.hpp"
+#include "stripe/width_learner.hpp"
 
 namespace striper::detail {
 
@@ -26,7 +25,7 @@ namespace striper::detail {
 /// and for the stream the noise.
 class ProfileExtractor : public StripeExtractor {
  public:
-  explicit ProfileExtractor(const ExtractOptions& options);
+  explicit ProfileExtractor(const ExtractOptions& options) : options_(options) {}
 
   void extract(const LitFrame& frame, Stripe& stripe) override;
 
@@ -37,75 +36,37 @@ class ProfileExtractor : public StripeExtractor {
     ExcessScatter excess;
   };
 
-  // A measured peak that may be the stripe.
-  struct Peak {
-    std::size_t seed;
-    double position;  // Image pixels across.
-    ReturnStatus status;
-  };
-  using LinePeaks = std::array<Peak, ChunkMaxima::kBest>;
-
-  // The options as the inner loop compares them.
-  struct Limits {
-    float significance;
-    float weak_significance;
-    float amplitude;
-    float snr;
-    float narrow;
-    float wide;
-    float saturated_sigma;
+  // The frame at hand.
+  struct Current {
+    const LitFrame& frame;
+    ProfileImages images;
+    PlanNoise noise;
+    double noise_dn;  // Of a dark pixel.
+    double step;      // Sensor pixels per image pixel across.
   };
 
-  // The measurements of all seeds, as the kernel writes them.
-  struct Measured {
-    void resize(std::size_t count);
-    PeakMeasurements arrays();
-
-    std::vector<std::int32_t> across;
-    std::vector<float> offset, amplitude, width, sigma, significance, snr, clipped;
-  };
-
-  void set_limits();
   Learnt& learnt_of(int laser);
-  PlanNoise noise_of(const LitFrame& frame);
-  double noise_dn(const PlanNoise& noise) const;
-  bool guess_width(const LitFrame& frame, double noise_dn, WidthTracker& width) const;
-  void choose_seeds(double noise_dn);
-  void align_seeds(int most);
-  void measure(const LitFrame& frame, const PlanNoise& noise, const WidthTracker& width);
-  void measure_weak_again(const ProfileImages& images, const PlanNoise& noise,
-                          const WidthTracker& width, int border);
-  double learn_width(const LitFrame& frame, WidthTracker& width);
-  int add_clipped_samples(const LitFrame& frame, WidthTracker& width);
-  int add_width_samples(double least_snr, WidthTracker& width) const;
-  ReturnStatus judge(std::size_t seed, const WidthTracker& width) const;
-  int peaks_of_line(int line, const WidthTracker& width, LinePeaks& out) const;
-  bool is_preferred(const Peak& peak, const Peak& to) const;
-  void report(const WidthTracker& width, Stripe& stripe) const;
-  void report_line(int line, const LinePeaks& peaks, int count, Stripe& stripe) const;
-  void put(std::size_t i, const Peak& peak, float share, ReturnStatus status, Stripe& stripe) const;
-  void follow(const LitFrame& frame, const PlanNoise& noise, const WidthTracker& width,
-              Stripe& stripe);
-  bool take_candidate_at(int line, const WidthTracker& width, Stripe& stripe) const;
-  void add_other_errors(const ExcessScatter& excess, Stripe& stripe) const;
+  PlanNoise noise_of(const LitFrame& frame, const ProfileImages& images);
+  bool find_first_width(const Current& current, WidthTracker& width) const;
+  void measure(const Current& current, const WidthModel& width);
+  void measure_weak_again(const Current& current, const WidthModel& width, int border,
+                          PeakList& peaks);
+  void measure_and_learn(const Current& current, WidthTracker& width);
+  void report(const Current& current, const WidthModel& width, Stripe& stripe);
+  void mark_blind_lines(Stripe& stripe) const;
+  void add_other_errors(const ExcessScatter& excess, double step, Stripe& stripe) const;
 
   ExtractOptions options_;
   ChunkMaxima chunks_;
+  std::vector<std::int32_t> brightest_;  // Where each line's most prominent candidate is.
   BackgroundNoise background_noise_;
   Detection detection_;
-  ContinuousTracker tracker_;
+  PeakCandidates candidates_;
+  PeakList weak_;
+  std::vector<std::size_t> weak_index_;
+  WidthLearner width_learner_;
+  LineFollower follower_;
   std::vector<Learnt> learnt_;  // One per laser.
-
-  std::vector<PeakSeed> seeds_;
-  std::vector<std::int32_t> first_seed_;  // Of each line, and one more.
-  Measured measured_;
-  std::vector<PeakSeed> weak_seeds_;
-  std::vector<std::int32_t> weak_index_;
-  Measured weak_measured_;
-  int next_clipped_line_ = 0;
-  Limits limits_{};
-  int length_ = 0;     // Pixels across the stripe of the frame at hand.
-  double step_ = 1.0;  // Sensor pixels per image pixel across.
 };
 
 }  // namespace striper::detail

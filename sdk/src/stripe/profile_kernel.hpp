@@ -43,7 +43,8 @@ struct ProfilePlan {
   float filter_energy = 0;      // sum g_i^2
   float filter_covariance = 0;  // sum g_i g_(i+2)
 
-  int reach = 0;          // The filter's peak is looked for this far from the seed;
+  int reach = 0;          // The filter's peak is looked for this far from the seed,
+  int filter_reach = 0;   // for which pixels this far from it are needed;
   int stray = 0;          // farther than this, the seed is moved there first.
   int aligned = 0;        // Seeds of neighbouring lines are moved so far to agree.
   int core = 0;           // Beyond this distance from the seed the stripe is gone,
@@ -52,6 +53,9 @@ struct ProfilePlan {
   float width_slope = 0;  // and its change per pixel across.
   float smallest_width = 0;
   float largest_width = 0;
+  bool is_coarse = false;  // So narrow that the pixels' size shows in the filter's error.
+  float ring_count = 0;    // Pixels of background where none is missing,
+  float ring_squares = 0;  // and the sum of their squared distances from the seed.
 
   // variance = floor + per_dn * max(value - black, 0) + speckle2 * (value - background)^2
   float variance_floor = 0;
@@ -68,7 +72,9 @@ struct ProfilePlan {
   bool refine = false;  // Gauss-Newton after the matched filter.
 };
 
-/// As many neighbouring columns with the same seed are copied at once.
+/// As many neighbouring columns whose seeds agree are read at once; and where so many do not, so
+/// many.
+inline constexpr int kSeedRun = 16;
 inline constexpr int kSeedGroup = 4;
 
 /// What was measured, one element per seed. Arrays of the caller, of at least `count` rounded up to

@@ -10,10 +10,14 @@ namespace {
 constexpr std::size_t kLeastSamples = 8;
 constexpr std::size_t kLeastForSlope = 32;
 constexpr double kOutlierDeviations = 3.0;
+// What the samples may do before they are looked at anew: from outliers, and spreads.
+constexpr double kMostlyInliers = 0.8;
+constexpr double kLargestShift = 0.5;
 constexpr double kSlopeDeviations = 4.0;  // A slope must stand out this much to be believed.
 constexpr double kGain = 0.25;
 constexpr double kJump = 0.08;
 constexpr double kSigmaOfMedianAbsolute = 1.4826;
+constexpr double kSigmaOfInliers = 1.0135;  // Of a normal distribution cut at 3 sigma.
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -47,15 +51,30 @@ double WidthTracker::finish() {
   return change;
 }
 
-// Median and deviations first, then a straight line through what is not an outlier.
+// As long as the samples lie about the model as they did, outliers are known without a median.
 WidthModel WidthTracker::fit() {
+  if (!has_samples_) return fit_anew();
+  const Fit known = fit_about(model_);
+  const bool is_as_before =
+      static_cast<double>(known.inliers) >= kMostlyInliers * static_cast<double>(samples_.size()) &&
+      std::abs(known.shift) < kLargestShift * spread_;
+  if (!is_as_before) return fit_anew();
+  spread_ += kGain * (std::max(0.01 * model_.at_pivot, known.spread) - spread_);
+  return known.model;
+}
+
+WidthModel WidthTracker::fit_anew() {
   scratch_.clear();
   for (const Sample& s : samples_) scratch_.push_back(s.width);
   const double middle = median(scratch_);
   scratch_.clear();
   for (const Sample& s : samples_) scratch_.push_back(std::abs(s.width - middle));
-  const double spread = std::max(0.01 * middle, kSigmaOfMedianAbsolute * median(scratch_));
+  spread_ = std::max(0.01 * middle, kSigmaOfMedianAbsolute * median(scratch_));
+  return fit_about({middle, 0.0, 0.0}).model;
+}
 
+// A straight line through what is no outlier; a level one where the slope does not stand out.
+WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   double n = 0.0;
   double sx = 0.0;
   double sxx = 0.0;
@@ -63,8 +82,8 @@ WidthModel WidthTracker::fit() {
   double sxy = 0.0;
   double syy = 0.0;
   for (const Sample& s : samples_) {
-    const double y = s.width - middle;
-    if (std::abs(y) > kOutlierDeviations * spread) continue;
+    const double y = s.width - centre.at(s.across);
+    if (std::abs(y) > kOutlierDeviations * spread_) continue;
     n += 1.0;
     sx += s.across;
     sxx += s.across * s.across;
@@ -72,17 +91,22 @@ WidthModel WidthTracker::fit() {
     sxy += s.across * y;
     syy += y * y;
   }
-  WidthModel fitted{middle, 0.0, n > 0.0 ? sx / n : 0.0};
-  if (n < static_cast<double>(kLeastForSlope)) return fitted;
+  Fit fit;
+  fit.inliers = static_cast<std::size_t>(n);
+  if (fit.inliers == 0) return fit;
+  fit.shift = sy / n;
+  fit.spread = kSigmaOfInliers * std::sqrt(std::max(0.0, syy / n - fit.shift * fit.shift));
+  const double pivot = sx / n;
+  fit.model = {centre.at(pivot), 0.0, pivot};
+  if (fit.inliers < kLeastForSlope) return fit;
+  fit.model.at_pivot += fit.shift;
   const double vxx = sxx - sx * sx / n;
-  if (vxx < 25.0 * n) return fitted;  // The stripe is level to 5 pixels: no lever.
-  const double slope = (sxy - sx * sy / n) / vxx;
-  const double residual = std::max(1e-12, (syy - sy * sy / n - slope * slope * vxx) / (n - 2.0));
-  if (std::abs(slope) > kSlopeDeviations * std::sqrt(residual / vxx)) {
-    fitted.slope = slope;
-    fitted.at_pivot = middle + sy / n;
-  }
-  return fitted;
+  if (vxx < 25.0 * n) return fit;  // The stripe is level to 5 pixels: no lever.
+  const double change = (sxy - sx * sy / n) / vxx;
+  const double residual = std::max(1e-12, (syy - sy * sy / n - change * change * vxx) / (n - 2.0));
+  const double slope = centre.slope + change;
+  if (std::abs(slope) > kSlopeDeviations * std::sqrt(residual / vxx)) fit.model.slope = slope;
+  return fit;
 }
 
 }  // namespace striper::detail

@@ -66,6 +66,10 @@ class ChunkMaxima {
     return peak;
   }
 
+  /// Which pixel the most prominent chunk maximum of each line is at, all lines at once: `best(0,
+  /// line).across`, 0 for none. Room for `lines()` numbers.
+  void best_across(std::int32_t* across) const noexcept;
+
   /// Whether a pixel of the line was blind.
   bool is_partly_blind(int line) const noexcept {
     return !blind_.empty() && blind_[static_cast<std::size_t>(line)] != 0;

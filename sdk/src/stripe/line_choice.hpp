@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include <striper/stripe/candidates.hpp>
+#include <striper/stripe/extractor.hpp>
+
+#include "stripe/peak_candidates.hpp"
+#include "stripe/profile_plan.hpp"
+
+namespace striper::detail {
+
+/// One of the peaks of a line.
+struct LinePeak {
+  const PeakList* list;
+  std::size_t at;
+  double position;  // Across, pixels of the image.
+
+  ReturnStatus status() const noexcept { return list->status[at]; }
+  float amplitude() const noexcept { return list->amplitude[at]; }
+};
+
+/// The peaks of a line in order across; candidates that turned out to be the same peak are one.
+struct LinePeaks {
+  std::array<LinePeak, ChunkMaxima::kBest> peaks;
+  std::size_t count = 0;
+
+  const LinePeak* begin() const noexcept { return peaks.data(); }
+  const LinePeak* end() const noexcept { return peaks.data() + count; }
+};
+
+/// Of judged candidates. `extra` is the line's first extra.
+LinePeaks peaks_of_line(const PeakCandidates& candidates, int line, std::size_t extra,
+                        const WidthModel& width);
+
+/// Writes a peak to element i of a stripe.
+void put_peak(const LinePeak& peak, std::size_t i, Stripe& stripe);
+
+/// Fills `stripe` from judged candidates by the rule of `options`: the lines with one candidate all
+/// at once, the others one by one.
+void choose_peaks(const PeakCandidates& candidates, const WidthModel& width,
+                  const ExtractOptions& options, Stripe& stripe);
+
+}  // namespace striper::detail

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+#include "stripe/continuous_tracker.hpp"
+#include "stripe/line_choice.hpp"
+#include "stripe/peak_judge.hpp"
+
+namespace striper::detail {
+
+/// The rule `continuous`, after every line has been decided by itself: where the stripe of all
+/// lines together runs through a candidate of a line, that one is taken; where there is none, what
+/// is there is measured. A line whose only peak is strong keeps it: existence is the line's own
+/// affair where the line can tell.
+class LineFollower {
+ public:
+  /// @param plan for weak peaks, not refined. @param limits those of the frame.
+  void follow(const LitFrame& frame, const ProfileImages& images, const PeakCandidates& candidates,
+              const WidthModel& width, ProfilePlan plan, const PeakLimits& limits,
+              const PlanNoise& noise, Stripe& stripe);
+
+ private:
+  bool take_candidate(int line, const PeakCandidates& candidates, const WidthModel& width,
+                      Stripe& stripe) const;
+  void put_followed(int length, Stripe& stripe) const;
+
+  ContinuousTracker tracker_;
+  PeakList followed_;
+};
+
+}  // namespace striper::detail

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <striper/stripe/candidates.hpp>
+
+#include "stripe/peak_list.hpp"
+
+namespace striper::detail {
+
+/// Which candidates of a frame are worth measuring.
+class PeakCandidates {
+ public:
+  /// The most prominent candidate of every line, element i that of line i; those of neighbouring
+  /// columns that nearly agree start from the same pixel, which lets them be read side by side.
+  PeakList firsts;
+
+  /// What else may be the stripe, in order of lines, the more prominent first.
+  PeakList extras;
+
+  /// Chooses them. @param noise_dn of a dark pixel. @param plan says how far a seed may be moved
+  /// and how wide the stripe is.
+  void choose(const ChunkMaxima& chunks, const std::vector<std::int32_t>& brightest,
+              double noise_dn, const ProfilePlan& plan);
+
+  /// Lines without any contrast have a place among the firsts and nothing to be measured: this
+  /// takes back what was measured.
+  void blank_flat_lines();
+
+  /// The first extra of a line, or where it would be.
+  std::size_t first_extra(int line) const;
+
+ private:
+  void align(int most);
+
+  std::vector<std::int32_t> across_;
+  std::vector<std::int32_t> flat_;
+};
+
+}  // namespace striper::detail

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/width_guess.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "stripe/line_view.hpp"
+
+namespace striper::detail {
+namespace {
+
+constexpr double kFwhmOfSigma = 2.3548200450309493;
+constexpr int kLines = 128;
+constexpr double kProminence = 4.0;  // Standard deviations of noise.
+constexpr int kReach = 32;
+
+// The mean of several lines' profiles about their brightest pixels.
+struct MeanProfile {
+  std::array<double, 2 * kReach + 1> sum{};
+  std::array<int, 2 * kReach + 1> count{};
+
+  template <typename Pixel>
+  void add(const LitFrame& frame, StripeAxis axis, int line_number, int across) {
+    const LitLine<Pixel> line(frame, axis, line_number);
+    const int first = std::max(0, across - kReach);
+    const int last = std::min(line.length() - 1, across + kReach);
+    for (int k = first; k <= last; ++k) {
+      const auto i = static_cast<std::size_t>(k - across + kReach);
+      sum[i] += line.value(k);
+      ++count[i];
+    }
+  }
+
+  double at(int k) const {
+    const auto i = static_cast<std::size_t>(k + kReach);
+    return count[i] > 0 ? sum[i] / count[i] : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  // Half the width at half height over the background, the lower quarter of the profile; 0 where
+  // there is no peak.
+  double sigma() const {
+    std::array<double, 2 * kReach + 1> levels{};
+    std::size_t known = 0;
+    for (int k = -kReach; k <= kReach; ++k) {
+      if (std::isfinite(at(k))) levels[known++] = at(k);
+    }
+    const auto quarter = levels.begin() + static_cast<std::ptrdiff_t>(known / 4);
+    std::nth_element(levels.begin(), quarter, levels.begin() + static_cast<std::ptrdiff_t>(known));
+    if (!(at(0) > *quarter)) return 0.0;
+    const double half = 0.5 * (at(0) + *quarter);
+    return (distance_to(half, -1) + distance_to(half, +1)) / kFwhmOfSigma;
+  }
+
+  // From the peak to where the profile falls below `level`, by linear interpolation.
+  double distance_to(double level, int direction) const {
+    for (int n = 1; n <= kReach; ++n) {
+      const double previous = at((n - 1) * direction);
+      const double value = at(n * direction);
+      if (!std::isfinite(value)) return n - 1;
+      if (value <= level) return n - 1 + (previous - level) / (previous - value);
+    }
+    return kReach;
+  }
+};
+
+}  // namespace
+
+std::optional<double> guess_stripe_width(const LitFrame& frame, StripeAxis axis,
+                                         const ChunkMaxima& chunks, double noise_dn) {
+  MeanProfile mean;
+  int count = 0;
+  const int stride = chunks.lines() / kLines + 1;
+  for (int line = 0; line < chunks.lines(); line += stride) {
+    const ChunkMaxima::Peak peak = chunks.best(0, line);
+    if (peak.prominence_dn < kProminence * noise_dn) continue;
+    ++count;
+    if (frame.lit.depth() == CV_8U) {
+      mean.add<std::uint8_t>(frame, axis, line, peak.across);
+    } else {
+      mean.add<std::uint16_t>(frame, axis, line, peak.across);
+    }
+  }
+  const double sigma = count > 0 ? mean.sigma() : 0.0;
+  if (!(sigma > 0.0)) return std::nullopt;
+  return std::clamp(sigma, 0.5, 8.0);
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/width_learner.hpp"
+
+#include "stripe/clipped_width.hpp"
+
+namespace striper::detail {
+namespace {
+
+// Widths of strong profiles are taken; where a frame has too few of them, of weak ones too.
+constexpr float kStrongSnr = 12.0F;
+constexpr float kFairSnr = 4.0F;
+constexpr int kEnoughStrong = 24;
+constexpr int kFirstClippedFits = 64;
+constexpr int kClippedFits = 12;
+
+int add_samples(const PeakCandidates& peaks, float least_snr, WidthTracker& width) {
+  width.begin();
+  int count = 0;
+  const std::size_t lines = peaks.firsts.size();
+  const std::size_t stride = lines / WidthTracker::kMostSamples + 1;
+  std::size_t extra = 0;
+  for (std::size_t line = 0; line < lines && !width.is_full(); line += stride) {
+    const PeakList* list = &peaks.firsts;
+    std::size_t best = line;
+    while (extra < peaks.extras.size()) {
+      const auto of_line = static_cast<std::size_t>(peaks.extras.seeds[extra].line);
+      if (of_line > line) break;
+      if (of_line == line && peaks.extras.significance[extra] > list->significance[best]) {
+        list = &peaks.extras;
+        best = extra;
+      }
+      ++extra;
+    }
+    if (list->clipped[best] > 0.0F || !(list->snr[best] > least_snr)) continue;
+    width.add(list->across[best], list->width[best]);
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+double WidthLearner::learn(const LitFrame& frame, StripeAxis axis, const PeakCandidates& peaks,
+                           WidthTracker& width) {
+  if (add_samples(peaks, kStrongSnr, width) >= kEnoughStrong) return width.finish();
+  if (add_clipped_samples(frame, axis, peaks.firsts, width) > 0) return width.finish();
+  add_samples(peaks, kFairSnr, width);
+  return width.finish();
+}
+
+int WidthLearner::add_clipped_samples(const LitFrame& frame, StripeAxis axis,
+                                      const PeakList& firsts, WidthTracker& width) {
+  width.begin();
+  const int most = width.has_learnt() ? kClippedFits : kFirstClippedFits;
+  const auto lines = static_cast<int>(firsts.size());
+  int count = 0;
+  for (int n = 0; n < most; ++n) {
+    // Other lines in every frame, spread evenly.
+    next_clipped_line_ = (next_clipped_line_ + lines / most * 5 / 3 + 1) % lines;
+    const auto i = static_cast<std::size_t>(next_clipped_line_);
+    if (!(firsts.clipped[i] > 0.0F)) continue;
+    const double position = firsts.position(i);
+    const auto fitted = fit_clipped_width(
+        frame, axis,
+        {next_clipped_line_, position, firsts.amplitude[i], width.model().at(position)});
+    if (!fitted) continue;
+    width.add(position, *fitted);
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace striper::detail

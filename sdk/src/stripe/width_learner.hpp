@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+#include "stripe/peak_candidates.hpp"
+#include "stripe/width_tracker.hpp"
+
+namespace striper::detail {
+
+/// Takes samples of the stripe's width from measured peaks, not judged yet: from the clearest one
+/// of lines spread over the frame; where nearly all of them are clipped, from the flanks of a few.
+class WidthLearner {
+ public:
+  /// Returns by what factor the width has changed.
+  double learn(const LitFrame& frame, StripeAxis axis, const PeakCandidates& peaks,
+               WidthTracker& width);
+
+ private:
+  int add_clipped_samples(const LitFrame& frame, StripeAxis axis, const PeakList& firsts,
+                          WidthTracker& width);
+
+  int next_clipped_line_ = 0;
+};
+
+}  // namespace striper::detail
