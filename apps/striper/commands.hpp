@@ -30,5 +30,6 @@ void add_board(CLI::App& striper, Action& action);
 void add_diff(CLI::App& striper, Action& action);
 void add_simulate(CLI::App& striper, Action& action);
 void add_devices(CLI::App& striper, Action& action);
+void add_bench(CLI::App& striper, Action& action);
 
 }  // namespace striper::program

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/types.hpp>
+
+namespace striper::speed {
+
+struct SpeedOptions {
+  double seconds_per_run = 0.06;                    ///< A figure is the median of five runs.
+  std::size_t ring_bytes = std::size_t{400} << 20;  ///< Pictures too many for any cache.
+  bool with_rivals = true;
+  /// Allocations of the whole program so far; empty where nobody counts them.
+  std::function<std::uint64_t()> allocations;
+};
+
+/// Time of one call on one picture.
+struct SpeedRow {
+  std::string name;
+  double hot_us = 0.0;                 ///< The same picture again and again.
+  std::optional<double> streaming_us;  ///< Pictures that come from memory.
+  int pictures = 1;                    ///< Read in one call.
+};
+
+/// What one size and depth of picture takes, in one run: compare rows of a table, not tables.
+struct SpeedTable {
+  cv::Size size;
+  int bits = 8;  ///< Significant ones: 8, or 12 in pixels of 16.
+  double megabytes = 0.0;
+  /// The first row is the roofline: reading the picture, adding it up. Likewise the first of those
+  /// that read two.
+  std::vector<SpeedRow> rows;
+
+  double frames_per_s = 0.0;    ///< Scanner::process, refined, one core.
+  double latency_p50_us = 0.0;  ///< Of one frame, end to end.
+  double latency_p99_us = 0.0;
+  std::optional<double> allocations_per_frame;
+
+  double refined_over_fast = 0.0;
+  std::optional<double> argmax_over_pass;  ///< cv::reduceArgMax over the candidate pass.
+};
+
+/// The best instruction set that this machine has and the library uses.
+std::string instruction_set();
+
+/// Measures the candidate pass, the whole extraction and Scanner::process beside the read roofline
+/// and what one would write with OpenCV, on a noisy picture of a bent stripe with a step. Some
+/// seconds, one thread.
+SpeedTable measure_speed(cv::Size size, int bits, const SpeedOptions& options);
+
+}  // namespace striper::speed
