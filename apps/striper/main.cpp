@@ -22,7 +22,8 @@ constexpr std::array kCommands{
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_calibrate,
 #endif
-    striper::program::add_verify,#ifdef STRIPER_HAS_CALIBRATION
+    striper::program::add_verify,    striper::program::add_noise,
+#ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_board,     striper::program::add_diff,
 #endif
     striper::program::add_simulate,  striper::program::add_devices, striper::program::add_bench,

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/noise_model.hpp>
+
+namespace striper {
+
+/// The photon-transfer line of a camera, and how well it is known. DN of the pictures.
+struct PhotonTransferFit {
+  NoiseModel noise;
+  double read_noise_sigma_dn = 0.0;    ///< Standard error.
+  double dn_per_electron_sigma = 0.0;  ///< Standard error.
+  double lowest_dn = 0.0;              ///< Levels of light that were seen.
+  double highest_dn = 0.0;
+  double misfit = 0.0;  ///< How far the variances lie off the line, rms, relative.
+  int pictures = 0;
+};
+
+/// Measures a camera's noise from pictures of a scene at rest without the laser: half the variance
+/// of the difference of two successive pictures is the variance of a pixel, without the scene and
+/// without the sensor's fixed pattern; against the light it is the photon-transfer line, var =
+/// read^2 + dn_per_electron * (DN - black) + 1/12 (Janesick 2007, Photon Transfer, chapter 5).
+///
+/// Pixels that change by more than 4 standard deviations (something moved) are left out, as are
+/// those near either end of the scale; a change of light between two pictures cancels. Not
+/// thread-safe. 5 ns a pixel.
+class PhotonTransfer {
+ public:
+  static constexpr int kLeastPictures = 4;
+
+  /// Takes a picture: CV_8UC1 or CV_16UC1. @param stream keeps apart what must not be compared: the
+  /// two fields of a picture. @throws Error{kBadValue} where it is of another size or depth.
+  void add(const cv::Mat& image, int full_scale_dn, int stream = 0);
+
+  int pictures() const noexcept { return pictures_; }
+
+  /// Fits the line. The black level cannot be told from the pictures themselves: it is what they
+  /// hold where no light falls, the mean with the lens covered.
+  /// @throws Error{kUntrustworthy} saying why: too few pictures, all the same, too little contrast,
+  ///         not a line (compressed or corrected pictures), below zero at the black level.
+  PhotonTransferFit fit(double black_level_dn) const;
+
+ private:
+  static constexpr int kLevels = 256;
+
+  // The pixels of one level of light, over all pairs.
+  struct Level {
+    double count = 0.0;
+    double value_sum = 0.0;
+    double variance_sum = 0.0;  // Of single pixels, times their number.
+  };
+
+  template <typename Pixel>
+  void compare(const cv::Mat& before, const cv::Mat& now);
+  void take_in_pair();
+  void take_in_level(std::size_t level);
+
+  std::vector<cv::Mat> last_;  // Of each stream.
+  std::array<Level, kLevels> levels_{};
+  int full_scale_dn_ = 0;
+  int pictures_ = 0;
+
+  // Of the pair at hand.
+  int step_ = 1;                          // DN to a bin of differences.
+  std::vector<std::uint32_t> histogram_;  // [level][difference].
+  std::array<double, kLevels> value_sums_{};
+};
+
+}  // namespace striper
