@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the error bar of `refined` is true on whole scans: against the simulator's exact
-// ranges on flat walls with noise, and on real pictures against the stripe's own spread about a
-// local smooth fit, where it also shows by how much the spread falls against `paper`. It does not
-// prove the calibration's part of the error, nor anything at depth edges.
+// ranges on walls, boxes and cylinders with noise, and on real pictures against the stripe's own
+// spread about a local smooth fit, where it also shows by how much the spread falls against
+// `paper`. It does not prove the calibration's part of the error, nor anything at depth edges.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <map>
+#include <string>
+#include <variant>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -16,6 +21,7 @@
 #include <striper/pipeline/scanner.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
+#include <striper/stripe/crlb.hpp>
 
 #include "support/shared_data.hpp"
 
@@ -28,38 +34,120 @@ double quantile(std::vector<double> values, double part) {
   return *at;
 }
 
+#ifdef STRIPER_FULL_TRIALS
+constexpr std::uint64_t kPictures = 60;
+#else
+constexpr std::uint64_t kPictures = 4;
+#endif
+
+// Errors of range over what the returns say of them, by the signal-to-noise ratio of the stripe.
+class RangePulls {
+ public:
+  static constexpr std::array kLowest{7.0, 12.0, 25.0, 50.0, 100.0};
+
+  void add(double snr, double pull) {
+    for (std::size_t n = 0; n + 1 < kLowest.size(); ++n) {
+      if (snr >= kLowest[n] && snr < kLowest[n + 1]) pulls_[n].push_back(std::abs(pull));
+    }
+  }
+
+  // Over all of them, and in every band that has at least so many. The lowest band is bounded
+  // apart: a frame has one width, and where surfaces differ by a quarter (a room's do) the bars of
+  // weak returns, whose own width says nothing, come out 7 % short.
+  void expect_true(const std::string& what, std::size_t least) const {
+    std::vector<double> all;
+    for (std::size_t n = 0; n < pulls_.size(); ++n) {
+      all.insert(all.end(), pulls_[n].begin(), pulls_[n].end());
+      if (pulls_[n].size() < least) continue;
+      const bool is_lowest = n == 0;
+      check(what + fmt::format(", SNR {:.0f} to {:.0f}", kLowest[n], kLowest[n + 1]), pulls_[n],
+            is_lowest ? 0.10 : 0.05, is_lowest ? 0.012 : 0.007);
+    }
+    ASSERT_GE(all.size(), 2 * least) << what;
+    check(what, all, 0.05, 0.007);
+  }
+
+ private:
+  // So many pulls know their robust deviation to 1.1 / sqrt(n), and the part beyond 3 sigma to
+  // sqrt(0.0027 / n).
+  static void check(const std::string& what, const std::vector<double>& pulls, double tolerance,
+                    double most_beyond) {
+    const auto count = static_cast<double>(pulls.size());
+    const double sigma = quantile(pulls, 0.6827);
+    const auto beyond = std::count_if(pulls.begin(), pulls.end(), [](double p) { return p > 3.0; });
+    const double part = static_cast<double>(beyond) / count;
+    std::cout << what << ": " << pulls.size() << " returns, robust deviation of the pull " << sigma
+              << ", beyond 3 sigma " << 100.0 * part << " %\n";
+    EXPECT_NEAR(sigma, 1.0, tolerance + 2.0 * 1.1 / std::sqrt(count)) << what;
+    EXPECT_LE(part, most_beyond + 2.0 * std::sqrt(0.0027 / count)) << what;
+  }
+
+  std::array<std::vector<double>, kLowest.size() - 1> pulls_;
+};
+
+// Of the stripe's peak pixel, nearly no daylight about it: of the stripe that is there, whatever
+// was taken for it.
+double snr_of(const TrueReturn& truth, const NoiseModel& noise) {
+  const double peak = StripeProfile{0.0, truth.amplitude_dn, truth.width_px, 0.0, 0.0}.value_dn(0);
+  return peak / std::sqrt(noise.variance_dn2(noise.black_level_dn + peak));
+}
+
+// Scans pictures of a scene and hands every good return away from edges on, with its truth.
+template <typename OnReturn>
+void scan_scene(const Scene& scene, const OnReturn& on_return) {
+  Simulator simulator(scene);
+  const StriperModel model = simulator.model();
+  ScannerOptions options = ScannerOptions::for_model(model);
+  options.ambient.cadence = Cadence::parse("0");  // Always lit: no picture is held back.
+  Scanner scanner(model, options);
+  const std::vector<Truth> truth = simulator.truth(0);
+  for (std::uint64_t number = 0; number < kPictures; ++number) {
+    for (const PolarScan& scan : scanner.process(simulator.render(number))) {
+      for (std::size_t i = 0; i < scan.returns.size(); ++i) {
+        const Return& r = scan.returns[i];
+        const TrueLine& line = truth.at(0).lines[i];
+        if (r.status != ReturnStatus::kOk || line.status != TruthStatus::kVisible) continue;
+        if (line.brightest.near_edge || line.brightest.blind) continue;
+        on_return(r, line.brightest, *model.noise);
+      }
+    }
+  }
+}
+
 TEST(RangeErrorBars, ArePullsOfOneOnSimulatedWalls) {
-  std::vector<double> pulls;
+  RangePulls pulls;
   for (const double distance_m : {1.6, 2.0, 2.5, 3.0}) {
     Scene scene = Scene::flat_wall(distance_m);
     scene.imager.blur_sigma_px = 0.9;
     scene.imager.noise.speckle = 0.0;
     scene.imager.noise.prnu = 0.0;
-    Simulator simulator(scene);
-    ScannerOptions options = ScannerOptions::for_model(simulator.model());
-    options.ambient.cadence = Cadence::parse("0");  // Always lit: no picture is held back.
-    Scanner scanner(simulator.model(), options);
-    for (std::uint64_t number = 0; number < 4; ++number) {
-      const std::vector<Truth> truth = simulator.truth(number);
-      for (const PolarScan& scan : scanner.process(simulator.render(number))) {
-        for (std::size_t i = 0; i < scan.returns.size(); ++i) {
-          const Return& r = scan.returns[i];
-          const TrueLine& line = truth.at(0).lines[i];
-          if (r.status != ReturnStatus::kOk || line.status != TruthStatus::kVisible) continue;
-          if (line.brightest.near_edge || line.brightest.blind) continue;
-          pulls.push_back(std::abs(r.range_m - line.brightest.range_m) / r.sigma_m);
-        }
-      }
-    }
+    scan_scene(scene, [&](const Return& r, const TrueReturn& truth, const NoiseModel& noise) {
+      pulls.add(snr_of(truth, noise), (r.range_m - truth.range_m) / r.sigma_m);
+    });
   }
-  ASSERT_GT(pulls.size(), 5000U);
-  const double sigma = quantile(pulls, 0.6827);
-  const auto beyond = std::count_if(pulls.begin(), pulls.end(), [](double p) { return p > 3.0; });
-  const double part = static_cast<double>(beyond) / static_cast<double>(pulls.size());
-  std::cout << pulls.size() << " returns: robust deviation of the pull " << sigma
-            << ", beyond 3 sigma " << 100.0 * part << " %\n";
-  EXPECT_NEAR(sigma, 1.0, 0.05);
-  EXPECT_LE(part, 0.007);
+  pulls.expect_true("walls", 2000);
+}
+
+// Slanted walls, boxes, a bin and a post, under a lens of 105 degrees; the laser at full and at
+// part of its energy.
+TEST(RangeErrorBars, ArePullsOfOneInARoom) {
+  std::map<std::string, RangePulls> by_shape;
+  RangePulls all;
+  for (const double energy : {0.15, 0.4, 1.0}) {
+    Scene scene = load_scene(testing::source_path("data/scenes/room.yaml"));
+    for (SimulatedLaser& laser : scene.lasers) laser.pulse_energy_j *= energy;
+    scan_scene(scene, [&](const Return& r, const TrueReturn& truth, const NoiseModel& noise) {
+      const Shape& shape = scene.objects[static_cast<std::size_t>(truth.object)].shape;
+      const std::string name = std::holds_alternative<Box>(shape)        ? "room, boxes"
+                               : std::holds_alternative<Cylinder>(shape) ? "room, cylinders"
+                                                                         : "room, walls";
+      const double pull = (r.range_m - truth.range_m) / r.sigma_m;
+      by_shape[name].add(snr_of(truth, noise), pull);
+      all.add(snr_of(truth, noise), pull);
+    });
+  }
+  for (const auto& [name, pulls] : by_shape) pulls.expect_true(name, 300);
+  all.expect_true("room", 1000);
 }
 
 // The distance of good returns to the parabola through their neighbours, and what they predict.
