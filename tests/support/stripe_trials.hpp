@@ -40,6 +40,9 @@ struct RenderedTrials {
 
 inline constexpr int kTrialRows = 128;
 inline constexpr int kTrialCentre = 64;
+/// Between the background and black, and between the stripe and white, in standard deviations of
+/// the noise: noise that is cut off is another noise.
+inline constexpr double kRoom = 4.0;
 
 inline double trial_value(const StripeTrials& t, const StripeProfile& profile, int row) {
   if (t.tilt == 0.0 && t.albedo == 1.0) return profile.value_dn(row);
@@ -72,13 +75,16 @@ inline RenderedTrials render(const StripeTrials& t) {
   out.frame.full_scale_dn = eight ? 255 : 65535;
   const double full = out.frame.full_scale_dn;
   StripeProfile profile{0.0, 0.3 * full, t.sigma_px, 0.02 * full, 0.0};
-  if (t.noise == StripeTrials::Noise::kEightBitsBright) profile.amplitude_dn = 200.0;
+  if (t.noise == StripeTrials::Noise::kEightBitsBright) {
+    profile.amplitude_dn = std::min(200.0, full / (1.0 + 2.0 * kRoom / t.snr));
+  }
   if (t.noise == StripeTrials::Noise::kEightBitsDim) profile.amplitude_dn = 20.0;
   if (t.saturation > 0.0) profile.amplitude_dn = t.saturation * full;
   if (t.ramp != 0.0) profile.background_dn += 70.0 * t.ramp * profile.amplitude_dn;
 
   const double scale = t.saturation > 0.0 ? full : profile.amplitude_dn;
   const double sigma_dn = scale / t.snr;
+  profile.background_dn = std::max(profile.background_dn, kRoom * sigma_dn);
   const double peak = StripeProfile{0.0, profile.amplitude_dn, t.sigma_px, 0.0, 0.0}.value_dn(0);
   out.noise.black_level_dn = profile.background_dn;
   const double shot = t.noise == StripeTrials::Noise::kShot ? 0.9 : 0.0;
