@@ -2,8 +2,12 @@
 #include "stripe/line_follower.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
+
+#include "stripe/line_view.hpp"
 
 namespace striper::detail {
 namespace {
@@ -15,7 +19,28 @@ constexpr float kCertain = 0.9F;
 constexpr double kFollowedReach = 2.0;
 // and what a line must show itself, but for a few in a row: else the stripe is bridged, not seen.
 constexpr float kLeastFollowed = 0.5F;
-constexpr int kMostBridged = 3;
+constexpr std::size_t kMostBridged = 3;
+// Of more lines in a row, what they must show in the mean.
+constexpr float kLeastMeanFollowed = 1.6F;
+// Where the lines so far beside show a stripe of so many sigmas, at most so steep, none is bridged
+// that has less than this part of it: existence is the line's own affair where the line can tell.
+constexpr int kBeside = 4;
+constexpr double kSteepestBeside = 3.0;
+constexpr float kPlainSignificance = 5.5F;
+constexpr float kLeastOfBeside = 0.4F;
+
+bool is_blind_at(const LitFrame& frame, StripeAxis axis, int line, int across) {
+  return !frame.blind.empty() && image_line<std::uint8_t>(frame.blind, axis, line)[across] != 0;
+}
+
+bool is_partly_blind(const LitFrame& frame, StripeAxis axis, int line) {
+  if (frame.blind.empty()) return false;
+  const StridedLine<std::uint8_t> blind = image_line<std::uint8_t>(frame.blind, axis, line);
+  for (int k = 0; k < line_length(frame.blind, axis); ++k) {
+    if (blind[k] != 0) return true;
+  }
+  return false;
+}
 
 // Judges the width and the edge only: that there is a stripe is known from the chain.
 PeakLimits without_threshold(PeakLimits limits) {
@@ -37,10 +62,17 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
   followed_.seeds.clear();
   for (int line = 0; line < lines; ++line) {
     const ContinuousTracker::Answer& answer = tracker_.of_line(line);
-    if (answer.probability < kProbable) continue;
-    if (take_candidate(line, candidates, width, stripe)) continue;
-    const ReturnStatus status = stripe.status[static_cast<std::size_t>(line)];
-    if (status == ReturnStatus::kNoStripe || status == ReturnStatus::kWeak) {
+    const bool is_probable = answer.probability >= kProbable;
+    if (is_probable && take_candidate(line, candidates, width, stripe)) continue;
+    const auto i = static_cast<std::size_t>(line);
+    // What hardly stands out and continues nothing is noise: the chain finds more at the same rate
+    // of false alarms.
+    if (stripe.status[i] == ReturnStatus::kWeak) {
+      const bool is_blind = is_partly_blind(frame, stripe.axis, line);
+      stripe.drop(i, is_blind ? ReturnStatus::kBlind : ReturnStatus::kNoStripe);
+    }
+    const bool is_missing = verdict(stripe.status[i]) == Verdict::kMissing;
+    if (is_probable && is_missing && !is_blind_at(frame, stripe.axis, line, answer.across)) {
       followed_.seeds.push_back({line, answer.across});
     }
   }
@@ -70,16 +102,59 @@ bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
   return false;
 }
 
+// Whether the lines beside a followed one show the stripe so plainly that it would show here too.
+bool LineFollower::lacks_stripe(std::size_t n, const Stripe& stripe) const {
+  const int line = followed_.seeds[n].line;
+  const AxisGrid& across = stripe.axis == StripeAxis::kColumns ? stripe.grid.v : stripe.grid.u;
+  std::array<float, 2 * kBeside> amplitudes{};
+  std::ptrdiff_t count = 0;
+  for (int other = std::max(0, line - kBeside); other <= line + kBeside; ++other) {
+    const auto i = static_cast<std::size_t>(other);
+    if (other == line || i >= stripe.size() || stripe.status[i] != ReturnStatus::kOk) continue;
+    const double step = across.index(stripe.across_px[i]) - followed_.position(n);
+    if (std::abs(step) > kSteepestBeside * (std::abs(other - line) + 1)) continue;
+    amplitudes[static_cast<std::size_t>(count++)] = stripe.amplitude_dn[i];
+  }
+  if (count == 0) return false;
+  const auto middle = amplitudes.begin() + count / 2;
+  std::nth_element(amplitudes.begin(), middle, amplitudes.begin() + count);
+  const float own = followed_.amplitude[n];
+  const bool is_plain = *middle * (followed_.significance[n] / own) >= kPlainSignificance;
+  return is_plain && own < kLeastOfBeside * *middle;
+}
+
 void LineFollower::put_followed(int length, Stripe& stripe) const {
-  int bridged = 0;
-  for (std::size_t n = 0; n < followed_.size(); ++n) {
-    const int line = followed_.seeds[n].line;
-    const bool goes_on = n > 0 && followed_.seeds[n - 1].line == line - 1;
+  for (std::size_t first = 0; first < followed_.size();) {
+    std::size_t end = first + 1;
+    while (end < followed_.size() && goes_on(end)) ++end;
+    if (shows_on_the_whole(first, end)) put_run(first, end, length, stripe);
+    first = end;
+  }
+}
+
+bool LineFollower::goes_on(std::size_t n) const {
+  return followed_.seeds[n].line == followed_.seeds[n - 1].line + 1;
+}
+
+// Whether a run of followed lines shows a stripe in the mean; a gap shows what the chain could find
+// in noise. A few lines are bridged.
+bool LineFollower::shows_on_the_whole(std::size_t first, std::size_t end) const {
+  if (end - first <= kMostBridged) return true;
+  const auto begin = followed_.significance.begin();
+  const float sum = std::accumulate(begin + static_cast<std::ptrdiff_t>(first),
+                                    begin + static_cast<std::ptrdiff_t>(end), 0.0F);
+  return sum >= kLeastMeanFollowed * static_cast<float>(end - first);
+}
+
+void LineFollower::put_run(std::size_t first, std::size_t end, int length, Stripe& stripe) const {
+  std::size_t bridged = 0;
+  for (std::size_t n = first; n < end; ++n) {
     const bool shows = followed_.significance[n] > kLeastFollowed;
-    bridged = shows ? 0 : (goes_on ? bridged + 1 : 1);
-    if (bridged > kMostBridged) continue;
+    bridged = shows ? 0 : bridged + 1;
+    if (bridged > kMostBridged || lacks_stripe(n, stripe)) continue;
     const LinePeak peak{&followed_, n, followed_.position(n)};
     if (!(peak.position >= 0.0 && peak.position <= length - 1)) continue;
+    const int line = followed_.seeds[n].line;
     const auto i = static_cast<std::size_t>(line);
     put_peak(peak, i, stripe);
     const float probability = tracker_.of_line(line).probability;

@@ -24,6 +24,10 @@ class LineFollower {
  private:
   bool take_candidate(int line, const PeakCandidates& candidates, const WidthModel& width,
                       Stripe& stripe) const;
+  bool lacks_stripe(std::size_t n, const Stripe& stripe) const;
+  bool goes_on(std::size_t n) const;
+  bool shows_on_the_whole(std::size_t first, std::size_t end) const;
+  void put_run(std::size_t first, std::size_t end, int length, Stripe& stripe) const;
   void put_followed(int length, Stripe& stripe) const;
 
   ContinuousTracker tracker_;

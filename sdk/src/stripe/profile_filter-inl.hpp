@@ -36,6 +36,7 @@ struct Background {
   V slope;           // Per pixel.
   V level_variance;  // Of `level`, in units of the variance of a pixel.
   V slope_variance;
+  V extra;  // Variance beyond noise of the pixels that were trusted.
 
   // Over the ring's usable pixels: their number, sum of distances from the seed k and of k^2; of
   // what remains, and k times what remains: 0 where a line could be fitted.
@@ -72,7 +73,7 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
   b.slope_variance = per_squares;
   b.count = set(plan.ring_count);
   b.sum_kk = set(plan.ring_squares);
-  b.sum_k = b.rest = b.rest_k = zero;
+  b.sum_k = b.rest = b.rest_k = b.extra = zero;
 
   V background = hn::NegMulAdd(set(static_cast<float>(plan.core)), b.slope, b.level);
   for (int row = -plan.core; row <= plan.core; ++row) {
@@ -93,9 +94,41 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
   return w.is_plain;
 }
 
+// How far a pixel of the ring is to be trusted: by its variance, where motion and edges have left
+// more than noise, beside that of the best pixel.
+struct Trust {
+  const Window& w;
+  V floor;
+  V best;  // Variance beyond noise.
+
+  Trust(const ProfilePlan& plan, const Window& window)
+      : w(window), floor(set(plan.variance_floor)), best(hn::Zero(Tag())) {
+    if (!w.has_extra) return;
+    const Tag d;
+    const V unknown = set(1e12F);
+    V least = unknown;
+    for (int q = plan.core + 1; q <= plan.window; ++q) {
+      for (const int row : {plan.window - q, plan.window + q}) {
+        const int at = row * lanes();
+        const M is_usable = hn::Gt(hn::Load(d, w.usable + at), hn::Zero(d));
+        least = hn::Min(least, hn::IfThenElse(is_usable, hn::Load(d, w.extra + at), unknown));
+      }
+    }
+    best = hn::IfThenElseZero(hn::Lt(least, unknown), least);
+  }
+
+  HWY_INLINE V of(int at, V usable) const {
+    if (!w.has_extra) return usable;
+    const V variance = hn::Add(floor, hn::Load(Tag(), w.extra + at));
+    return hn::Mul(usable, ratio(hn::Add(floor, best), variance));
+  }
+};
+
 Background fit_ring(const ProfilePlan& plan, const Window& w) {
   const Tag d;
   const int n = lanes();
+  const Trust trust(plan, w);
+  V pixels = hn::Zero(d);
   V count_below = hn::Zero(d);
   V count_above = hn::Zero(d);
   V s1 = hn::Zero(d);
@@ -105,8 +138,11 @@ Background fit_ring(const ProfilePlan& plan, const Window& w) {
   for (int q = plan.core + 1; q <= plan.window; ++q) {
     const int below = (plan.window - q) * n;
     const int above = (plan.window + q) * n;
-    const V u0 = hn::Load(d, w.usable + below);
-    const V u1 = hn::Load(d, w.usable + above);
+    const V usable_below = hn::Load(d, w.usable + below);
+    const V usable_above = hn::Load(d, w.usable + above);
+    pixels = hn::Add(pixels, hn::Add(usable_below, usable_above));
+    const V u0 = trust.of(below, usable_below);
+    const V u1 = trust.of(above, usable_above);
     const V f0 = hn::Mul(u0, hn::Load(d, w.value + below));
     const V f1 = hn::Mul(u1, hn::Load(d, w.value + above));
     const V k = set(static_cast<float>(q));
@@ -119,7 +155,7 @@ Background fit_ring(const ProfilePlan& plan, const Window& w) {
   }
   const V count = hn::Add(count_below, count_above);
   const V least = set(kLeastBackgroundPixels);
-  const M has_any = hn::Ge(count, least);
+  const M has_any = hn::Ge(pixels, least);
   // A few pixels on one side alone tell no slope: the level is their mean.
   const M has_slope = hn::Or(hn::Ge(hn::Min(count_below, count_above), least),
                              hn::Ge(count, set(kEnoughOnOneSide)));
@@ -134,6 +170,7 @@ Background fit_ring(const ProfilePlan& plan, const Window& w) {
   // Without background there is no telling what stands out from it: no significance.
   b.level = hn::IfThenElseZero(has_any, b.level);
   b.level_variance = hn::IfThenElse(has_any, b.level_variance, set(1e12F));
+  b.extra = trust.best;
   b.count = count;
   b.sum_k = s1;
   b.sum_kk = s2;
@@ -377,8 +414,11 @@ HWY_INLINE V significance_of(const ProfilePlan& plan, const FilterPeak& f,
                              const Background& background, const Noise& noise,
                              const ExtraVariance& extra) {
   const V sum2 = set(plan.filter_sum * plan.filter_sum);
-  const V energy = hn::MulAdd(sum2, background.level_variance, set(plan.filter_energy));
-  return hn::Mul(f.peak, inverse_root(hn::MulAdd(noise.base, energy, extra.of_response)));
+  const V of_background =
+      hn::Mul(hn::Mul(sum2, background.level_variance), hn::Add(noise.base, background.extra));
+  const V beyond_filter = hn::Add(of_background, extra.of_response);
+  return hn::Mul(f.peak,
+                 inverse_root(hn::MulAdd(noise.base, set(plan.filter_energy), beyond_filter)));
 }
 
 }  // namespace

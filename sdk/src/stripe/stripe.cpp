@@ -20,6 +20,14 @@ void Stripe::reset(int lines) {
   status.assign(count, ReturnStatus::kNoStripe);
 }
 
+void Stripe::drop(std::size_t i, ReturnStatus reason) {
+  across_px[i] = std::numeric_limits<double>::quiet_NaN();
+  for (std::vector<float>* values : {&sigma_px, &amplitude_dn, &width_px, &confidence}) {
+    (*values)[i] = std::numeric_limits<float>::quiet_NaN();
+  }
+  status[i] = reason;
+}
+
 void Stripe::clear() {
   line.clear();
   across_px.clear();

@@ -51,6 +51,9 @@ struct Stripe {
     return 0.5 * (axis == StripeAxis::kColumns ? grid.v.step : grid.u.step);
   }
 
+  /// Takes the values of an element away. @param reason why it is missing.
+  void drop(std::size_t i, ReturnStatus reason);
+
   /// Removes every element; the memory stays.
   void clear();
 
