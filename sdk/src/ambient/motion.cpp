@@ -9,7 +9,9 @@ namespace {
 
 // A block moves if its mean square difference is this many times the noise's: six sigmas of a mean
 // of 128 squares.
-constexpr double kMotionRatio = 1.75;
+constexpr float kMotionRatio = 1.75F;
+// Or if it and those beside it differ by so much more than noise: six sigmas of a mean of 1152.
+constexpr float kLeastExcess = 0.25F;
 
 // Of blocks that do not move the lowest twentieth, and by how much noise alone is below its mean
 // there: 1 - 1.64 sqrt(2 / 128).
@@ -50,7 +52,9 @@ void Motion::prepare(cv::Size size) {
   rows_ = (size.height + kRows - 1) / kRows;
   cols_ = (size.width + kCols - 1) / kCols;
   const auto blocks = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(cols_);
-  for (auto* values : {&squares_, &brighter_, &darker_, &level_}) values->assign(blocks, 0.0F);
+  for (auto* values : {&squares_, &brighter_, &darker_, &level_, &expected_, &excess_}) {
+    values->assign(blocks, 0.0F);
+  }
   has_.assign(blocks, 0);
   sorted_.reserve(2 * kMostSampledBlocks + 2);
 }
@@ -145,10 +149,31 @@ double Motion::noise_of_quietest_blocks() {
 void Motion::keep_beyond(const NoiseModel& noise, double dark_noise_gain) {
   for (std::size_t i = 0; i < squares_.size(); ++i) {
     const double variance = noise.variance_dn2(static_cast<double>(level_[i]));
-    const double expected = (1.0 + dark_noise_gain) * variance;
-    const auto rest = static_cast<float>(static_cast<double>(squares_[i]) - expected);
-    squares_[i] = static_cast<double>(squares_[i]) > kMotionRatio * expected ? rest : 0.0F;
+    expected_[i] = static_cast<float>((1.0 + dark_noise_gain) * variance);
+    excess_[i] = squares_[i] - expected_[i];
   }
+  for (int row = 0; row < rows_; ++row) {
+    for (int col = 0; col < cols_; ++col) {
+      const std::size_t i = index(row, col);
+      const bool moves = squares_[i] > kMotionRatio * expected_[i];
+      squares_[i] = std::max(moves ? excess_[i] : 0.0F, excess_around(row, col));
+    }
+  }
+}
+
+// The mean excess of a block and those beside it, where it is more than noise makes.
+float Motion::excess_around(int row, int col) const {
+  float excess = 0.0F;
+  float expected = 0.0F;
+  float blocks = 0.0F;
+  for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
+    for (int c = std::max(0, col - 1); c <= std::min(cols_ - 1, col + 1); ++c) {
+      excess += excess_[index(r, c)];
+      expected += expected_[index(r, c)];
+      blocks += 1.0F;
+    }
+  }
+  return excess > kLeastExcess * expected ? excess / blocks : 0.0F;
 }
 
 bool Motion::add_to(cv::Mat& variance, double factor) {

@@ -54,6 +54,7 @@ class Motion {
   std::size_t index(int row, int col) const noexcept {
     return static_cast<std::size_t>(row * cols_ + col);
   }
+  float excess_around(int row, int col) const;
   float most_around(int row, int col) const;
   float mean_of(const cv::Mat& variance, int row, int col) const;
 
@@ -64,6 +65,8 @@ class Motion {
   std::vector<float> brighter_;    // twice the mean square of what is brighter in the first one,
   std::vector<float> darker_;      // and of what is darker,
   std::vector<float> level_;       // mean of the first one.
+  std::vector<float> expected_;    // What noise makes of `squares_`,
+  std::vector<float> excess_;      // and what there is beyond it.
   std::vector<std::uint8_t> has_;  // Was added to the variance.
   std::vector<float> sorted_;      // Scratch.
 };
