@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves, against the simulator's exact truth, that the stripe is found in sunlight where the
-// paper's method fails: in the two fields of its NTSC camera, beside brighter surfaces and lamps,
-// moving, with several lasers. With STRIPER_FULL_TRIALS there are as many pictures as decide the
-// goals. It does not prove what real asphalt or a real lens does.
+// paper's method fails: in the two fields of its NTSC camera, beside brighter surfaces and under
+// lamps, weak, moving, with pictures lost, with several lasers. With STRIPER_FULL_TRIALS there are
+// as many pictures as decide the goals. It does not prove what real asphalt or a real lens does.
 #include "support/daylight.hpp"
 
 #include <array>
@@ -15,6 +15,7 @@
 
 #include <striper/simulator/scene_yaml.hpp>
 
+#include "support/random.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
@@ -28,8 +29,11 @@ using ::testing::Not;
 #ifdef STRIPER_FULL_TRIALS
 constexpr int kPictures = 121;
 constexpr int kMovingPictures = 41;
+constexpr int kDetectionScenes = 8;
 #else
 constexpr int kPictures = 7;
+constexpr int kMovingPictures = 3;
+constexpr int kDetectionScenes = 1;
 #endif
 
 const DaylightWay kPaper{ExtractMethod::kPaper, PeakRule::kBrightest, AmbientMethod::kNone};
@@ -69,6 +73,15 @@ TEST(HardCase, MethodPaperFails) {
   EXPECT_LT(score.found_fraction(), 0.5);
 }
 
+TEST(HardCase, WhatPassesByMakesNoGhosts) {
+  Scene scene = hard_case();
+  testing::drive(scene, 10.0);
+  const DaylightScore score = scan(scene, {}, kMovingPictures);
+  EXPECT_EQ(score.scans_of_dark, 0U);
+  EXPECT_GE(score.found_fraction(), 0.95);
+  EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
+}
+
 // Three lasers at 0.4, 0.5 and 0.6 m below the camera light a wall in turn.
 TEST(SeveralLasers, GiveOneScanEachAndDarkNone) {
   Scene scene = Scene::flat_wall(2.0);
@@ -105,15 +118,6 @@ TEST(SeveralLasers, GiveOneScanEachAndDarkNone) {
 
 // What moves takes a second a picture to render.
 
-TEST(HardCase, WhatPassesByMakesNoGhosts) {
-  Scene scene = hard_case();
-  testing::drive(scene, 10.0);
-  const DaylightScore score = scan(scene, {}, kMovingPictures);
-  EXPECT_EQ(score.scans_of_dark, 0U);
-  EXPECT_GE(score.found_fraction(), 0.95);
-  EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
-}
-
 TEST(HardCase, CadenceIsFoundAtAHundredKilometresPerHour) {
   Scene scene = hard_case();
   testing::drive(scene, 27.8);
@@ -121,6 +125,36 @@ TEST(HardCase, CadenceIsFoundAtAHundredKilometresPerHour) {
   const DaylightScore score = scan(scene, {}, 7, &decisions);
   EXPECT_THAT(decisions, HasSubstr("cadence 0,dark (found)"));
   EXPECT_EQ(score.scans_of_dark, 0U);
+}
+
+// Every third frame is lost at random, then ten in a row.
+std::vector<bool> losses(int frames) {
+  testing::reseed();
+  std::vector<bool> is_kept;
+  for (int n = 0; n < frames; ++n) {
+    const bool in_burst = n >= 12 && n < 22;
+    is_kept.push_back(!in_burst && testing::uniform(0.0, 1.0) > 1.0 / 3.0);
+  }
+  return is_kept;
+}
+
+TEST(LostPictures, GiveNoScanFromAMismatchedPair) {
+  for (const ScanMode mode :
+       {ScanMode::kBottomFirst, ScanMode::kAlternateTopFirst, ScanMode::kProgressive}) {
+    Scene scene = hard_case();
+    testing::drive(scene, 5.0);
+    scene.timing.scan = mode;
+    constexpr int kFrames = 30;
+    const std::vector<bool> kept = losses(2 * kFrames);
+    std::string decisions;
+    const DaylightScore score = testing::scan_in_daylight(
+        scene, {}, kFrames, [&](int frame) { return kept[static_cast<std::size_t>(frame)]; },
+        &decisions);
+    SCOPED_TRACE(decisions);
+    EXPECT_GE(score.scans, 5U);  // Of some ten whose neighbours are not lost either.
+    EXPECT_EQ(score.scans_of_dark, 0U);
+    EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
+  }
 }
 
 TEST(FieldOrder, WrongOneIsReported) {
@@ -145,6 +179,184 @@ TEST(FieldOrder, WrongOneIsReported) {
 }
 
 #endif
+
+// ---- Weak stripes: fields of 240 rows, a stripe of 1.2 rows' sigma, in daylight.
+
+// Upright panels at all distances, turned this way and that, with gaps between: a stripe of smooth
+// pieces with jumps, absent in one column of eight. Nearer ones are darker, so that it is equally
+// bright on all.
+Scene panels(double pulse_energy_j, bool has_gaps = true) {
+  Scene scene;
+  scene.name = "panels";
+  scene.timing.scan = ScanMode::kTopFirst;
+  scene.timing.picture_rate_hz = 29.97;
+  scene.timing.cadence = Cadence::parse("0,dark");
+  scene.daylight.ambient_w_m2_nm = 0.3;
+  scene.daylight.sky_radiance_w_m2_sr_nm = 0.02;
+  const double focal_px = scene.camera.fx();
+  SimulatedLaser& laser = scene.lasers.front();
+  laser.divergence_sigma_rad = 2.4 / focal_px;
+  laser.pulse_energy_j = pulse_energy_j;
+  int column = -10;
+  while (column < 650) {
+    const int width = static_cast<int>(testing::uniform(40.0, 140.0));
+    const double distance_m = testing::uniform(1.5, 3.5);
+    SceneObject panel;
+    panel.name = "panel";
+    panel.shape = Rectangle{width * distance_m / focal_px, 3.0};
+    panel.material.reflectance = 0.7 * distance_m * distance_m / (3.6 * 3.6);
+    const double middle = column + 0.5 * width - 319.5;
+    panel.T_world_object.translation() =
+        Eigen::Vector3d(distance_m, -middle * distance_m / focal_px, 0.0);
+    const double yaw_rad = has_gaps ? testing::uniform(-0.5, 0.5) : 0.0;
+    panel.T_world_object.linear() = rotation_from_rpy(0.0, 0.0, yaw_rad);
+    scene.objects.push_back(panel);
+    const bool is_gap_next = has_gaps && testing::uniform(0.0, 1.0) < 0.5;
+    column += width + (is_gap_next ? static_cast<int>(0.25 * width) : 0);
+  }
+  return scene;
+}
+
+// Amplitude over the noise of lit - dark at the peak pixel, column by column; NaN where the stripe
+// is not there or not whole.
+std::vector<double> signal_to_noise(Simulator& simulator) {
+  const Truth truth = simulator.truth(1).at(0);
+  const cv::Mat light = simulator.expected_dn(1);
+  const NoiseModel noise = simulator.model().noise.value();
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < truth.lines.size(); ++i) {
+    const TrueReturn& r = truth.lines[i].brightest;
+    const bool is_whole = truth.lines[i].status == TruthStatus::kVisible && !r.near_edge;
+    ratios.push_back(std::nan(""));
+    if (!is_whole || r.v_px < 20.0 || r.v_px > 459.0) continue;
+    const int dark_row = 2 * static_cast<int>(0.5 * r.v_px) + 1;
+    const double dark_dn = static_cast<double>(light.at<float>(dark_row, static_cast<int>(i)));
+    const double peak_dn = 0.97 * r.amplitude_dn;  // Of the Gaussian, a field row high.
+    const double kept_of_dark = 164.0 / 256.0 / 2.0;
+    ratios.back() = peak_dn / std::sqrt(noise.variance_dn2(dark_dn + peak_dn) +
+                                        kept_of_dark * noise.variance_dn2(dark_dn));
+  }
+  return ratios;
+}
+
+double median_of(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return std::isnan(value); });
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// All scans of some pictures, the cadence given: a stripe so weak, or none, shows none.
+template <typename Action>
+void for_each_scan(Simulator& simulator, PeakRule rule, int pictures, const Action& action) {
+  ScannerOptions options = ScannerOptions::for_model(simulator.model());
+  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.stripe.peak = rule;
+  options.stripe.stripe_sigma_px = 1.2;
+  Scanner scanner(simulator.model(), options);
+  for (int picture = 0; picture < pictures; ++picture) {
+    Frame frame = simulator.render(static_cast<std::uint64_t>(picture));
+    for (const PolarScan& scan : scanner.process(frame)) {
+      if (scan.sequence != 0) action(scan);
+    }
+  }
+}
+
+// Of the columns whose stripe has about this signal-to-noise ratio, the fraction that is found.
+double found_at(double snr, PeakRule rule, int pictures) {
+  testing::reseed();
+  std::size_t countable = 0;
+  std::size_t found = 0;
+  for (int n = 0; n < kDetectionScenes; ++n) {
+    Scene scene = panels(1e-6);
+    for (int step = 0; step < 3; ++step) {
+      Simulator probe(scene);
+      scene.lasers[0].pulse_energy_j *= snr / median_of(signal_to_noise(probe));
+    }
+    Simulator simulator(scene);
+    const std::vector<double> ratios = signal_to_noise(simulator);
+    const Truth truth = simulator.truth(1).at(0);
+    for_each_scan(simulator, rule, pictures, [&](const PolarScan& scan) {
+      for (std::size_t i = 0; i < ratios.size(); ++i) {
+        if (!(std::abs(ratios[i] / snr - 1.0) < 0.1)) continue;
+        const Return& r = scan.returns[i];
+        const bool is_there = verdict(r.status) != Verdict::kMissing &&
+                              std::abs(r.v_px - truth.lines[i].brightest.v_px) < 5.0;
+        ++countable;
+        found += is_there ? 1 : 0;
+      }
+    });
+  }
+  std::cout << "SNR " << snr << ": found " << found << " of " << countable << "\n";
+  return static_cast<double>(found) / static_cast<double>(countable);
+}
+
+// Returns in pictures without a stripe, per column.
+double found_without_stripe(PeakRule rule, int pictures, std::size_t& columns) {
+  testing::reseed();
+  Simulator simulator(panels(1e-15));
+  columns = 0;
+  std::size_t found = 0;
+  for_each_scan(simulator, rule, pictures, [&](const PolarScan& scan) {
+    for (const Return& r : scan.returns) {
+      ++columns;
+      found += verdict(r.status) != Verdict::kMissing ? 1 : 0;
+    }
+  });
+  std::cout << "without a stripe: " << found << " of " << columns << "\n";
+  return static_cast<double>(found) / static_cast<double>(columns);
+}
+
+TEST(WeakStripes, AColumnAloneFindsWhatTheMatchedFilterAllows) {
+  std::size_t columns = 0;
+  const double rate = found_without_stripe(PeakRule::kBrightest, 2 * kPictures, columns);
+  EXPECT_LE(rate, with_chance(1e-3, columns));
+  EXPECT_GE(found_at(5.0, PeakRule::kBrightest, kPictures), 0.995);
+  EXPECT_GE(found_at(3.0, PeakRule::kBrightest, kPictures), 0.45);
+}
+
+TEST(WeakStripes, TheTrackerFindsWhatNoColumnShows) {
+  std::size_t columns = 0;
+  const double rate = found_without_stripe(PeakRule::kContinuous, 2 * kPictures, columns);
+  EXPECT_LE(rate, with_chance(1e-3, columns));
+  EXPECT_GE(found_at(2.0, PeakRule::kContinuous, kPictures), 0.995);
+  EXPECT_GE(found_at(1.5, PeakRule::kContinuous, kPictures), 0.98);
+}
+
+// Four lamps of 4 to 10 pixels' radius and a bar of light that saturate, before a stripe of SNR 5
+// without gaps.
+TEST(WeakStripes, LampsHideWhatTheyCoverAndNothingElse) {
+  testing::reseed();
+  Scene scene = panels(1e-6, false);
+  for (int step = 0; step < 3; ++step) {
+    Simulator probe(scene);
+    scene.lasers[0].pulse_energy_j *= 5.0 / median_of(signal_to_noise(probe));
+  }
+  const double focal_px = scene.camera.fx();
+  const auto add_lamp = [&](double column, double row, const Shape& shape) {
+    SceneObject lamp;
+    lamp.name = "lamp";
+    lamp.shape = shape;
+    lamp.material.reflectance = 0.1;
+    lamp.material.radiance_w_m2_sr_nm = 20.0;
+    lamp.T_world_object.translation() =
+        Eigen::Vector3d(1.0, (319.5 - column) / focal_px, (239.5 - row) / focal_px);
+    scene.objects.push_back(lamp);
+  };
+  for (const double radius_px : {4.0, 6.0, 8.0, 10.0}) {
+    add_lamp(testing::uniform(60.0, 580.0), testing::uniform(300.0, 440.0),
+             Disc{radius_px / focal_px});
+  }
+  add_lamp(testing::uniform(60.0, 580.0), 350.0, Rectangle{4.0 / focal_px, 60.0 / focal_px});
+  DaylightScore score;
+  Simulator simulator(scene);
+  for_each_scan(simulator, PeakRule::kContinuous, kPictures,
+                [&](const PolarScan& scan) { testing::add_scan(scan, simulator, score); });
+  std::cout << "lamps: found " << score.found << " of " << score.countable << ", "
+            << score.false_points << " false points in " << score.columns << "\n";
+  EXPECT_LE(score.false_per_column(), with_chance(5e-4, score.columns));
+  EXPECT_GE(score.found_fraction(), 0.98);
+}
 
 }  // namespace
 }  // namespace striper

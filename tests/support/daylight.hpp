@@ -38,8 +38,12 @@ struct DaylightScore {
     ++scans;
     if (truth == nullptr) ++scans_of_dark;
     for (std::size_t i = 0; i < scan.returns.size(); ++i) {
-      const TrueLine nothing;
-      add_column(scan.returns[i], truth != nullptr ? truth->lines[i] : nothing);
+      ++columns;
+      if (truth != nullptr && is_countable(truth->lines[i])) {
+        count(scan.returns[i], truth->lines[i].brightest);
+      }
+      if (scan.returns[i].status != ReturnStatus::kOk) continue;
+      if (truth == nullptr || !is_true(scan.returns[i], *truth, i)) ++false_points;
     }
   }
 
@@ -56,20 +60,34 @@ struct DaylightScore {
     return 1.4826 * *middle;
   }
 
-  void add_column(const Return& r, const TrueLine& line) {
-    const bool is_visible = line.status == TruthStatus::kVisible;
-    const bool is_countable = is_visible && !line.brightest.near_edge && !line.brightest.blind;
-    const auto is_at = [&](const TrueReturn& t) { return std::abs(r.v_px - t.v_px) < kMatchPx; };
-    const bool is_good = r.status == ReturnStatus::kOk;
-    const bool is_true = is_visible && (is_at(line.brightest) ||
-                                        std::any_of(line.others.begin(), line.others.end(), is_at));
-    ++columns;
-    if (is_good && !is_true) ++false_points;
-    if (!is_countable) return;
+  static bool is_countable(const TrueLine& line) {
+    return line.status == TruthStatus::kVisible && !line.brightest.near_edge &&
+           !line.brightest.blind;
+  }
+
+  static bool is_at(const TrueReturn& t, const Return& r) {
+    return std::abs(r.v_px - t.v_px) < kMatchPx;
+  }
+
+  // At an edge a column sees a part of what the truth gives to the one beside it.
+  static bool is_true(const Return& r, const Truth& truth, std::size_t column) {
+    const std::size_t first = column > 0 ? column - 1 : 0;
+    for (std::size_t i = first; i <= column + 1 && i < truth.lines.size(); ++i) {
+      const TrueLine& line = truth.lines[i];
+      if (line.status != TruthStatus::kVisible) continue;
+      if (is_at(line.brightest, r)) return true;
+      for (const TrueReturn& other : line.others) {
+        if (is_at(other, r)) return true;
+      }
+    }
+    return false;
+  }
+
+  void count(const Return& r, const TrueReturn& truth) {
     ++countable;
-    if (!is_good || !is_at(line.brightest)) return;
+    if (r.status != ReturnStatus::kOk || !is_at(truth, r)) return;
     ++found;
-    const double error_m = r.range_m - line.brightest.range_m;
+    const double error_m = r.range_m - truth.range_m;
     errors_mm.push_back(1000.0 * error_m);
     if (r.sigma_m > 0.0) pulls.push_back(error_m / r.sigma_m);
   }

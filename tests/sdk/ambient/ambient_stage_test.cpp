@@ -138,6 +138,42 @@ TEST(AmbientStage, NeverPairsAcrossALoss) {
   }
 }
 
+// The same where every exposure is a field: rows of the other parity may serve, the place in time
+// may not change.
+TEST(AmbientStage, NeverPairsFieldsAcrossALoss) {
+  testing::reseed();
+  for (const char* const text : {"0,dark", "dark,0", "0,dark,dark", "0,1,2,dark"}) {
+    const Cadence cadence = Cadence::parse(text);
+    AmbientStage stage(with_cadence(text));
+    int pairs = 0;
+    const auto check = [&] {
+      while (const LitFrame* const lit = stage.next()) {
+        const std::uint64_t number = 2 * lit->sequence + (lit->field == Field::kBottom ? 1 : 0);
+        EXPECT_EQ(lit->laser, cadence.at(number).laser_index()) << text << ' ' << number;
+        EXPECT_NEAR(static_cast<double>(lit->dark.at<std::uint8_t>(3, 3)),
+                    static_cast<double>(number), 3.0)
+            << text;
+        ++pairs;
+      }
+    };
+    for (std::uint64_t number = 0; number < 97; ++number) {
+      const bool in_burst = number >= 40 && number < 50;
+      if (in_burst || testing::uniform(0.0, 1.0) < 1.0 / 3.0) continue;
+      Frame frame = tagged(number, cadence);
+      frame.sequence = number / 2;
+      frame.exposure_in_picture = static_cast<int>(number % 2);
+      frame.exposures_per_picture = 2;
+      frame.field = number % 2 == 0 ? Field::kTop : Field::kBottom;
+      frame.grid = number % 2 == 0 ? PixelGrid::top_field() : PixelGrid::bottom_field();
+      stage.push(frame);
+      check();
+    }
+    stage.finish();
+    check();
+    EXPECT_GT(pairs, 10) << text;
+  }
+}
+
 TEST(AmbientStage, HeldPicturesAreAllScannedOnceTheCadenceIsFound) {
   testing::reseed();
   Street street;
