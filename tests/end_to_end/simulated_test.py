@@ -129,6 +129,55 @@ class Simulate(Simulated):
         self.assertIn("interrupted", message)
 
 
+class Ntsc(Simulated):
+    """The paper's hard case as a stranger would have it: a directory of interlaced pictures, bright sun."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
+        scene = os.path.join(cls.scratch.name, "ntsc.yaml")
+        with open(os.path.join(SOURCE_DIR, "data/scenes/ntsc_sun.yaml"), encoding="utf-8") as file:
+            text = file.read()
+        with open(scene, "w", encoding="utf-8") as file:
+            file.write(text.replace("scan: bottom-first", "scan: top-first"))
+        cls.room = os.path.join(cls.scratch.name, "simulated")
+        run(STRIPER, "simulate", scene, "-o", cls.room, "--frames", "6")
+        cls.model = os.path.join(cls.room, "model.yaml")
+        cls.pictures = os.path.join(cls.scratch.name, "pictures")  # And nothing that explains them.
+        os.mkdir(cls.pictures)
+        for name in os.listdir(cls.room):
+            if name.endswith(".png"):
+                os.rename(os.path.join(cls.room, name), os.path.join(cls.pictures, name))
+
+    def check(self, query, *options, least):
+        with open(os.path.join(self.room, "truth.csv"), encoding="utf-8") as file:
+            truth = {(r["frame"], r["u_px"]): r for r in csv.DictReader(file)}
+        visible = [r for r in truth.values() if r["status"] == "ok"]
+        done = run(STRIPER, "capture", self.pictures + query, "-m", self.model, *options)
+        scans = list(csv.DictReader(done.stdout.splitlines()))
+        right = 0
+        for row in scans:
+            true = truth[row["frame"], row["u_px"]]
+            if true["status"] != "ok":
+                continue
+            right += abs(float(row["range_m"]) - float(true["range_m"])) < 0.05
+        self.assertGreater(len(visible), 6 * 550)
+        self.assertGreater(right, least * len(visible))
+        self.assertLess(len(scans) - right, 0.001 * len(scans))
+        self.assertIn("ambient fields", done.stderr)
+        return done.stderr
+
+    def test_fields_and_nothing_else_is_said(self):
+        # The lamps cover 3 % of the columns; in the first scan there is no dark field before.
+        self.assertIn("cadence 0,dark (found)", self.check("?fields=split-top", least=0.9))
+
+    def test_the_tracker_finds_all_that_no_lamp_covers(self):
+        self.check("?fields=split-top", "--peak", "continuous", least=0.96)
+
+    def test_the_cadence_may_be_said_too(self):
+        self.check("?fields=split-top&laser=0,dark", least=0.9)
+
+
 class WhenBoard(Simulated):
     """A board before the camera, 30 px a square; 0.1 m/s is half a square a picture."""
 
