@@ -46,8 +46,9 @@ TEST(ChooseLens, LeavesTheSimplestWhereItDoesNotPredict) {
   const LensChoice choice = choose_lens(boards_of(truth), std::nullopt);
   EXPECT_FALSE(choice.lens == LensModel::kPlumbBob && choice.hold_k3);
   for (const LensTrial& trial : choice.trials)
-    if (trial.lens == choice.lens && trial.hold_k3 == choice.hold_k3)
+    if (trial.lens == choice.lens && trial.hold_k3 == choice.hold_k3) {
       EXPECT_LT(trial.held_out_px, 0.98 * choice.trials.front().held_out_px);
+    }
 }
 
 TEST(ChooseLens, TriesOnlyWhatIsWanted) {
