@@ -78,7 +78,7 @@ struct VirtualStriper {
 
   /// A machine that is busy with other tests is no reason to give a picture up.
   std::string uri(const std::string& query = "") const {
-    return fmt::format("gige:{}?frame_timeout_ms=3000{}{}", options.address,
+    return fmt::format("gige:{}?frame_timeout_ms=1500{}{}", options.address,
                        query.empty() ? "" : "&", query);
   }
   std::unique_ptr<GigeSource> open(const std::string& query = "") const {

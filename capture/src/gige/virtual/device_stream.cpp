@@ -157,7 +157,7 @@ Illumination Device::light_of(const Exposure& exposure) const {
 
 void Device::take_and_send(const Exposure& exposure) {
   const cv::Mat sensor = scene_->picture(exposure.number, exposure.light);
-  const std::shared_ptr<SentPicture> picture = sender_.make_picture();
+  const std::shared_ptr<SentPicture> picture = sender_.make_picture(payload_bytes(exposure.state));
   picture->timestamp =
       static_cast<std::uint64_t>(device_time_ns(exposure.state, exposure.begin_ns));
   picture->pixel_format = exposure.state.pixel_format;

@@ -91,8 +91,16 @@ bool StreamSender::loses(std::mt19937_64& random, double fraction) {
   return static_cast<double>(random() >> 11) * 0x1.0p-53 < fraction;
 }
 
-std::shared_ptr<SentPicture> StreamSender::make_picture() {
+std::shared_ptr<SentPicture> StreamSender::make_picture(std::size_t bytes) {
+  constexpr std::size_t kMemory = 32 << 20;
+  constexpr std::size_t kFewest = 12;
+  constexpr std::size_t kMost = 256;
   const std::lock_guard lock(mutex_);
+  const std::size_t count = std::clamp(kMemory / std::max<std::size_t>(bytes, 1), kFewest, kMost);
+  if (kept_.size() != count) {
+    kept_.assign(count, nullptr);
+    oldest_ = 0;
+  }
   std::shared_ptr<SentPicture>& slot = kept_[oldest_];
   oldest_ = (oldest_ + 1) % kept_.size();
   // Somebody may be sending of it right now: then a new one takes its place.

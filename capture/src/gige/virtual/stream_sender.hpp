@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <random>
+#include <vector>
 
 #include <netinet/in.h>
 
@@ -26,7 +27,8 @@ class StreamSender {
   std::uint16_t local_port() const noexcept;
 
   /// A picture to be filled and sent: one that nobody needs any more.
-  std::shared_ptr<SentPicture> make_picture();
+  /// @param bytes of its payload: small ones are kept longer.
+  std::shared_ptr<SentPicture> make_picture(std::size_t bytes);
 
   /// From here on the picture is not changed, and can be asked for again by its block id.
   /// @param packet_delay_ns pause after each packet, on top of the link's.
@@ -56,7 +58,7 @@ class StreamSender {
   std::mt19937_64 random_;
   std::mt19937_64 resend_random_;
   std::mutex mutex_;
-  std::array<std::shared_ptr<SentPicture>, 12> kept_;
+  std::vector<std::shared_ptr<SentPicture>> kept_;
   std::size_t oldest_ = 0;
 };
 
