@@ -2,6 +2,7 @@
 // Proves that the GigE source works with a camera that is not ours: the fake one of Aravis
 // (arv-fake-gv-camera-0.8 runs the same), over real packets on loopback. It has few features and
 // neither resend nor strobe: those are proved with the virtual camera.
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 
@@ -84,6 +85,62 @@ TEST_F(AravisFakeCamera, RegionAndPixelFormatAreSet) {
   EXPECT_EQ(frame.image.size(), cv::Size(320, 240));
   EXPECT_EQ(frame.image.type(), CV_16UC1);
   EXPECT_EQ(frame.grid, PixelGrid::region(16, 32));
+}
+
+/// A picture whose every pixel follows from its first.
+void fill_counted(ArvBuffer* buffer, void* count, guint32, guint32, ArvPixelFormat) {
+  const auto first = static_cast<unsigned>(++*static_cast<std::atomic<unsigned>*>(count));
+  const int width = arv_buffer_get_image_width(buffer);
+  const int height = arv_buffer_get_image_height(buffer);
+  // What it says of its size is what was received: nothing yet.
+  auto* const pixels =
+      static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, nullptr)));
+  const std::size_t size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  for (std::size_t i = 0; i < size; ++i) {
+    const auto u = static_cast<unsigned>(i % static_cast<std::size_t>(width));
+    const auto v = static_cast<unsigned>(i / static_cast<std::size_t>(width));
+    pixels[i] = static_cast<std::uint8_t>(first + u + 3 * v);
+  }
+}
+
+bool is_whole(const cv::Mat& picture) {
+  const unsigned first = picture.at<std::uint8_t>(0, 0);
+  for (int v = 0; v < picture.rows; ++v) {
+    for (int u = 0; u < picture.cols; ++u) {
+      const unsigned expected = first + static_cast<unsigned>(u) + 3 * static_cast<unsigned>(v);
+      if (picture.at<std::uint8_t>(v, u) != static_cast<std::uint8_t>(expected)) return false;
+    }
+  }
+  return true;
+}
+
+TEST_F(AravisFakeCamera, PicturesThatLostPacketsAreCountedAndThoseDeliveredAreExact) {
+  std::atomic<unsigned> count = 0;
+  ArvFakeCamera* const inside = arv_gv_fake_camera_get_fake_camera(camera_);
+  arv_fake_camera_set_fill_pattern(inside, fill_counted, &count);
+  for (const double ratio : {0.001, 0.01, 0.05}) {
+    g_object_set(camera_, "gvsp-lost-ratio", ratio, nullptr);
+    const auto source = open_source("gige:127.0.0.1?roi=0,0,320,240&fps=100&packet_size=1400");
+    source->start();
+    Frame frame;
+    std::uint64_t whole = 0;
+    std::uint64_t last = 0;
+    for (int n = 0; n < 50; ++n) {
+      ASSERT_EQ(source->next(frame, 2000ms), NextStatus::kFrame);
+      last = frame.sequence;
+      if (frame.status != FrameStatus::kOk) continue;
+      ++whole;
+      EXPECT_TRUE(is_whole(frame.image)) << "picture " << n << " at loss " << ratio;
+    }
+    source->stop();
+    const SourceStatistics got = source->statistics();
+    EXPECT_EQ(whole + got.incomplete, got.delivered) << "loss " << ratio;
+    EXPECT_EQ(last + 1, got.delivered + got.dropped + got.overrun) << "loss " << ratio;
+    if (ratio >= 0.01) {
+      EXPECT_GT(got.incomplete + got.dropped, 0u) << "loss " << ratio;
+    }
+  }
+  g_object_set(camera_, "gvsp-lost-ratio", 0.0, nullptr);
 }
 
 TEST_F(AravisFakeCamera, WhatItCannotDoIsRefusedWithWhatItCan) {
