@@ -58,7 +58,7 @@ timeout --foreground -k 5 "$seconds" nice -n "${STRIPER_VM_NICE:-5}" qemu-system
   -kernel "$machine/vmlinuz" -initrd "$machine/initrd.gz" \
   -virtfs local,path=/,mount_tag=hostroot,security_model=none,readonly=on,multidevs=remap \
   -append "console=ttyS0 quiet loglevel=2 panic=-1 mitigations=off striper.script=$work/script.sh" \
-  </dev/null 2>"$work/qemu_errors" | tr -d '\r' | tee "$work/console" |
+  </dev/null 2>"$work/qemu_errors" | stdbuf -oL tr -d '\r' | tee "$work/console" |
   awk '/STRIPER_VM_EXIT=/ { exit } begun { print; fflush() } /STRIPER_VM_BEGIN/ { begun = 1 }' && timed=0 || timed=${PIPESTATUS[0]}
 
 status=$(sed -n 's/^STRIPER_VM_EXIT=\([0-9]*\)$/\1/p' "$work/console" | tail -1)

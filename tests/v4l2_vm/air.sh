@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+# Sourced by the tests of the program: a picture on the air of the virtual driver, and a place to work.
+work=$(mktemp -d)
+
+fail() { echo "FAILED: $*"; exit 1; }
+
+# Begins to send in a way that vivid_transmit knows; ends what was sent before.
+on_air() { # WAY PICTURE
+  off_air
+  rm -f "$work/air" "$work/sent"
+  mkfifo "$work/air"
+  "$transmit" "$1" <"$work/air" >"$work/sent" &
+  transmitter=$!
+  exec 3>"$work/air"
+  send "$2"
+}
+
+send() { # PICTURE
+  echo "$1" >&3
+  until [ "$(tail -n 1 "$work/sent" 2>/dev/null)" = "$1" ]; do
+    kill -0 "$transmitter" 2>/dev/null || fail "the transmitter ended"
+    sleep 0.1
+  done
+}
+
+off_air() {
+  [ -n "${transmitter:-}" ] || return 0
+  exec 3>&-
+  wait "$transmitter"
+  transmitter=
+}
