@@ -68,8 +68,8 @@ class RangePulls {
   }
 
  private:
-  // So many pulls know their robust deviation to 1.1 / sqrt(n), and the part beyond 3 sigma to
-  // sqrt(0.0027 / n).
+  // So many pulls know their robust deviation to 1.1 / sqrt(n), and a part beyond 3 sigma to the
+  // root of that part over n.
   static void check(const std::string& what, const std::vector<double>& pulls, double tolerance,
                     double most_beyond) {
     const auto count = static_cast<double>(pulls.size());
@@ -79,7 +79,7 @@ class RangePulls {
     std::cout << what << ": " << pulls.size() << " returns, robust deviation of the pull " << sigma
               << ", beyond 3 sigma " << 100.0 * part << " %\n";
     EXPECT_NEAR(sigma, 1.0, tolerance + 2.0 * 1.1 / std::sqrt(count)) << what;
-    EXPECT_LE(part, most_beyond + 2.0 * std::sqrt(0.0027 / count)) << what;
+    EXPECT_LE(part, most_beyond + 2.5 * std::sqrt(most_beyond / count)) << what;
   }
 
   std::array<std::vector<double>, kLowest.size() - 1> pulls_;
