@@ -3,6 +3,7 @@
 // case (data/scenes/ntsc_sun.yaml), and prints docs/ambient.md:
 //
 //     build/release/tests/bench/ambient_table data/scenes/ntsc_sun.yaml > docs/ambient.md
+#include <cmath>
 #include <cstdlib>
 #include <iostream>
 #include <string>
@@ -60,12 +61,17 @@ DaylightScore measure(Scene scene, const Column& column, int pictures) {
   return testing::scan_in_daylight(scene, column.way, pictures);
 }
 
+// "-" where nothing was found to be judged.
+std::string figure(double value, int decimals) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
+}
+
 void print_rows(const std::string& name, const Scene& scene, int pictures) {
   for (const Column& column : kColumns) {
     const DaylightScore score = measure(scene, column, pictures);
-    std::cout << fmt::format("| {} | {} | {:.2f} | {:.5f} | {:.1f} | {:.2f} |\n", name, column.name,
+    std::cout << fmt::format("| {} | {} | {:.2f} | {:.5f} | {} | {} |\n", name, column.name,
                              100.0 * score.found_fraction(), score.false_per_column(),
-                             score.error_mm(), score.pull())
+                             figure(score.error_mm(), 1), figure(score.pull(), 2))
               << std::flush;
   }
 }
