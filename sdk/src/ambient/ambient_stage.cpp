@@ -234,6 +234,7 @@ void AmbientStage::State::give(detail::HeldExposure& exposure, const detail::Nei
   lit.variance = cv::Mat();
   lit.blind = cv::Mat();
   lit.dark_noise_gain = 1.0F;
+  lit.dark_noise_correlation = {};
   lit.full_scale_dn = frame.full_scale_dn();
   lit.grid = frame.grid;
   lit.sequence = frame.sequence;

@@ -2,6 +2,7 @@
 #include "ambient/background.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -21,6 +22,8 @@ constexpr int kAlongEdge = 8;
 
 // The share of an exposure's noise that the 4-tap interpolation keeps: (81 + 81 + 1 + 1) / 256.
 constexpr double kTapsNoise = 164.0 / 256.0;
+// Of rows one, two and three apart, which share taps: (-1, 9, 9, -1) with itself, shifted.
+constexpr std::array<float, 3> kTapsCorrelation{63.0F / 164.0F, -18.0F / 164.0F, 1.0F / 164.0F};
 
 template <typename Pixel>
 void mix_rows(const Pixel* a, const Pixel* b, double weight_b, Pixel* out, int n) {
@@ -83,6 +86,7 @@ void Background::subtract_pixels(const DarkPair& pair, LitFrame& frame) {
   const bool is_written = pair.is_between_rows || pair.has_both();
   frame.dark = is_written ? dark_ : pair.any();
   frame.dark_noise_gain = static_cast<float>(averaging * (pair.is_between_rows ? kTapsNoise : 1.0));
+  frame.dark_noise_correlation = pair.is_between_rows ? kTapsCorrelation : std::array<float, 3>{};
   const bool has_motion = add_motion(pair, averaging, frame);
   frame.variance = has_motion || pair.is_between_rows ? variance_ : cv::Mat();
   frame.blind = blind_.find(frame.lit, pair.before, pair.after, frame.full_scale_dn);

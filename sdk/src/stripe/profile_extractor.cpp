@@ -104,7 +104,11 @@ ProfileExtractor::Learnt& ProfileExtractor::learnt_of(int laser) {
 PlanNoise ProfileExtractor::noise_of(const LitFrame& frame, const ProfileImages& images) {
   PlanNoise noise;
   noise.speckle_contrast = options_.speckle_contrast;
-  if (!frame.dark.empty()) noise.dark_noise_gain = static_cast<double>(frame.dark_noise_gain);
+  if (!frame.dark.empty()) {
+    noise.dark_noise_gain = static_cast<double>(frame.dark_noise_gain);
+    const bool is_along_rows = options_.axis == StripeAxis::kColumns;
+    if (is_along_rows) noise.dark_noise_correlation = frame.dark_noise_correlation;
+  }
   if (options_.noise) {
     noise.model = *options_.noise;
   } else {

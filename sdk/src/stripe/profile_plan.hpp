@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+
 #include <striper/core/noise_model.hpp>
 
 #include "stripe/profile_kernel.hpp"
@@ -21,7 +23,8 @@ struct WidthModel {
 struct PlanNoise {
   NoiseModel model;          // With is_measured: read_noise_dn is all of it, quantisation included.
   bool is_measured = false;  // From the frame itself.
-  double dark_noise_gain = 0.0;  // Of the dark image, in parts of an exposure's. Not if measured.
+  double dark_noise_gain = 0.0;  // Of the dark image, in parts of an exposure's.
+  std::array<float, 3> dark_noise_correlation{};  // Along the line, one to three pixels apart.
   double speckle_contrast = 0.0;
 };
 

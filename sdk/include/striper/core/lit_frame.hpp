@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include <opencv2/core/mat.hpp>
@@ -26,6 +27,9 @@ struct LitFrame {
   /// The noise of `dark`, as a fraction of a single exposure's noise variance: 1 for an exposure, a
   /// half for the mean of two. A noise estimated from `lit - dark` itself has it already.
   float dark_noise_gain = 1.0F;
+  /// Correlation of that noise between pixels one, two and three rows apart: not 0 where rows were
+  /// interpolated from the same rows. A stripe, rows high, sees it summed up.
+  std::array<float, 3> dark_noise_correlation{};
   int full_scale_dn = 0;  ///< A pixel of `lit` at or above this is clipped.
   PixelGrid grid;
 
