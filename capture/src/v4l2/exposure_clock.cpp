@@ -10,14 +10,17 @@ std::int64_t ExposureClock::exposure_period_ns() const noexcept {
   return stream_.picture_period_ns / stream_.exposures_per_picture;
 }
 
+int ExposureClock::later_exposures() const noexcept {
+  return stream_.is_one_field_a_buffer ? 0 : stream_.exposures_per_picture - 1;
+}
+
 std::int64_t ExposureClock::midpoint(const BufferStamp& stamp) const noexcept {
   const std::int64_t period_ns = exposure_period_ns();
   if (stamp.is_start_of_exposure) {
     const std::int64_t length_ns = stream_.exposure_ns > 0 ? stream_.exposure_ns : period_ns;
     return stamp.time_ns + length_ns / 2 + stream_.offset_ns;
   }
-  const int later_exposures = stream_.is_one_field_a_buffer ? 0 : stream_.exposures_per_picture - 1;
-  return stamp.time_ns - period_ns / 2 - later_exposures * period_ns + stream_.offset_ns;
+  return stamp.time_ns - period_ns / 2 - later_exposures() * period_ns + stream_.offset_ns;
 }
 
 // How many exposures after the last one this is, by the clock; at least the next that has its
@@ -63,10 +66,12 @@ ExposurePlace ExposureClock::place(const BufferStamp& stamp) noexcept {
   const bool has_places = stream_.is_one_field_a_buffer && stream_.exposures_per_picture == 2;
   const int place_in_picture = has_places && stamp.field != stream_.first_field ? 1 : 0;
   std::int64_t midpoint_ns = midpoint(stamp);
+  const std::int64_t began_ns = midpoint_ns - exposure_period_ns() / 2;
   std::uint64_t step = 0;
   if (has_last_) {
     step = exposures_since(stamp, place_in_picture, midpoint_ns);
-    midpoint_ns = std::max(midpoint_ns, last_midpoint_ns_ + 1);
+    midpoint_ns =
+        std::max(midpoint_ns, last_midpoint_ns_ + later_exposures() * exposure_period_ns() + 1);
   }
   // A stream that begins with the second field of a picture keeps that place.
   last_exposure_ = has_last_ ? last_exposure_ + step : static_cast<std::uint64_t>(place_in_picture);
@@ -77,7 +82,7 @@ ExposurePlace ExposureClock::place(const BufferStamp& stamp) noexcept {
   last_stamp_ = stamp;
   last_midpoint_ns_ = midpoint_ns;
   const std::uint64_t per_picture = has_places ? 2 : 1;
-  return {last_exposure_ / per_picture, place_in_picture, midpoint_ns,
+  return {last_exposure_ / per_picture, place_in_picture, midpoint_ns, began_ns,
           (lost + per_picture - 1) / per_picture};
 }
 

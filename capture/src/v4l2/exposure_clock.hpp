@@ -21,6 +21,7 @@ struct ExposurePlace {
   std::uint64_t picture = 0;
   int exposure_in_picture = 0;
   std::int64_t midpoint_ns = 0;     ///< Of the buffer's first exposure.
+  std::int64_t began_ns = 0;        ///< When that began, by the stamp alone.
   std::uint64_t lost_pictures = 0;  ///< Missing before this one, by the driver's count.
 };
 
@@ -34,7 +35,7 @@ struct ExposurePlace {
 /// Times. Of a stamp at the end of the picture: half the picture's (field's) period before it; of
 /// one at the start of the exposure: half the exposure after it, or half the period where its
 /// length is unknown. Where a buffer holds two fields this is about the first of them. Times only
-/// ever grow.
+/// ever grow, from field to field too, however late a driver stamps.
 ///
 /// Pure arithmetic: no allocation, not thread-safe.
 class ExposureClock {
@@ -59,6 +60,7 @@ class ExposureClock {
   std::int64_t exposure_period_ns() const noexcept;
 
  private:
+  int later_exposures() const noexcept;  ///< Of a buffer, after its first.
   std::int64_t midpoint(const BufferStamp& stamp) const noexcept;
   std::uint64_t exposures_since(const BufferStamp& stamp, int place_in_picture,
                                 std::int64_t midpoint_ns) noexcept;

@@ -178,8 +178,7 @@ void Streamer::judge(const FilledBuffer& filled, Picture& picture) {
   };
   check_signal();
   // What was exposed before the signal was seen to be back is noise, or a part of it is.
-  const std::int64_t began_ns = picture.place.midpoint_ns - clock_.exposure_period_ns() / 2;
-  const bool has_signal = has_signal_ && began_ns >= signal_since_ns_;
+  const bool has_signal = has_signal_ && picture.place.began_ns >= signal_since_ns_;
   if ((filled.flags & V4L2_BUF_FLAG_ERROR) != 0) {
     refuse(FrameStatus::kCorrupt, "the driver flagged the picture as damaged");
   } else if (!has_signal) {

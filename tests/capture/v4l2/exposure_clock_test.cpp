@@ -46,6 +46,18 @@ TEST(ExposureClock, GapIsCountedAsLostPictures) {
   EXPECT_EQ(place.lost_pictures, 3U);
 }
 
+// An emulated or busy machine stamps two pictures a moment apart: the second field of the one must
+// not come after the first field of the other.
+TEST(ExposureClock, TimesGrowFromFieldToFieldHoweverLateTheStamps) {
+  ExposureClock::Stream stream = progressive();
+  stream.exposures_per_picture = 2;
+  ExposureClock clock(stream);
+  const ExposurePlace late = clock.place(stamp(0, kStart_ns));
+  const ExposurePlace hurried = clock.place(stamp(1, kStart_ns + 1'000'000));
+  EXPECT_GT(hurried.midpoint_ns, late.midpoint_ns + kField_ns);
+  EXPECT_EQ(hurried.began_ns - late.began_ns, 1'000'000) << "as stamped";
+}
+
 TEST(ExposureClock, DriversCountWrapsAround) {
   ExposureClock clock(progressive());
   clock.place(stamp(std::numeric_limits<std::uint32_t>::max(), kStart_ns));
