@@ -162,6 +162,13 @@ int most_jump(const Frame& exposure, StripeAxis axis, int bands) {
   return std::max(kLeastJump, static_cast<int>(std::ceil(kSteepestLine * lines / bands)));
 }
 
+void trim(detail::BandProfiles& bands, int length) {
+  for (cv::Mat* const profiles :
+       {&bands.plain, &bands.smooth, &bands.side, &bands.interpolation_variance}) {
+    if (!profiles->empty()) *profiles = profiles->colRange(0, length);
+  }
+}
+
 }  // namespace
 
 struct CadenceFinder::Profile {
@@ -186,6 +193,19 @@ void CadenceFinder::add(const Frame& exposure, std::uint64_t number) {
   profile.exposures_per_picture = exposure.exposures_per_picture;
   profile.parity = exposure.field == Field::kBottom ? 1 : 0;
   profile.bands = detail::filter_profiles(detail::band_profiles(exposure, axis_), is_field);
+  if (!profiles_.empty()) {
+    const cv::Size had = profiles_.front().bands.plain.size();
+    const cv::Size has = profile.bands.plain.size();
+    // Of the two fields of an odd number of rows one is a row longer. Pictures that differ more are
+    // of another stream.
+    if (has.height != had.height || std::abs(has.width - had.width) > 1) {
+      profiles_.clear();
+    } else if (has.width != had.width) {
+      const int length = std::min(has.width, had.width);
+      trim(profile.bands, length);
+      for (Profile& earlier : profiles_) trim(earlier.bands, length);
+    }
+  }
   bands_ = profile.bands.plain.rows / exposure.image.channels();
   most_jump_ = most_jump(exposure, axis_, bands_);
   profiles_.push_back(std::move(profile));

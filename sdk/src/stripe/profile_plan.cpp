@@ -65,9 +65,9 @@ double measured_through_filter(const PlanNoise& noise, double filter_gain) {
 void set_noise(const PlanNoise& noise, ProfilePlan& plan) {
   const double read = noise.model.read_noise_dn;
   const double dark_gain = gain_through_filter(noise, plan);
-  plan.variance_floor = static_cast<float>(
-      noise.is_measured ? read * read * measured_through_filter(noise, dark_gain)
-                        : read * read + 1.0 / 12.0);
+  plan.variance_floor =
+      static_cast<float>(noise.is_measured ? read * read * measured_through_filter(noise, dark_gain)
+                                           : read * read + 1.0 / 12.0);
   plan.variance_per_dn = static_cast<float>(noise.model.dn_per_electron);
   plan.black_dn = static_cast<float>(noise.model.black_level_dn);
   plan.speckle2 = static_cast<float>(noise.speckle_contrast * noise.speckle_contrast);

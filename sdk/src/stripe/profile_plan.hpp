@@ -23,7 +23,7 @@ struct WidthModel {
 struct PlanNoise {
   NoiseModel model;          // With is_measured: read_noise_dn is all of it, quantisation included.
   bool is_measured = false;  // From the frame itself.
-  double dark_noise_gain = 0.0;  // Of the dark image, in parts of an exposure's.
+  double dark_noise_gain = 0.0;                   // Of the dark image, in parts of an exposure's.
   std::array<float, 3> dark_noise_correlation{};  // Along the line, one to three pixels apart.
   double speckle_contrast = 0.0;
 };
