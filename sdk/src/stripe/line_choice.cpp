@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "stripe/line_view.hpp"
+
 namespace striper::detail {
 namespace {
 
 // Two candidates nearer than this, in widths, are one peak.
 constexpr double kSamePeak = 1.0;
-
-const AxisGrid& grid_across(const Stripe& stripe) {
-  return stripe.axis == StripeAxis::kColumns ? stripe.grid.v : stripe.grid.u;
-}
 
 void insert(const LinePeak& peak, double near, LinePeaks& peaks) {
   const bool is_known = std::any_of(peaks.begin(), peaks.end(), [&](const LinePeak& other) {
@@ -74,7 +72,7 @@ void choose_in_line(const LinePeaks& peaks, std::size_t line, const ExtractOptio
 
 void put_firsts(const PeakList& firsts, Stripe& stripe) {
   const std::size_t count = firsts.size();
-  const AxisGrid& across = grid_across(stripe);
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   for (std::size_t i = 0; i < count; ++i) stripe.across_px[i] = across.sensor(firsts.position(i));
   std::copy_n(firsts.sigma.begin(), count, stripe.sigma_px.begin());
   std::copy_n(firsts.amplitude.begin(), count, stripe.amplitude_dn.begin());
@@ -111,7 +109,7 @@ LinePeaks peaks_of_line(const PeakCandidates& candidates, int line, std::size_t 
 }
 
 void put_peak(const LinePeak& peak, std::size_t i, Stripe& stripe) {
-  stripe.across_px[i] = grid_across(stripe).sensor(peak.position);
+  stripe.across_px[i] = grid_across(stripe.grid, stripe.axis).sensor(peak.position);
   stripe.sigma_px[i] = peak.list->sigma[peak.at];
   stripe.amplitude_dn[i] = peak.list->amplitude[peak.at];
   stripe.width_px[i] = peak.list->width[peak.at];

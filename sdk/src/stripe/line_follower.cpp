@@ -105,7 +105,7 @@ bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
 // Whether the lines beside a followed one show the stripe so plainly that it would show here too.
 bool LineFollower::lacks_stripe(std::size_t n, const Stripe& stripe) const {
   const int line = followed_.seeds[n].line;
-  const AxisGrid& across = stripe.axis == StripeAxis::kColumns ? stripe.grid.v : stripe.grid.u;
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   std::array<float, 2 * kBeside> amplitudes{};
   std::ptrdiff_t count = 0;
   for (int other = std::max(0, line - kBeside); other <= line + kBeside; ++other) {

@@ -36,6 +36,11 @@ inline int line_length(const cv::Mat& image, StripeAxis axis) noexcept {
   return axis == StripeAxis::kColumns ? image.rows : image.cols;
 }
 
+/// Where the pixels of a line are on the sensor.
+inline const AxisGrid& grid_across(const PixelGrid& grid, StripeAxis axis) noexcept {
+  return axis == StripeAxis::kColumns ? grid.v : grid.u;
+}
+
 /// One line of a lit frame with its dark reference taken off and its clipped pixels known.
 template <typename Pixel>
 class LitLine {

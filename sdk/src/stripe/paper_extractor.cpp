@@ -199,7 +199,7 @@ void PaperExtractor::measure_line(const LitFrame& frame, int line, double noise_
   const double amplitude = peak - background;
   if (amplitude < threshold_dn) return;
 
-  const AxisGrid& across = options_.axis == StripeAxis::kColumns ? frame.grid.v : frame.grid.u;
+  const AxisGrid& across = grid_across(frame.grid, options_.axis);
   const bool at_edge = plateau.first == 0 || plateau.last == pixels.length() - 1;
   const double position =
       at_edge ? 0.5 * (plateau.first + plateau.last) : three_pixel_centroid(pixels, plateau);

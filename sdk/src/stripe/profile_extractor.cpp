@@ -79,7 +79,7 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   chunks_.best_across(brightest_.data());
   const ProfileImages images = images_of(frame, options_.axis);
   const PlanNoise noise = noise_of(frame, images);
-  const double step = options_.axis == StripeAxis::kColumns ? frame.grid.v.step : frame.grid.u.step;
+  const double step = grid_across(frame.grid, options_.axis).step;
   const Current current{frame, images, noise, noise_dn_of(noise), step};
 
   Learnt& learnt = learnt_of(frame.laser);
