@@ -33,15 +33,6 @@ bool is_blind_at(const LitFrame& frame, StripeAxis axis, int line, int across) {
   return !frame.blind.empty() && image_line<std::uint8_t>(frame.blind, axis, line)[across] != 0;
 }
 
-bool is_partly_blind(const LitFrame& frame, StripeAxis axis, int line) {
-  if (frame.blind.empty()) return false;
-  const StridedLine<std::uint8_t> blind = image_line<std::uint8_t>(frame.blind, axis, line);
-  for (int k = 0; k < line_length(frame.blind, axis); ++k) {
-    if (blind[k] != 0) return true;
-  }
-  return false;
-}
-
 // Judges the width and the edge only: that there is a stripe is known from the chain.
 PeakLimits without_threshold(PeakLimits limits) {
   constexpr float kAny = -std::numeric_limits<float>::max();
@@ -67,10 +58,7 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
     const auto i = static_cast<std::size_t>(line);
     // What hardly stands out and continues nothing is noise: the chain finds more at the same rate
     // of false alarms.
-    if (stripe.status[i] == ReturnStatus::kWeak) {
-      const bool is_blind = is_partly_blind(frame, stripe.axis, line);
-      stripe.drop(i, is_blind ? ReturnStatus::kBlind : ReturnStatus::kNoStripe);
-    }
+    if (stripe.status[i] == ReturnStatus::kWeak) stripe.drop(i, ReturnStatus::kNoStripe);
     const bool is_missing = verdict(stripe.status[i]) == Verdict::kMissing;
     if (is_probable && is_missing && !is_blind_at(frame, stripe.axis, line, answer.across)) {
       followed_.seeds.push_back({line, answer.across});

@@ -187,10 +187,12 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
   judge_peaks(limits, candidates_.firsts);
   judge_peaks(limits, candidates_.extras);
   choose_peaks(candidates_, width, options_, stripe);
+  if (options_.peak == PeakRule::kContinuous) {
+    follower_.follow(current.frame, current.images, candidates_, width,
+                     plan_profile(width, current.noise, false, true), limits, current.noise,
+                     stripe);
+  }
   if (!current.frame.blind.empty()) mark_blind_lines(stripe);
-  if (options_.peak != PeakRule::kContinuous) return;
-  follower_.follow(current.frame, current.images, candidates_, width,
-                   plan_profile(width, current.noise, false, true), limits, current.noise, stripe);
 }
 
 void ProfileExtractor::mark_blind_lines(Stripe& stripe) const {
