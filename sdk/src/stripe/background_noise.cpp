@@ -54,6 +54,11 @@ double BackgroundNoise::update(const ProfileImages& images,
   return sigma_dn_;
 }
 
+double BackgroundNoise::part_seen(const std::array<float, 3>& correlation) noexcept {
+  // Of 6 variances of x(k-2) - 2 x(k) + x(k+2), less 8 covariances of pixels kLag apart.
+  return 1.0 - 8.0 / 6.0 * static_cast<double>(correlation[kLag - 1]);
+}
+
 template <typename Pixel>
 double BackgroundNoise::measure(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
                                 int samples) {

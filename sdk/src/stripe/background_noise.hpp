@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -19,6 +20,10 @@ class BackgroundNoise {
   /// Returns the noise, never below that of quantisation.
   /// @param peaks of each line, where its brightest peak is.
   double update(const ProfileImages& images, const std::vector<std::int32_t>& peaks);
+
+  /// How much of the variance of a noise with these correlations of pixels one, two and three apart
+  /// the differences show: all of it where there are none.
+  static double part_seen(const std::array<float, 3>& correlation) noexcept;
 
  private:
   template <typename Pixel>

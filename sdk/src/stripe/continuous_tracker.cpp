@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "stripe/line_view.hpp"
 
@@ -140,10 +141,10 @@ template <typename Pixel>
 void ContinuousTracker::load_noise(const LitFrame& frame, StripeAxis axis, int line_number,
                                    const PlanNoise& noise) {
   const NoiseModel& model = noise.model;
-  const bool is_uniform = noise.is_measured || model.dn_per_electron == 0.0;
-  const double dark_gain = noise.is_measured ? 0.0 : noise.dark_noise_gain;
-  const double floor = noise.is_measured ? model.read_noise_dn * model.read_noise_dn
-                                         : (1.0 + dark_gain) * model.variance_dn2(0.0);
+  const bool is_uniform = model.dn_per_electron == 0.0;
+  const double dark_gain =
+      dark_gain_through(noise, std::span(core_).last(static_cast<std::size_t>(taps_) + 1));
+  const double floor = (1.0 + dark_gain) * model.variance_dn2(0.0);
   answer_variance_.assign(static_cast<std::size_t>(length_), static_cast<float>(floor));
   const auto padded_length = static_cast<std::size_t>(length_ + 2 * half_window_);
   if (!is_uniform) {

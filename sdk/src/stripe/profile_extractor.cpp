@@ -15,6 +15,7 @@ namespace {
 constexpr int kLeastLength = 3;
 constexpr double kDefaultWidth = 1.5;
 constexpr double kPixelBox2 = 1.0 / 12.0;
+constexpr double kQuantisation = 1.0 / 12.0;
 
 // The background's own error limits the significance of peaks below this.
 constexpr float kWeakSignificance = 8.0F;
@@ -58,9 +59,8 @@ ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
 }
 
 double noise_dn_of(const PlanNoise& noise) {
-  return noise.is_measured ? noise.model.read_noise_dn
-                           : std::sqrt((1.0 + noise.dark_noise_gain) *
-                                       noise.model.variance_dn2(noise.model.black_level_dn));
+  return std::sqrt((1.0 + noise.dark_noise_gain) *
+                   noise.model.variance_dn2(noise.model.black_level_dn));
 }
 
 }  // namespace
@@ -111,10 +111,13 @@ PlanNoise ProfileExtractor::noise_of(const LitFrame& frame, const ProfileImages&
   }
   if (options_.noise) {
     noise.model = *options_.noise;
-  } else {
-    noise.model.read_noise_dn = background_noise_.update(images, brightest_);
-    noise.is_measured = true;
+    return noise;
   }
+  const double of_both_dn = background_noise_.update(images, brightest_);
+  const double exposures =
+      1.0 + noise.dark_noise_gain * BackgroundNoise::part_seen(noise.dark_noise_correlation);
+  noise.model.read_noise_dn =
+      std::sqrt(std::max(0.0, of_both_dn * of_both_dn / exposures - kQuantisation));
   return noise;
 }
 

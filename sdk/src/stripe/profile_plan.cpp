@@ -40,38 +40,14 @@ void make_filter(double sigma, ProfilePlan& plan) {
   plan.filter_covariance = static_cast<float>(covariance);
 }
 
-// The noise of the dark image as the filter sees it: neighbours that have noise in common do not
-// average it out. Variance of the filter's answer over that to white noise.
-double gain_through_filter(const PlanNoise& noise, const ProfilePlan& plan) {
-  double sum = 1.0;
-  for (int lag = 1; lag <= 3; ++lag) {
-    double overlap = 0.0;
-    for (int i = -plan.taps; i + lag <= plan.taps; ++i) {
-      overlap += static_cast<double>(plan.filter[static_cast<std::size_t>(std::abs(i))]) *
-                 static_cast<double>(plan.filter[static_cast<std::size_t>(std::abs(i + lag))]);
-    }
-    const auto shared = noise.dark_noise_correlation[static_cast<std::size_t>(lag - 1)];
-    sum += 2.0 * static_cast<double>(shared) * overlap / static_cast<double>(plan.filter_energy);
-  }
-  return noise.dark_noise_gain * sum;
-}
-
-// What was measured are differences of neighbours: those have less of the noise they share.
-double measured_through_filter(const PlanNoise& noise, double filter_gain) {
-  const auto shared = static_cast<double>(noise.dark_noise_correlation[0]);
-  return (1.0 + filter_gain) / (1.0 + noise.dark_noise_gain * (1.0 - shared));
-}
-
 void set_noise(const PlanNoise& noise, ProfilePlan& plan) {
-  const double read = noise.model.read_noise_dn;
-  const double dark_gain = gain_through_filter(noise, plan);
-  plan.variance_floor =
-      static_cast<float>(noise.is_measured ? read * read * measured_through_filter(noise, dark_gain)
-                                           : read * read + 1.0 / 12.0);
-  plan.variance_per_dn = static_cast<float>(noise.model.dn_per_electron);
-  plan.black_dn = static_cast<float>(noise.model.black_level_dn);
+  const NoiseModel& model = noise.model;
+  plan.variance_floor = static_cast<float>(model.variance_dn2(model.black_level_dn));
+  plan.variance_per_dn = static_cast<float>(model.dn_per_electron);
+  plan.black_dn = static_cast<float>(model.black_level_dn);
   plan.speckle2 = static_cast<float>(noise.speckle_contrast * noise.speckle_contrast);
-  plan.dark_noise_gain = static_cast<float>(noise.is_measured ? 0.0 : dark_gain);
+  const auto half_taps = std::span(plan.filter).first(static_cast<std::size_t>(plan.taps) + 1);
+  plan.dark_noise_gain = static_cast<float>(dark_gain_through(noise, half_taps));
 }
 
 // The mean square of what remains of pixel locking, from noiseless trials over the phase.
@@ -86,6 +62,24 @@ void set_locking(double width, ProfilePlan& plan) {
 }
 
 }  // namespace
+
+double dark_gain_through(const PlanNoise& noise, std::span<const float> half_taps) {
+  const auto reach = static_cast<int>(half_taps.size()) - 1;
+  const auto overlap = [&](int lag) {
+    double sum = 0.0;
+    for (int i = -reach; i + lag <= reach; ++i) {
+      sum += static_cast<double>(half_taps[static_cast<std::size_t>(std::abs(i))]) *
+             static_cast<double>(half_taps[static_cast<std::size_t>(std::abs(i + lag))]);
+    }
+    return sum;
+  };
+  double shared = 0.0;
+  for (int lag = 1; lag <= 3; ++lag) {
+    const float correlation = noise.dark_noise_correlation[static_cast<std::size_t>(lag) - 1];
+    if (correlation != 0.0F) shared += 2.0 * static_cast<double>(correlation) * overlap(lag);
+  }
+  return noise.dark_noise_gain * (1.0 + shared / overlap(0));
+}
 
 ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool refine,
                          bool wide_background) {

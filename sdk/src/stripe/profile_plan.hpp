@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include <striper/core/noise_model.hpp>
 
@@ -21,12 +22,15 @@ struct WidthModel {
 
 /// What is known of the noise of lit - dark.
 struct PlanNoise {
-  NoiseModel model;          // With is_measured: read_noise_dn is all of it, quantisation included.
-  bool is_measured = false;  // From the frame itself.
+  NoiseModel model;                               // Of one exposure.
   double dark_noise_gain = 0.0;                   // Of the dark image, in parts of an exposure's.
   std::array<float, 3> dark_noise_correlation{};  // Along the line, one to three pixels apart.
   double speckle_contrast = 0.0;
 };
+
+/// The noise of the dark image as a filter sees it, in parts of an exposure's: what neighbours have
+/// in common does not average out. @param half_taps from the middle of a symmetric filter outwards.
+double dark_gain_through(const PlanNoise& noise, std::span<const float> half_taps);
 
 /// Lays out the windows for a stripe of this width. The background is estimated from a window of at
 /// least 14 widths, where a slope as a nuisance costs at most 1.6 %; `wide_background` adds pixels

@@ -138,6 +138,52 @@ TEST_P(BothMethods, DarkImageIsTakenOff) {
   EXPECT_LT(rms_error(stripe, s), 0.03);
 }
 
+// A dark picture whose rows were interpolated halfway between those of the other field.
+void interpolate_dark(const SyntheticStripe& lit, LitFrame& frame) {
+  SyntheticStripe other = lit;
+  other.amplitude_dn = 0.0;
+  other.length = lit.length + 3;
+  const cv::Mat rows = testing::render(other).lit;
+  frame.dark.create(frame.lit.size(), CV_16UC1);
+  for (int v = 0; v < frame.dark.rows; ++v) {
+    for (int u = 0; u < frame.dark.cols; ++u) {
+      const auto row = [&](int k) -> double { return rows.at<std::uint16_t>(v + k, u); };
+      const double halfway = (9.0 * (row(1) + row(2)) - row(0) - row(3)) / 16.0;
+      frame.dark.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(std::lround(halfway));
+    }
+  }
+  frame.dark_noise_gain = 164.0F / 256.0F;
+  frame.dark_noise_correlation = {63.0F / 164.0F, -18.0F / 164.0F, 1.0F / 164.0F};
+}
+
+TEST_P(BothMethods, NoiseThatDarkRowsShareIsCountedWhetherGivenOrMeasured) {
+  SyntheticStripe s = typical();
+  s.lines = 4000;
+  s.bit_depth = 12;
+  s.amplitude_dn = 600.0;
+  s.background_dn = 300.0;
+  s.noise_dn = 20.0;
+  LitFrame frame = testing::render(s);
+  interpolate_dark(s, frame);
+  ExtractOptions given = options();
+  given.noise = NoiseModel{.read_noise_dn = s.noise_dn};
+  const Stripe known = extract(frame, given);
+  const Stripe measured = extract(frame, options());
+  EXPECT_NEAR(mean_of(measured.sigma_px), mean_of(known.sigma_px), 0.03 * mean_of(known.sigma_px));
+  for (const Stripe* stripe : {&known, &measured}) {
+    ASSERT_EQ(count_of(*stripe, ReturnStatus::kOk), s.lines);
+    std::vector<double> pulls;
+    for (std::size_t i = 0; i < stripe->size(); ++i) {
+      const double error = stripe->across_px[i] - s.position(stripe->line[i]);
+      pulls.push_back(std::abs(error) / stripe->sigma_px[i]);
+    }
+    std::nth_element(pulls.begin(), pulls.begin() + 2000, pulls.end());
+    const double robust_deviation = 1.4826 * pulls[2000];
+    EXPECT_GT(robust_deviation, 0.95);
+    EXPECT_LT(robust_deviation, 1.05);
+  }
+}
+
 TEST_P(BothMethods, SameAnswerOnEveryInstructionSet) {
   const LitFrame frame = testing::render(typical());
   const Stripe expected = extract(frame, options());

@@ -25,7 +25,7 @@ struct LitFrame {
                      ///< noise; may be empty.
   cv::Mat blind;     ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.
   /// The noise of `dark`, as a fraction of a single exposure's noise variance: 1 for an exposure, a
-  /// half for the mean of two. A noise estimated from `lit - dark` itself has it already.
+  /// half for the mean of two.
   float dark_noise_gain = 1.0F;
   /// Correlation of that noise between pixels one, two and three rows apart: not 0 where rows were
   /// interpolated from the same rows. A stripe, rows high, sees it summed up.
