@@ -52,7 +52,7 @@ void Motion::prepare(cv::Size size) {
   rows_ = (size.height + kRows - 1) / kRows;
   cols_ = (size.width + kCols - 1) / kCols;
   const auto blocks = static_cast<std::size_t>(rows_) * static_cast<std::size_t>(cols_);
-  for (auto* values : {&squares_, &brighter_, &darker_, &level_, &expected_, &excess_}) {
+  for (auto* values : {&squares_, &brighter_, &level_, &expected_, &excess_}) {
     values->assign(blocks, 0.0F);
   }
   has_.assign(blocks, 0);
@@ -101,9 +101,6 @@ void Motion::compare_pixels(const cv::Mat& a, const cv::Mat& b, int strip) {
 
 void Motion::compare_with_lit(const cv::Mat& lit, const cv::Mat& dark, const cv::Mat& known) {
   for (int strip = 0; strip < rows_; ++strip) compare_strip(lit, dark, strip);
-  for (std::size_t i = 0; i < squares_.size(); ++i) {
-    darker_[i] = 2.0F * squares_[i] - brighter_[i];
-  }
   for (int row = 0; row < rows_; ++row) {
     for (int col = 0; col < cols_; ++col) {
       // The stripe is brighter in three blocks of a column at most, and those beside are not: what
@@ -120,7 +117,8 @@ void Motion::compare_with_lit(const cv::Mat& lit, const cv::Mat& dark, const cv:
         plateau = std::max(plateau, least_about(r));
       }
       float& squares = squares_[index(row, col)];
-      squares = std::max(darker_[index(row, col)], plateau);
+      const float darker = 2.0F * squares - brighter_[index(row, col)];
+      squares = std::max(darker, plateau);
       if (!known.empty()) squares -= kWorstOfEdge * mean_of(known, row, col);
     }
   }

@@ -63,7 +63,6 @@ class Motion {
   int cols_ = 0;
   std::vector<float> squares_;     // Per block: mean square difference,
   std::vector<float> brighter_;    // twice the mean square of what is brighter in the first one,
-  std::vector<float> darker_;      // and of what is darker,
   std::vector<float> level_;       // mean of the first one.
   std::vector<float> expected_;    // What noise makes of `squares_`,
   std::vector<float> excess_;      // and what there is beyond it.
