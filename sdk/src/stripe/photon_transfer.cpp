@@ -158,7 +158,7 @@ void PhotonTransfer::add(const cv::Mat& image, int full_scale_dn, int stream) {
     }
     take_in_pair();
   }
-  last = image.clone();
+  image.copyTo(last);
 }
 
 template <typename Pixel>
