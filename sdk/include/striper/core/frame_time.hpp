@@ -17,7 +17,7 @@ struct FrameTime {
 
   /// Seconds since 1970, or since the first frame where the source has no clock.
   double seconds() const noexcept {
-    return 1e-9 * static_cast<double>(monotonic_ns + utc_offset_ns.value_or(0));
+    return static_cast<double>(monotonic_ns + utc_offset_ns.value_or(0)) / 1e9;
   }
 };
 
