@@ -14,7 +14,7 @@ using LogCallback = std::function<void(LogLevel, std::string_view message)>;
 /// default: the library itself never prints).
 ///
 /// Thread-safe. The callback is called from whichever thread has something to say, one call at a
-/// time, and must not call back into `set_log_callback`.
+/// time, and must neither call `set_log_callback` nor anything of the library that logs.
 void set_log_callback(LogCallback callback);
 
 /// Hands one message to the callback, if there is one. Thread-safe.
