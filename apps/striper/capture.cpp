@@ -128,6 +128,7 @@ ExitCode capture(const CaptureArguments& arguments) {
   Scanner scanner = make_scanner(arguments.scanner, source->info());
   CsvOptions csv = arguments.csv;
   csv.doubtful = csv.doubtful || csv.missing;  // A line for every column.
+  source->start();                             // Before an old file gives way to nothing.
   CsvSink sink(arguments.output, csv);
 
   ReturnCounts returns;
