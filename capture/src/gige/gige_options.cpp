@@ -118,8 +118,9 @@ GigeOptions GigeOptions::take(SourceUri& uri) {
   options.resend = uri.take_bool("resend").value_or(options.resend);
   options.frame_timeout = std::chrono::milliseconds(
       uri.take_integer("frame_timeout_ms", 1, 60000).value_or(options.frame_timeout.count()));
-  options.buffers =
-      static_cast<int>(uri.take_integer("buffers", 3, 1024).value_or(options.buffers));
+  if (const auto count = uri.take_integer("buffers", 3, 1024)) {
+    options.buffers = static_cast<int>(*count);
+  }
   options.socket_buffer_mb = static_cast<int>(
       uri.take_integer("socket_buffer_mb", 0, 1000).value_or(options.socket_buffer_mb));
   options.heartbeat = std::chrono::milliseconds(

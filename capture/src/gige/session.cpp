@@ -113,7 +113,7 @@ void Session::start(std::function<void()> wake) {
                 fmt::format("camera {}: cannot stream: {}", description(), error.message()));
   }
   tune_stream();
-  pool_ = std::make_shared<FramePool>(options_.buffers, payload);
+  pool_ = std::make_shared<FramePool>(options_.buffers.value_or(enough_buffers(payload)), payload);
   pool_->attach(stream_.get());
   start_clock();
   lasers_.arm();
@@ -128,6 +128,14 @@ void Session::start(std::function<void()> wake) {
     is_conducting_ = true;
     conductor_ = std::thread(&Session::conduct, this);
   }
+}
+
+int Session::enough_buffers(std::size_t payload_bytes) const noexcept {
+  constexpr int kLeast = 16;
+  constexpr double kReaderLate_s = 0.25;
+  constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+  const auto affordable = static_cast<double>(kMostBytes / std::max<std::size_t>(1, payload_bytes));
+  return std::max(kLeast, static_cast<int>(std::min(kReaderLate_s * setup_.rate_hz, affordable)));
 }
 
 void Session::tune_stream() {

@@ -81,6 +81,7 @@ class Session {
   static void on_stream_event(void* self, ArvStreamCallbackType type, ArvBuffer* buffer);
   static void on_control_lost(ArvDevice* device, void* self);
   void on_buffer_done(ArvBuffer* buffer);
+  int enough_buffers(std::size_t payload_bytes) const noexcept;
   void tune_stream();
   void count_stream(GigeStatistics& sum) const;
   void start_clock();

@@ -48,7 +48,9 @@ struct GigeOptions {
   std::optional<double> packet_delay_us;
   bool resend = true;
   std::chrono::milliseconds frame_timeout{100};  ///< A picture whose packets pause longer is lost.
-  int buffers = 16;
+  /// That hold pictures until they are asked for. Not given: for a quarter of a second, which the
+  /// reader may be late; at least 16, and beyond those no more than 256 MB.
+  std::optional<int> buffers;
   int socket_buffer_mb = 32;
   std::chrono::milliseconds heartbeat{3000};  ///< After which the camera lets a dead host go.
   bool reconnect = true;
