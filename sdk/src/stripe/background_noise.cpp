@@ -2,6 +2,7 @@
 #include "stripe/background_noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -16,6 +17,7 @@ constexpr int kBins = 2048;               // Larger differences are counted as t
 constexpr int kAwayFromPeak = 16;         // Pixels.
 constexpr std::uint32_t kLeastClean = 8;  // One sample in so many.
 constexpr double kSigmaOfMedianAbsolute = 1.4826;
+constexpr unsigned kEvery = 2;  // Frames.
 constexpr double kGain = 0.08;
 constexpr double kJump = 0.25;
 const double kQuantisation = std::sqrt(1.0 / 12.0);
@@ -35,6 +37,24 @@ double median_of(const std::vector<std::uint32_t>& histogram, std::uint32_t tota
   return 0.0;
 }
 
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+// Hands on what is compared: a pixel of each of `count` lines and those kLag before and after it.
+template <typename Pixel, typename Action>
+void for_each_bend(const Pixel* middle, const ProfileImages::Steps& steps, int count,
+                   const Action& action) {
+  const Pixel* const before = middle - kLag * steps.across;
+  const Pixel* const after = middle + kLag * steps.across;
+  if (steps.line == 1) {  // So that the compiler reads them a vector at a time.
+    for (int i = 0; i < count; ++i) action(i, before[i], middle[i], after[i]);
+    return;
+  }
+  for (int i = 0; i < count; ++i) {
+    const std::ptrdiff_t at = i * steps.line;
+    action(i, before[at], middle[at], after[at]);
+  }
+}
+
 }  // namespace
 
 double BackgroundNoise::update(const ProfileImages& images,
@@ -44,6 +64,7 @@ double BackgroundNoise::update(const ProfileImages& images,
                             : measure<std::uint8_t>(images, peaks, samples);
   };
   if (sigma_dn_ > 0.0) {
+    if (++frames_ % kEvery != 0) return sigma_dn_;
     const double now = measured(kLaterSamples);
     if (std::abs(now - sigma_dn_) <= kJump * sigma_dn_) {
       sigma_dn_ += kGain * (now - sigma_dn_);
@@ -98,36 +119,37 @@ void BackgroundNoise::count_run(const ProfileImages& images, const std::int32_t*
   const auto place = [&](const ProfileImages::Steps& steps) {
     return line * steps.line + across * steps.across;
   };
-  const auto* const lit = static_cast<const Pixel*>(images.lit) + place(images.lit_steps);
-  const auto* const dark = images.dark == nullptr
-                               ? nullptr
-                               : static_cast<const Pixel*>(images.dark) + place(images.dark_steps);
-  const std::uint8_t* const blind =
-      images.blind == nullptr ? nullptr : images.blind + place(images.blind_steps);
-  const float* const variance =
-      images.variance == nullptr ? nullptr : images.variance + place(images.variance_steps);
-  // Of the three pixels that are compared: whether they tell anything, and what.
-  const auto each_way = [](const auto* image, const ProfileImages::Steps& steps, int i,
-                           const auto& take) {
-    const auto* const middle = image + i * steps.line;
-    return take(middle[-kLag * steps.across], middle[0], middle[kLag * steps.across]);
-  };
-  const auto bend = [](int a, int b, int c) { return a - 2 * b + c; };
+  std::array<int, kRun> difference{};
+  std::array<int, kRun> tells{};  // 1 where the difference tells anything.
   for (int i = 0; i < count; ++i) {
-    if (std::abs(across - peaks[i]) < kAwayFromPeak) continue;
-    if (only_clean && variance[i * images.variance_steps.line] > 0.0F) continue;
-    const int highest = each_way(lit, images.lit_steps, i,
-                                 [](int a, int b, int c) { return std::max(a, std::max(b, c)); });
-    if (highest >= images.full_scale_dn) continue;
-    if (blind != nullptr && each_way(blind, images.blind_steps, i, [](int a, int b, int c) {
-          return a != 0 || b != 0 || c != 0;
-        })) {
-      continue;
+    tells[index(i)] = static_cast<int>(std::abs(across - peaks[i]) >= kAwayFromPeak);
+  }
+  const auto* const lit = static_cast<const Pixel*>(images.lit) + place(images.lit_steps);
+  for_each_bend(lit, images.lit_steps, count, [&](int i, int a, int b, int c) {
+    difference[index(i)] = a - 2 * b + c;
+    tells[index(i)] &= static_cast<int>(std::max(a, std::max(b, c)) < images.full_scale_dn);
+  });
+  if (images.dark != nullptr) {
+    const auto* const dark = static_cast<const Pixel*>(images.dark) + place(images.dark_steps);
+    for_each_bend(dark, images.dark_steps, count,
+                  [&](int i, int a, int b, int c) { difference[index(i)] -= a - 2 * b + c; });
+  }
+  if (images.blind != nullptr) {
+    const std::uint8_t* const blind = images.blind + place(images.blind_steps);
+    for_each_bend(blind, images.blind_steps, count, [&](int i, int a, int b, int c) {
+      tells[index(i)] &= static_cast<int>((a | b | c) == 0);
+    });
+  }
+  if (only_clean) {
+    const float* const variance = images.variance + place(images.variance_steps);
+    for (int i = 0; i < count; ++i) {
+      tells[index(i)] &= static_cast<int>(!(variance[i * images.variance_steps.line] > 0.0F));
     }
-    int d = each_way(lit, images.lit_steps, i, bend);
-    if (dark != nullptr) d -= each_way(dark, images.dark_steps, i, bend);
-    ++histogram_[static_cast<std::size_t>(std::min(std::abs(d), kBins - 1))];
-    ++total_;
+  }
+  for (int i = 0; i < count; ++i) {
+    const int bin = std::min(std::abs(difference[index(i)]), kBins - 1);
+    histogram_[index(bin)] += static_cast<std::uint32_t>(tells[index(i)]);
+    total_ += static_cast<std::uint32_t>(tells[index(i)]);
   }
 }
 

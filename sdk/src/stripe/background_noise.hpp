@@ -13,8 +13,8 @@ namespace striper::detail {
 ///
 /// From the median of |x(k-2) - 2 x(k) + x(k+2)| across the stripe at scattered pixels away from
 /// each line's brightest peak, and from where `variance` is 0 if that is anywhere much: ramps
-/// cancel, edges are few. The first frame takes 8192 samples (1.6 %), later ones 384 each, averaged
-/// over about 25 frames; a jump starts anew. 1 us a frame.
+/// cancel, edges are few. The first frame takes 8192 samples (1.6 %), every second later one 384,
+/// averaged over about 25 of those; a jump starts anew. Half a microsecond a frame.
 class BackgroundNoise {
  public:
   /// Returns the noise, never below that of quantisation.
@@ -38,7 +38,8 @@ class BackgroundNoise {
   std::vector<std::uint32_t> histogram_;  // Of the absolute differences.
   std::uint32_t total_ = 0;
   std::uint64_t next_ = 0;  // Frames look at different pixels.
-  double sigma_dn_ = 0.0;   // 0: not known yet.
+  unsigned frames_ = 0;
+  double sigma_dn_ = 0.0;  // 0: not known yet.
 };
 
 }  // namespace striper::detail

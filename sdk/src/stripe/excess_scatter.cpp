@@ -10,9 +10,9 @@ namespace {
 constexpr std::size_t kLag = 2;
 constexpr std::size_t kMemory = 1536;  // Differences.
 constexpr std::size_t kFirstSamples = 384;
-constexpr std::size_t kLaterSamples = 128;
+constexpr std::size_t kLaterSamples = 64;
 constexpr std::size_t kLeastSamples = 32;
-constexpr std::size_t kEvery = 12;              // Frames, once the memory is full.
+constexpr std::size_t kEvery = 24;              // Frames, once the memory is full.
 constexpr double kMedianOfSquare = 0.45493642;  // Of chi squared with one degree of freedom.
 constexpr double kSumOfSquares = 70.0;          // 1 + 16 + 36 + 16 + 1.
 // Standard error of the root of the median of n correlated squares, times sqrt(n).

@@ -10,16 +10,20 @@ namespace {
 constexpr float kStrongSnr = 12.0F;
 constexpr float kFairSnr = 4.0F;
 constexpr int kEnoughStrong = 24;
+constexpr std::size_t kLaterSamples = 96;  // Of a frame, once the width is known.
 constexpr int kFirstClippedFits = 64;
 constexpr int kClippedFits = 12;
 
-int add_samples(const PeakCandidates& peaks, float least_snr, WidthTracker& width) {
+// Of every so many lines, from line `first` modulo that.
+int add_samples(const PeakCandidates& peaks, float least_snr, std::size_t first,
+                WidthTracker& width) {
   width.begin();
   int count = 0;
   const std::size_t lines = peaks.firsts.size();
-  const std::size_t stride = lines / WidthTracker::kMostSamples + 1;
+  const std::size_t most = width.has_learnt() ? kLaterSamples : WidthTracker::kMostSamples;
+  const std::size_t stride = lines / most + 1;
   std::size_t extra = 0;
-  for (std::size_t line = 0; line < lines && !width.is_full(); line += stride) {
+  for (std::size_t line = first % stride; line < lines && !width.is_full(); line += stride) {
     const PeakList* list = &peaks.firsts;
     std::size_t best = line;
     while (extra < peaks.extras.size()) {
@@ -42,9 +46,10 @@ int add_samples(const PeakCandidates& peaks, float least_snr, WidthTracker& widt
 
 double WidthLearner::learn(const LitFrame& frame, StripeAxis axis, const PeakCandidates& peaks,
                            WidthTracker& width) {
-  if (add_samples(peaks, kStrongSnr, width) >= kEnoughStrong) return width.finish();
+  ++next_line_;
+  if (add_samples(peaks, kStrongSnr, next_line_, width) >= kEnoughStrong) return width.finish();
   if (add_clipped_samples(frame, axis, peaks.firsts, width) > 0) return width.finish();
-  add_samples(peaks, kFairSnr, width);
+  add_samples(peaks, kFairSnr, next_line_, width);
   return width.finish();
 }
 

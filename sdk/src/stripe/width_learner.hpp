@@ -10,7 +10,8 @@
 namespace striper::detail {
 
 /// Takes samples of the stripe's width from measured peaks, not judged yet: from the clearest one
-/// of lines spread over the frame; where nearly all of them are clipped, from the flanks of a few.
+/// of lines spread over the frame, fewer once the width is known; where nearly all of them are
+/// clipped, from the flanks of a few.
 class WidthLearner {
  public:
   /// Returns by what factor the width has changed.
@@ -21,6 +22,7 @@ class WidthLearner {
   int add_clipped_samples(const LitFrame& frame, StripeAxis axis, const PeakList& firsts,
                           WidthTracker& width);
 
+  std::size_t next_line_ = 0;  // Frames look at different lines.
   int next_clipped_line_ = 0;
 };
 
