@@ -38,8 +38,8 @@ LinePeaks peaks_of_line(const PeakCandidates& candidates, int line, std::size_t 
 /// Writes a peak to element i of a stripe.
 void put_peak(const LinePeak& peak, std::size_t i, Stripe& stripe);
 
-/// Fills `stripe` from judged candidates by the rule of `options`: the lines with one candidate all
-/// at once, the others one by one.
+/// Fills `stripe`, every number of it, from judged candidates by the rule of `options`: the lines
+/// with one candidate all at once, the others one by one.
 void choose_peaks(const PeakCandidates& candidates, const WidthModel& width,
                   const ExtractOptions& options, Stripe& stripe);
 

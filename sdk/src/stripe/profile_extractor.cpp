@@ -68,9 +68,12 @@ double noise_dn_of(const PlanNoise& noise) {
 void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   stripe.axis = options_.axis;
   stripe.grid = frame.grid;
-  stripe.reset(line_count(frame.lit, options_.axis));
   const int length = line_length(frame.lit, options_.axis);
-  if (length < kLeastLength) return;
+  if (length < kLeastLength) {
+    stripe.reset(line_count(frame.lit, options_.axis));
+    return;
+  }
+  stripe.resize(line_count(frame.lit, options_.axis));
 
   chunks_.find(frame, options_.axis);
   chunks_.rank();

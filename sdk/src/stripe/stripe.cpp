@@ -9,15 +9,24 @@ namespace striper {
 void Stripe::reset(int lines) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
+  resize(lines);
+  across_px.assign(across_px.size(), kNan);
+  for (std::vector<float>* values : {&sigma_px, &amplitude_dn, &width_px, &confidence}) {
+    values->assign(values->size(), kNanF);
+  }
+  status.assign(status.size(), ReturnStatus::kNoStripe);
+}
+
+void Stripe::resize(int lines) {
   const auto count = static_cast<std::size_t>(lines);
   line_count = lines;
   line.resize(count);
   std::iota(line.begin(), line.end(), 0);
-  across_px.assign(count, kNan);
+  across_px.resize(count);
   for (std::vector<float>* values : {&sigma_px, &amplitude_dn, &width_px, &confidence}) {
-    values->assign(count, kNanF);
+    values->resize(count);
   }
-  status.assign(count, ReturnStatus::kNoStripe);
+  status.resize(count);
 }
 
 void Stripe::drop(std::size_t i, ReturnStatus reason) {

@@ -63,6 +63,9 @@ struct Stripe {
   /// Makes one element per line; no allocation once it was as large. Every number becomes NaN,
   /// `line` counts up from 0 and every status becomes kNoStripe.
   void reset(int lines);
+
+  /// The same for who writes every number and status: those are left as they happen to be.
+  void resize(int lines);
 };
 
 }  // namespace striper
