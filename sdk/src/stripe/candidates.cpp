@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdlib>
+#include <limits>
 
 #include <striper/stripe/candidates.hpp>
 
@@ -42,13 +44,72 @@ void find_chunks(const LitFrame& frame, StripeAxis axis, std::vector<Key>& keys)
 
 template <typename Key, typename Rank>
 void rank_into(const std::vector<Key>& keys, int lines, int chunks,
-               std::array<std::vector<Rank>, ChunkMaxima::kBest>& best) {
-  std::array<Rank*, ChunkMaxima::kBest> ranks{};
+               std::array<std::vector<Rank>, ChunkMaxima::kBest>& best, std::vector<Rank>& across) {
+  const auto count = static_cast<std::size_t>(lines);
+  detail::Ranking<Rank> ranking;
   for (std::size_t n = 0; n < best.size(); ++n) {
-    best[n].resize(static_cast<std::size_t>(lines));
-    ranks[n] = best[n].data();
+    best[n].resize(count);
+    ranking.best[n] = best[n].data();
   }
-  detail::rank_chunks(keys.data(), lines, chunks, ranks);
+  across.resize(count);
+  ranking.across = across.data();
+  detail::rank_chunks(keys.data(), lines, chunks, ranking);
+}
+
+// Whether a chunk's highest pixel is its border towards a peak next to it: the peak's own flank.
+bool is_flank(std::int32_t across, std::int32_t peak, int reach) {
+  constexpr int kChunk = ChunkMaxima::kChunk;
+  const bool is_above = across > peak && across % kChunk == 0;
+  const bool is_below = across < peak && across % kChunk == kChunk - 1;
+  return (is_above || is_below) && std::abs(across - peak) <= reach;
+}
+
+template <typename Key, typename Rank>
+void find_rivals_in(const std::vector<Key>& keys,
+                    const std::array<std::vector<Rank>, ChunkMaxima::kBest>& best,
+                    const std::vector<Rank>& best_across, const ChunkMaxima::RivalLimits& limits,
+                    std::vector<ChunkMaxima::Place>& rivals,
+                    std::vector<std::int32_t>& flat_lines) {
+  constexpr int kShift = 4 * sizeof(Rank);
+  constexpr Rank kHighest = std::numeric_limits<Rank>::max();
+  constexpr Rank kChunkBits = kHighest >> kShift;
+  const auto least_rank = [](int dn) {
+    const std::uint64_t rank = static_cast<std::uint64_t>(dn) << kShift;
+    return static_cast<Rank>(std::min<std::uint64_t>(rank, kHighest));
+  };
+  const Rank some = least_rank(1);
+  const Rank weak = least_rank(limits.weak_dn);
+  const Rank second = least_rank(limits.second_dn);
+  const auto is_unclear = [&, firsts = best[0].data(),
+                           seconds = best[1].data()](std::size_t line) -> Rank {
+    const Rank f = firsts[line];
+    const Rank s = seconds[line];
+    return static_cast<Rank>((f < some) | (s >= second) | ((f < weak) & (s >= some)));
+  };
+  const std::size_t lines = best_across.size();
+  const auto add_line = [&](std::size_t line) {
+    const auto number = static_cast<std::int32_t>(line);
+    const auto first_across = static_cast<std::int32_t>(best_across[line]);
+    if (best[0][line] < some) flat_lines.push_back(number);
+    const Rank least = best[0][line] < weak ? some : second;
+    for (std::size_t n = 1; n < best.size() && best[n][line] >= least; ++n) {
+      const std::size_t chunk = kChunkBits - (best[n][line] & kChunkBits);
+      const auto before_end = static_cast<int>(keys[chunk * lines + line] % ChunkMaxima::kChunk);
+      const int across = (static_cast<int>(chunk) + 1) * ChunkMaxima::kChunk - 1 - before_end;
+      if (!is_flank(across, first_across, limits.flank_px)) rivals.push_back({number, across});
+    }
+  };
+  // Without branches: nearly always the answer is no, a vector at a time.
+  constexpr std::size_t kBlock = 16;
+  for (std::size_t first = 0; first < lines; first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, lines);
+    Rank any = 0;
+    for (std::size_t line = first; line < last; ++line) any |= is_unclear(line);
+    if (any == 0) continue;
+    for (std::size_t line = first; line < last; ++line) {
+      if (is_unclear(line) != 0) add_line(line);
+    }
+  }
 }
 
 }  // namespace
@@ -89,31 +150,39 @@ void ChunkMaxima::find_blind_lines(const LitFrame& frame, StripeAxis axis) {
 }
 
 void ChunkMaxima::best_across(std::int32_t* across) const noexcept {
-  const auto find = [&](const auto& keys, const auto& ranks) {
-    constexpr unsigned kLowMask = (1U << (4 * sizeof(ranks[0]))) - 1;
-    for (std::size_t line = 0; line < ranks.size(); ++line) {
-      const std::size_t chunk = ranks[line] == 0 ? 0 : kLowMask - (ranks[line] & kLowMask);
-      const auto key = static_cast<int>(keys[chunk * ranks.size() + line] & (kChunk - 1));
-      across[line] = ranks[line] == 0 ? 0 : static_cast<int>(chunk) * kChunk + kChunk - 1 - key;
+  const auto widen = [&](const auto& numbers) {
+    for (std::size_t line = 0; line < numbers.size(); ++line) {
+      across[line] = static_cast<std::int32_t>(numbers[line]);
     }
   };
-  if (has_wide_keys_) {
-    find(keys16_, best16_[0]);
-  } else if (is_wide_) {
-    find(keys8_, best16_[0]);
+  if (is_wide_) {
+    widen(best_across16_);
   } else {
-    find(keys8_, best8_[0]);
+    widen(best_across8_);
+  }
+}
+
+void ChunkMaxima::find_rivals(const RivalLimits& limits, std::vector<Place>& rivals,
+                              std::vector<std::int32_t>& flat_lines) const {
+  rivals.clear();
+  flat_lines.clear();
+  if (has_wide_keys_) {
+    find_rivals_in(keys16_, best16_, best_across16_, limits, rivals, flat_lines);
+  } else if (is_wide_) {
+    find_rivals_in(keys8_, best16_, best_across16_, limits, rivals, flat_lines);
+  } else {
+    find_rivals_in(keys8_, best8_, best_across8_, limits, rivals, flat_lines);
   }
 }
 
 void ChunkMaxima::rank() {
   is_wide_ = has_wide_keys_ || chunks_ > kMostNarrowChunks;
   if (has_wide_keys_) {
-    rank_into(keys16_, lines_, chunks_, best16_);
+    rank_into(keys16_, lines_, chunks_, best16_, best_across16_);
   } else if (is_wide_) {
-    rank_into(keys8_, lines_, chunks_, best16_);
+    rank_into(keys8_, lines_, chunks_, best16_, best_across16_);
   } else {
-    rank_into(keys8_, lines_, chunks_, best8_);
+    rank_into(keys8_, lines_, chunks_, best8_, best_across8_);
   }
 }
 

@@ -30,12 +30,19 @@ void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint
 void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys);
 void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys);
 
-/// The most prominent chunks of every line, best first: prominence << 8 (16) | 255 (65535) - chunk.
+/// Of every line: its most prominent chunks, best first, as prominence << 8 (16) | 255 (65535) -
+/// chunk; and the pixel that the first of them has its maximum at.
+template <typename Rank>
+struct Ranking {
+  std::array<Rank*, kBestChunks> best{};
+  Rank* across = nullptr;
+};
+
 void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
-                 const std::array<std::uint16_t*, kBestChunks>& best);
+                 const Ranking<std::uint16_t>& ranking);
 void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
-                 const std::array<std::uint32_t*, kBestChunks>& best);
+                 const Ranking<std::uint32_t>& ranking);
 void rank_chunks(const std::uint32_t* keys, int lines, int chunks,
-                 const std::array<std::uint32_t*, kBestChunks>& best);
+                 const Ranking<std::uint32_t>& ranking);
 
 }  // namespace striper::detail

@@ -183,13 +183,17 @@ struct Step {
   // All pixels of the ring have the same weight: its sums are those of the fit.
   HWY_INLINE void add_ring(const Background& b, Normal& normal) const {
     const V weight = inverse(noise.base);
-    normal.n11 = hn::Mul(weight, b.count);
-    normal.nkk = hn::Mul(weight, b.sum_kk);
-    if constexpr (kPlain) return;
+    if constexpr (kPlain) {
+      normal.n11 = hn::Mul(weight, set(plan.ring_count));
+      normal.nkk = hn::Mul(weight, set(plan.ring_squares));
+      return;
+    }
     if (w.has_extra) {
       add_uneven_ring(normal);
       return;
     }
+    normal.n11 = hn::Mul(weight, b.count);
+    normal.nkk = hn::Mul(weight, b.sum_kk);
     normal.n1k = hn::Mul(weight, b.sum_k);
     normal.r1 = hn::Mul(weight, b.rest);
     normal.rk = hn::Mul(weight, b.rest_k);

@@ -67,6 +67,7 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
   if (followed_.seeds.empty()) return;
   // The line alone would lose its way: the filter's peak is looked for close by and stands.
   plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
+  plan.aligned = 0;
   measure_profiles(images, plan, followed_.seeds.data(), static_cast<int>(followed_.size()),
                    followed_.measurements());
   judge_peaks(without_threshold(limits), followed_);

@@ -13,15 +13,14 @@ namespace striper::detail {
 /// Which candidates of a frame are worth measuring.
 class PeakCandidates {
  public:
-  /// The most prominent candidate of every line, element i that of line i; those of neighbouring
-  /// columns that nearly agree start from the same pixel, which lets them be read side by side.
+  /// The most prominent candidate of every line, element i that of line i.
   PeakList firsts;
 
   /// What else may be the stripe, in order of lines, the more prominent first.
   PeakList extras;
 
-  /// Chooses them. @param noise_dn of a dark pixel. @param plan says how far a seed may be moved
-  /// and how wide the stripe is.
+  /// Chooses them. @param brightest where each line's most prominent candidate is.
+  /// @param noise_dn of a dark pixel. @param plan says how wide the stripe is.
   void choose(const ChunkMaxima& chunks, const std::vector<std::int32_t>& brightest,
               double noise_dn, const ProfilePlan& plan);
 
@@ -33,9 +32,6 @@ class PeakCandidates {
   std::size_t first_extra(int line) const;
 
  private:
-  void align(int most);
-
-  std::vector<std::int32_t> across_;
   std::vector<std::int32_t> flat_;
 };
 

@@ -39,7 +39,8 @@ struct Background {
   V extra;  // Variance beyond noise of the pixels that were trusted.
 
   // Over the ring's usable pixels: their number, sum of distances from the seed k and of k^2; of
-  // what remains, and k times what remains: 0 where a line could be fitted.
+  // what remains, and k times what remains: 0 where a line could be fitted. Of a batch of which
+  // nothing is missing the plan knows them.
   V count, sum_k, sum_kk, rest, rest_k;
 };
 
@@ -71,9 +72,7 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
   b.slope = hn::Mul(sum_k, per_squares);
   b.level_variance = per_count;
   b.slope_variance = per_squares;
-  b.count = set(plan.ring_count);
-  b.sum_kk = set(plan.ring_squares);
-  b.sum_k = b.rest = b.rest_k = b.extra = zero;
+  b.extra = zero;
 
   V background = hn::NegMulAdd(set(static_cast<float>(plan.core)), b.slope, b.level);
   for (int row = -plan.core; row <= plan.core; ++row) {
@@ -88,7 +87,7 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
     hn::Store(hn::Sub(hn::Load(d, below), hn::NegMulAdd(distance, b.slope, b.level)), d, below);
     hn::Store(hn::Sub(hn::Load(d, above), hn::MulAdd(distance, b.slope, b.level)), d, above);
   }
-  w.is_plain = hn::AllTrue(d, hn::Lt(pixels.highest, set(static_cast<float>(full_scale_dn))));
+  w.is_plain = pixels.is_below(full_scale_dn);
   const auto rows = static_cast<float>(2 * plan.window + 1);
   hn::Store(hn::Mul(pixels.dark_sum, set(1.0F / rows)), d, w.dark);
   return w.is_plain;
@@ -124,7 +123,7 @@ struct Trust {
   }
 };
 
-Background fit_ring(const ProfilePlan& plan, const Window& w) {
+void fit_ring(const ProfilePlan& plan, const Window& w, Background& b) {
   const Tag d;
   const int n = lanes();
   const Trust trust(plan, w);
@@ -161,7 +160,6 @@ Background fit_ring(const ProfilePlan& plan, const Window& w) {
                              hn::Ge(count, set(kEnoughOnOneSide)));
   const V det = hn::IfThenElse(has_slope, hn::NegMulAdd(s1, s1, hn::Mul(count, s2)), set(1.0F));
   const V safe_count = hn::Max(count, set(1.0F));
-  Background b;
   b.level = hn::IfThenElse(has_slope, ratio(hn::NegMulAdd(s1, s1f, hn::Mul(s2, sf)), det),
                            ratio(sf, safe_count));
   b.slope = hn::IfThenElseZero(has_slope, ratio(hn::NegMulAdd(s1, sf, hn::Mul(count, s1f)), det));
@@ -176,7 +174,6 @@ Background fit_ring(const ProfilePlan& plan, const Window& w) {
   b.sum_kk = s2;
   b.rest = hn::IfThenZeroElse(has_any, sf);
   b.rest_k = hn::IfThenZeroElse(has_slope, hn::NegMulAdd(b.level, s1, s1f));
-  return b;
 }
 
 // From here on `value` is without its background; unseen pixels are 0.
@@ -341,12 +338,11 @@ HWY_INLINE V width_at(const ProfilePlan& plan, V across) {
 // Gauss-3 on the filtered profile, exact for a Gaussian, because Gaussian * Gaussian is Gaussian:
 // the peak's place from the filter's peak pixel.
 HWY_INLINE V log_parabola(const FilterPeak& f) {
-  const Tag d;
   const V peak = hn::Max(f.peak, set(1e-3F));
   const V inverse_peak = inverse(peak);
   const auto log_of = [&](V side) {
     const V part = hn::Max(hn::Mul(side, inverse_peak), set(1e-3F));
-    return hn::Log(d, hn::Min(part, set(1.0F)));
+    return log(hn::Min(part, set(1.0F)));
   };
   const V a = log_of(f.before);
   const V c = log_of(f.after);
@@ -370,15 +366,15 @@ HWY_INLINE V filter_sigma(const ProfilePlan& plan, const Noise& noise, const Bac
   V sum = hn::Add(hn::Add(white, shot), hn::Add(speckle, slope));
   if (plan.is_coarse) {
     // Narrow stripes are sampled too coarsely for these integrals: 7 % at a sigma of 0.7 pixels.
-    const V narrow = hn::Sub(hn::Max(width, set(0.5F)), set(0.757F));
-    const V more = hn::Mul(set(0.14F), hn::Exp(Tag(), hn::Mul(set(-1.0F / 0.12F), narrow)));
+    const V narrow = hn::Sub(set(0.757F), hn::Max(width, set(0.5F)));
+    const V more = hn::Mul(set(0.14F), rough_exp(hn::Mul(set(1.0F / 0.12F), narrow)));
     sum = hn::MulAdd(white, more, sum);
   }
   return ratio(root(sum), a);
 }
 
 // Position and amplitude from the filter's peak alone, for a stripe of this width.
-Estimate estimate_from_filter(const ProfilePlan& plan, const FilterPeak& peak, V width) {
+HWY_INLINE Estimate estimate_from_filter(const ProfilePlan& plan, const FilterPeak& peak, V width) {
   const V offset = log_parabola(peak);
   // The filter's peak value for a stripe of this width is A w f sqrt(2 pi / (w^2 + f^2)).
   const V total = hn::MulAdd(width, width, set(plan.filter_sigma * plan.filter_sigma));
@@ -403,7 +399,7 @@ HWY_INLINE V width_from_filter(const ProfilePlan& plan, const FilterPeak& f, con
   const V shared = hn::Mul(noise.base, set(plan.filter_covariance));
   const V sides = hn::Sub(hn::Mul(f.before, f.after), shared);
   const V centre = hn::Max(hn::Sub(hn::Mul(f.peak, f.peak), own), set(1e-6F));
-  const V curvature = hn::Neg(hn::Log(Tag(), hn::Max(ratio(sides, centre), set(1e-6F))));
+  const V curvature = hn::Neg(log(hn::Max(ratio(sides, centre), set(1e-6F))));
   const V total = inverse(hn::Max(curvature, set(1e-4F)));
   const V filter2 = set(plan.filter_sigma * plan.filter_sigma);
   return root(hn::Max(hn::Sub(total, filter2), set(0.04F)));

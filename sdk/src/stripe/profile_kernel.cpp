@@ -23,16 +23,11 @@ namespace {
 
 constexpr int kMostMoves = 5;
 
-// Where a batch's profiles are.
-struct Located {
-  Background background;
-  FilterPeak peak;
-};
-
 // As many profiles as a vector has lanes, and what is known of them, stage by stage.
 struct Batch {
-  Window w;
-  Located located;
+  hn::Vec<IntTag> across;  // Centres of the windows.
+  Background background;
+  FilterPeak peak;
   Noise noise;
   ExtraVariance extra;
   V width;  // Expected.
@@ -40,39 +35,51 @@ struct Batch {
   Estimate estimate;
 };
 
+// The middle of the `2 * aligned + 1` pixels that a pixel is one of: neighbouring columns that
+// nearly agree are centred on the same row and can be read side by side.
+HWY_INLINE void set_centres(hn::Vec<IntTag> across, const ProfilePlan& plan, int length,
+                            Window& w) {
+  const IntTag di;
+  const int cell = 2 * plan.aligned + 1;
+  const V middle = hn::Add(hn::ConvertTo(Tag(), across), set(0.5F));
+  const auto number =
+      hn::ConvertTo(di, hn::Floor(hn::Mul(middle, set(1.0F / static_cast<float>(cell)))));
+  const auto snapped = hn::Add(hn::Mul(number, hn::Set(di, cell)), hn::Set(di, plan.aligned));
+  hn::Store(hn::Min(snapped, hn::Set(di, length - 1)), di, w.across);
+}
+
 // Loads the window around the lanes' centres, without its background.
-Background load_without_background(const ProfileImages& images, const ProfilePlan& plan,
-                                   Window& w) {
-  const Centres centres = look_at_centres(w, plan.window, images.length);
-  Background b;
+void load_without_background(const ProfileImages& images, const ProfilePlan& plan, Window& w,
+                             Background& background) {
+  const Centres centres =
+      look_at_centres(w, images.lit_steps.line == 1, plan.window, plan.aligned, images.length);
   const bool may_be_plain =
       centres.are_inside && images.blind == nullptr && images.variance == nullptr;
   if (may_be_plain && with_plain_reader(images, centres, plan.window, w, [&](const auto& pixels) {
-        return read_plain(plan, pixels, images.full_scale_dn, w, b);
+        return read_plain(plan, pixels, images.full_scale_dn, w, background);
       })) {
-    return b;
+    return;
   }
   load(images, centres, plan.window, w);
-  b = fit_ring(plan, w);
-  remove_background(plan, b, w);
-  return b;
+  fit_ring(plan, w, background);
+  remove_background(plan, background, w);
 }
 
 // Finds the filter's peak near the seeds, moving those where it lies too far off.
-Located locate(const ProfileImages& images, const ProfilePlan& plan, Window& w) {
+void locate(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
   const Tag d;
   const IntTag di;
   for (int move = 0;; ++move) {
-    const Background background = load_without_background(images, plan, w);
-    const Located located{background, find_filter_peak(plan, w)};
-    const M strays = hn::Gt(hn::Abs(located.peak.at), set(static_cast<float>(plan.stray)));
-    if (move == kMostMoves || hn::AllFalse(d, strays)) return located;
+    load_without_background(images, plan, w, b.background);
+    b.peak = find_filter_peak(plan, w);
+    const M strays = hn::Gt(hn::Abs(b.peak.at), set(static_cast<float>(plan.stray)));
+    if (move == kMostMoves || hn::AllFalse(d, strays)) break;
     // Only those that have to move, so that a profile's answer does not depend on its neighbours.
-    const V move_by = hn::IfThenElseZero(strays, located.peak.at);
+    const V move_by = hn::IfThenElseZero(strays, b.peak.at);
     const auto moved = hn::Add(hn::Load(di, w.across), hn::ConvertTo(di, move_by));
-    const auto last = hn::Set(di, images.length - 1);
-    hn::Store(hn::Min(hn::Max(moved, hn::Zero(di)), last), di, w.across);
+    set_centres(hn::Max(moved, hn::Zero(di)), plan, images.length, w);
   }
+  b.across = hn::Load(di, w.across);
 }
 
 V count_clipped(const ProfilePlan& plan, const Window& w) {
@@ -86,34 +93,43 @@ V count_clipped(const ProfilePlan& plan, const Window& w) {
   return sum;
 }
 
-void estimate(const ProfileImages& images, const ProfilePlan& plan, Batch& b) {
-  const Tag d;
-  const Background& background = b.located.background;
-  const FilterPeak& peak = b.located.peak;
-  b.noise = noise_of(plan, images, background, b.w);
-  const V across = hn::Add(hn::ConvertTo(d, hn::Load(IntTag(), b.w.across)), peak.at);
-  b.width = width_at(plan, across);
-  b.clipped = count_clipped(plan, b.w);
-  b.extra = {hn::Zero(d), hn::Zero(d)};
-  if (images.variance != nullptr) b.extra = extra_at_peak(plan, b.w, peak.at);
-  Estimate& e = b.estimate;
-  e = estimate_from_filter(plan, peak, b.width);
-  if (!plan.refine) {
-    e.sigma = filter_sigma(plan, b.noise.with(b.extra), background, b.width, e.amplitude);
-  } else if (b.w.is_plain) {
-    refine<true>(plan, b.w, background, b.noise, b.extra, b.width, b.clipped, b.clipped, e);
+void refine_in_window(const ProfileImages& images, const ProfilePlan& plan, const Window& w,
+                      Batch& b) {
+  if (w.is_plain) {
+    refine<true>(plan, w, b.background, b.noise, b.extra, b.width, b.clipped, b.clipped,
+                 b.estimate);
   } else {
-    const V ceiling = ceiling_of(images, background, b.noise, b.w);
-    refine<false>(plan, b.w, background, b.noise, b.extra, b.width, b.clipped, ceiling, e);
+    const V ceiling = ceiling_of(images, b.background, b.noise, w);
+    refine<false>(plan, w, b.background, b.noise, b.extra, b.width, b.clipped, ceiling, b.estimate);
   }
 }
 
-void store(const ProfilePlan& plan, const Batch& b, int first, const PeakMeasurements& out) {
+// All that needs the pixels.
+void look(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
+  const Tag d;
+  locate(images, plan, w, b);
+  b.noise = noise_of(plan, images, b.background, w);
+  b.width = width_at(plan, hn::Add(hn::ConvertTo(d, b.across), b.peak.at));
+  b.clipped = count_clipped(plan, w);
+  b.extra = {hn::Zero(d), hn::Zero(d)};
+  if (images.variance != nullptr) b.extra = extra_at_peak(plan, w, b.peak.at);
+  if (!plan.refine) return;
+  b.estimate = estimate_from_filter(plan, b.peak, b.width);
+  refine_in_window(images, plan, w, b);
+}
+
+// All the rest.
+void finish(const ProfilePlan& plan, Batch& b, int first, const PeakMeasurements& out) {
   const Tag d;
   const IntTag di;
-  const FilterPeak& peak = b.located.peak;
-  const Estimate& e = b.estimate;
-  hn::StoreU(hn::Add(hn::Load(di, b.w.across), hn::ConvertTo(di, peak.at)), di, out.across + first);
+  const FilterPeak& peak = b.peak;
+  const Noise noise = b.noise.with(b.extra);
+  Estimate& e = b.estimate;
+  if (!plan.refine) {
+    e = estimate_from_filter(plan, peak, b.width);
+    e.sigma = filter_sigma(plan, noise, b.background, b.width, e.amplitude);
+  }
+  hn::StoreU(hn::Add(b.across, hn::ConvertTo(di, peak.at)), di, out.across + first);
   hn::StoreU(hn::Sub(e.position, peak.at), d, out.offset + first);
   hn::StoreU(e.amplitude, d, out.amplitude + first);
   hn::StoreU(b.clipped, d, out.clipped + first);
@@ -123,29 +139,51 @@ void store(const ProfilePlan& plan, const Batch& b, int first, const PeakMeasure
   hn::StoreU(root(hn::MulAdd(e.sigma, e.sigma, locking)), d, out.sigma + first);
   const V width = width_from_filter(plan, peak, b.noise);
   hn::StoreU(hn::IfThenElse(is_clipped, b.width, width), d, out.width + first);
-  const V significance = significance_of(plan, peak, b.located.background, b.noise, b.extra);
+  const V significance = significance_of(plan, peak, b.background, b.noise, b.extra);
   hn::StoreU(significance, d, out.significance + first);
-  const V at_peak = b.noise.with(b.extra).variance(hn::Max(e.amplitude, hn::Zero(d)));
+  const V at_peak = noise.variance(hn::Max(e.amplitude, hn::Zero(d)));
   hn::StoreU(hn::Mul(e.amplitude, inverse_root(at_peak)), d, out.snr + first);
 }
 
-void set_seeds(const PeakSeed* seeds, int first, int count, Window& w) {
-  const int n = lanes();
-  for (int lane = 0; lane < n; ++lane) {
-    const PeakSeed& seed = seeds[std::min(first + lane, count - 1)];
-    w.line[lane] = seed.line;
-    w.across[lane] = seed.across;
+void set_seeds(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds,
+               int first, int count, Window& w) {
+  const IntTag di;
+  hn::Vec<IntTag> line;
+  hn::Vec<IntTag> across;
+  if (first + lanes() <= count) {
+    static_assert(sizeof(PeakSeed) == 2 * sizeof(std::int32_t));
+    hn::LoadInterleaved2(di, &seeds[first].line, line, across);
+  } else {  // The last one again and again.
+    for (int lane = 0; lane < lanes(); ++lane) {
+      const PeakSeed& seed = seeds[std::min(first + lane, count - 1)];
+      w.line[lane] = seed.line;
+      w.across[lane] = seed.across;
+    }
+    line = hn::Load(di, w.line);
+    across = hn::Load(di, w.across);
   }
+  hn::Store(line, di, w.line);
+  set_centres(across, plan, images.length, w);
 }
+
+// What follows the pixels is one long chain of a result waiting for the one before: several
+// batches' chains keep a core busy.
+constexpr int kTogether = 4;
 
 void measure(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds, int count,
              const PeakMeasurements& out) {
-  Batch batch;
-  for (int first = 0; first < count; first += lanes()) {
-    set_seeds(seeds, first, count, batch.w);
-    batch.located = locate(images, plan, batch.w);
-    estimate(images, plan, batch);
-    store(plan, batch, first, out);
+  const int n = lanes();
+  Window w;
+  Batch batches[kTogether];
+  for (int start = 0; start < count; start += kTogether * n) {
+    const int end = std::min(count, start + kTogether * n);
+    Batch* b = batches;
+    for (int first = start; first < end; first += n, ++b) {
+      set_seeds(images, plan, seeds, first, count, w);
+      look(images, plan, w, *b);
+    }
+    b = batches;
+    for (int first = start; first < end; first += n, ++b) finish(plan, *b, first, out);
   }
 }
 

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <striper/stripe/candidates.hpp>
+
 namespace striper::detail {
 
 /// A lit frame as the profile kernel reads it: pixel k of line l is at l * line_step + k *
@@ -25,10 +27,7 @@ struct ProfileImages {
 };
 
 /// Where a peak is to be measured.
-struct PeakSeed {
-  std::int32_t line;
-  std::int32_t across;
-};
+using PeakSeed = ChunkMaxima::Place;
 
 /// How the kernel measures; made by `plan_profile`. Lengths in image pixels.
 struct ProfilePlan {
@@ -46,7 +45,7 @@ struct ProfilePlan {
   int reach = 0;          // The filter's peak is looked for this far from the seed,
   int filter_reach = 0;   // for which pixels this far from it are needed;
   int stray = 0;          // farther than this, the seed is moved there first.
-  int aligned = 0;        // Seeds of neighbouring lines are moved so far to agree.
+  int aligned = 0;        // Seeds are moved so far at most that those of neighbouring lines agree.
   int core = 0;           // Beyond this distance from the seed the stripe is gone,
   int window = 0;         // and from there to here is the local background.
   float width = 0;        // The stripe's effective sigma (pixel box included) at pixel 0,
@@ -71,11 +70,6 @@ struct ProfilePlan {
 
   bool refine = false;  // Gauss-Newton after the matched filter.
 };
-
-/// As many neighbouring columns whose seeds agree are read at once; and where so many do not, so
-/// many.
-inline constexpr int kSeedRun = 16;
-inline constexpr int kSeedGroup = 4;
 
 /// What was measured, one element per seed. Arrays of the caller, of at least `count` rounded up to
 /// a multiple of kLanesAtMost.

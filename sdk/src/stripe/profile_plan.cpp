@@ -23,9 +23,13 @@ constexpr double kCoarseBelow = 1.6;
 void make_filter(double sigma, ProfilePlan& plan) {
   plan.taps = std::min(ProfilePlan::kMostTaps, static_cast<int>(std::ceil(kFilterReach * sigma)));
   plan.filter_sigma = static_cast<float>(sigma);
-  const auto tap = [&](int i) {
-    return std::abs(i) > plan.taps ? 0.0 : std::exp(-0.5 * i * i / (sigma * sigma));
-  };
+  std::array<double, ProfilePlan::kMostTaps + 3> half{};  // Two zeros beyond the last tap.
+  for (int i = 0; i <= plan.taps; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    half[at] = std::exp(-0.5 * i * i / (sigma * sigma));
+    plan.filter[at] = static_cast<float>(half[at]);
+  }
+  const auto tap = [&](int i) { return half[static_cast<std::size_t>(std::abs(i))]; };
   double sum = 0.0;
   double energy = 0.0;
   double covariance = 0.0;
@@ -33,7 +37,6 @@ void make_filter(double sigma, ProfilePlan& plan) {
     sum += tap(i);
     energy += tap(i) * tap(i);
     covariance += tap(i) * tap(i + 2);
-    if (i >= 0) plan.filter[static_cast<std::size_t>(i)] = static_cast<float>(tap(i));
   }
   plan.filter_sum = static_cast<float>(sum);
   plan.filter_energy = static_cast<float>(energy);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "stripe/lanes-inl.hpp"
 #include "stripe/profile_kernel.hpp"
@@ -41,18 +42,30 @@ struct Window {
 
 // Where the centres are, for all lanes together.
 struct Centres {
+  static constexpr int kMostLevels = 8;
+
   bool are_inside;  // All of their windows.
-  bool are_a_run;   // Neighbouring columns, all at the same row.
+  // Of neighbouring lines, whose pixels lie side by side: the rows that they are centred on, from
+  // the first one, `level_step` apart. None where they are no neighbours, or the rows too many.
+  int levels;
+  int first_level;
+  int level_step;
 };
 
-Centres look_at_centres(const Window& w, int half, int length) {
+Centres look_at_centres(const Window& w, bool are_side_by_side, int half, int aligned, int length) {
   const IntTag di;
   const auto across = hn::Load(di, w.across);
+  const int lowest = hn::GetLane(hn::MinOfLanes(di, across));
+  const int highest = hn::GetLane(hn::MaxOfLanes(di, across));
   const auto run = hn::Add(hn::Set(di, w.line[0]), hn::Iota(di, 0));
-  const auto last = hn::Set(di, length - half);
-  return {hn::AllTrue(di, hn::And(hn::Gt(across, hn::Set(di, half - 1)), hn::Lt(across, last))),
-          hn::AllTrue(di, hn::And(hn::Eq(across, hn::Set(di, w.across[0])),
-                                  hn::Eq(hn::Load(di, w.line), run)))};
+  const int step = 2 * aligned + 1;
+  Centres centres{lowest >= half && highest + half < length, 0, lowest, step};
+  if (are_side_by_side && centres.are_inside && highest - lowest < Centres::kMostLevels * step &&
+      hn::AllTrue(di, hn::Eq(hn::Load(di, w.line), run))) {
+    centres.levels = 1;
+    for (int level = lowest; level < highest; level += step) ++centres.levels;
+  }
+  return centres;
 }
 
 // ---- Copies of pixels. `n` lanes to a row of `out`.
@@ -69,21 +82,6 @@ HWY_NOINLINE void copy_lane_at_border(const Pixel* line, std::ptrdiff_t step, in
   for (int k = 0; k < rows; ++k) out[k * n] = line[std::clamp(first + k, 0, length - 1) * step];
 }
 
-HWY_INLINE bool is_group(const Window& w, int lane, int half, int length) {
-  bool same = w.across[lane] >= half && w.across[lane] + half < length;
-  for (int i = 1; i < kSeedGroup; ++i) {
-    same &= w.across[lane + i] == w.across[lane] && w.line[lane + i] == w.line[lane] + i;
-  }
-  return same;
-}
-
-template <typename Pixel>
-HWY_INLINE void copy_group(const Pixel* first, std::ptrdiff_t step, int rows, int n, Pixel* out) {
-  for (int k = 0; k < rows; ++k) {
-    hwy::CopyBytes<kSeedGroup * sizeof(Pixel)>(first + k * step, out + k * n);
-  }
-}
-
 template <typename Pixel>
 HWY_NOINLINE void copy_window(const Pixel* image, const ProfileImages::Steps& steps, int length,
                               const Window& w, int half, int n, Pixel* out) {
@@ -91,10 +89,7 @@ HWY_NOINLINE void copy_window(const Pixel* image, const ProfileImages::Steps& st
   for (int lane = 0; lane < n; ++lane) {
     const Pixel* const line = image + w.line[lane] * steps.line;
     const int first = w.across[lane] - half;
-    if (steps.line == 1 && lane + kSeedGroup <= n && is_group(w, lane, half, length)) {
-      copy_group(line + first * steps.across, steps.across, rows, n, out + lane);
-      lane += kSeedGroup - 1;
-    } else if (first >= 0 && first + rows <= length) {
+    if (first >= 0 && first + rows <= length) {
       copy_lane(line + first * steps.across, steps.across, rows, n, out + lane);
     } else {
       copy_lane_at_border(line, steps.across, first, length, rows, n, out + lane);
@@ -102,33 +97,75 @@ HWY_NOINLINE void copy_window(const Pixel* image, const ProfileImages::Steps& st
   }
 }
 
-// A window's rows of pixels: in the image itself where they lie side by side, else copied.
-template <typename Pixel>
+// A window's rows of pixels. Where neighbouring columns are centred on few rows they are read from
+// the image itself, each row from so many places at once; else they are copied.
+template <typename Pixel, int kLevels>
 struct Rows {
-  const Pixel* first;
-  std::ptrdiff_t step;
+  using PixelTag = hn::Rebind<Pixel, Tag>;
 
-  HWY_INLINE V at(int k) const {
-    const hn::Rebind<Pixel, Tag> dp;
-    return hn::ConvertTo(Tag(), hn::PromoteTo(IntTag(), hn::LoadU(dp, first + k * step)));
+  std::ptrdiff_t step;
+  const Pixel* first[kLevels];
+  hn::Mask<PixelTag> lanes_of[kLevels];  // Of all but the first one.
+
+  HWY_INLINE hn::Vec<PixelTag> pixels_at(int k) const {
+    const PixelTag dp;
+    auto pixels = hn::LoadU(dp, first[0] + k * step);
+    for (int i = 1; i < kLevels; ++i) {
+      pixels = hn::IfThenElse(lanes_of[i], hn::LoadU(dp, first[i] + k * step), pixels);
+    }
+    return pixels;
   }
+  static HWY_INLINE V to_float(hn::Vec<PixelTag> pixels) {
+    return hn::ConvertTo(Tag(), hn::PromoteTo(IntTag(), pixels));
+  }
+  HWY_INLINE V at(int k) const { return to_float(pixels_at(k)); }
 };
 
 template <typename Pixel>
-HWY_INLINE Rows<Pixel> rows_of(const void* pixels, const ProfileImages::Steps& steps, int length,
-                               const Window& w, const Centres& centres, int half, Pixel* copy) {
+HWY_INLINE hn::Mask<hn::Rebind<Pixel, Tag>> lanes_at(const Window& w, int level) {
+  const IntTag di;
+  const hn::Rebind<Pixel, Tag> dp;
+  const auto is_there = hn::Eq(hn::Load(di, w.across), hn::Set(di, level));
+  const auto ones = hn::IfThenElseZero(is_there, hn::Set(di, 1));
+  return hn::Ne(hn::DemoteTo(dp, ones), hn::Zero(dp));
+}
+
+template <int kLevels, typename Pixel>
+HWY_INLINE Rows<Pixel, kLevels> rows_of(const void* pixels, const ProfileImages::Steps& steps,
+                                        int length, const Window& w, const Centres& centres,
+                                        int half, Pixel* copy) {
   const auto* const image = static_cast<const Pixel*>(pixels);
-  if (steps.line == 1 && centres.are_inside && centres.are_a_run) {
-    return {image + w.line[0] + (w.across[0] - half) * steps.across, steps.across};
+  Rows<Pixel, kLevels> rows;
+  if (centres.levels == 0) {
+    copy_window(image, steps, length, w, half, lanes(), copy);
+    rows.step = lanes();
+    rows.first[0] = copy;
+    return rows;
   }
-  copy_window(image, steps, length, w, half, lanes(), copy);
-  return {copy, lanes()};
+  rows.step = steps.across;
+  for (int i = 0; i < kLevels; ++i) {
+    const int level = centres.first_level + std::min(i, centres.levels - 1) * centres.level_step;
+    rows.first[i] = image + w.line[0] + (level - half) * steps.across;
+    if (i > 0) rows.lanes_of[i] = lanes_at<Pixel>(w, level);
+  }
+  return rows;
+}
+
+// Calls with one of a few numbers of levels that are known when the call is compiled.
+template <typename Visitor>
+HWY_INLINE auto with_levels(const Centres& centres, const Visitor& visit) {
+  if (centres.levels <= 1) return visit(std::integral_constant<int, 1>());
+  if (centres.levels == 2) return visit(std::integral_constant<int, 2>());
+  if (centres.levels == 3) return visit(std::integral_constant<int, 3>());
+  if (centres.levels == 4) return visit(std::integral_constant<int, 4>());
+  if (centres.levels <= 6) return visit(std::integral_constant<int, 6>());
+  return visit(std::integral_constant<int, Centres::kMostLevels>());
 }
 
 // ---- What is known of each pixel.
 
-template <typename Pixel>
-void mark_clipped(const Rows<Pixel>& lit, int rows, V full_scale, Window& w) {
+template <typename Rows>
+void mark_clipped(const Rows& lit, int rows, V full_scale, Window& w) {
   const Tag d;
   const int n = lanes();
   for (int k = 0; k < rows; ++k) {
@@ -157,8 +194,8 @@ HWY_NOINLINE void mark_unseen(const ProfileImages& images, int half, Window& w) 
 
 // ---- Loading.
 
-template <typename Pixel>
-void take_off_dark(const Rows<Pixel>& dark, int rows, Window& w) {
+template <typename Rows>
+void take_off_dark(const Rows& dark, int rows, Window& w) {
   const Tag d;
   const int n = lanes();
   V sum = hn::Zero(d);
@@ -170,29 +207,32 @@ void take_off_dark(const Rows<Pixel>& dark, int rows, Window& w) {
   hn::Store(hn::Mul(sum, set(1.0F / static_cast<float>(rows))), d, w.dark);
 }
 
-template <typename Pixel>
+template <typename Pixel, int kLevels>
 void load_pixels(const ProfileImages& images, const Centres& centres, int half, Window& w) {
   const Tag d;
   const int n = lanes();
   const int rows = 2 * half + 1;
   HWY_ALIGN Pixel copy[kMostRows * kMostLanes];
-  const Rows<Pixel> lit =
-      rows_of(images.lit, images.lit_steps, images.length, w, centres, half, copy);
+  const auto lit =
+      rows_of<kLevels>(images.lit, images.lit_steps, images.length, w, centres, half, copy);
   for (int k = 0; k < rows; ++k) hn::Store(lit.at(k), d, w.value + k * n);
   mark_clipped(lit, rows, set(static_cast<float>(images.full_scale_dn)), w);
   hn::Store(hn::Zero(d), d, w.dark);
   if (images.dark == nullptr) return;
-  take_off_dark(rows_of(images.dark, images.dark_steps, images.length, w, centres, half, copy),
-                rows, w);
+  take_off_dark(
+      rows_of<kLevels>(images.dark, images.dark_steps, images.length, w, centres, half, copy), rows,
+      w);
 }
 
 // Fills the window around the lanes' centres, whatever there is.
 HWY_NOINLINE void load(const ProfileImages& images, const Centres& centres, int half, Window& w) {
-  if (images.is_16_bit) {
-    load_pixels<std::uint16_t>(images, centres, half, w);
-  } else {
-    load_pixels<std::uint8_t>(images, centres, half, w);
-  }
+  with_levels(centres, [&](auto levels) {
+    if (images.is_16_bit) {
+      load_pixels<std::uint16_t, levels>(images, centres, half, w);
+    } else {
+      load_pixels<std::uint8_t, levels>(images, centres, half, w);
+    }
+  });
   w.is_plain = false;
   if (!centres.are_inside || images.blind != nullptr) mark_unseen(images, half, w);
   w.has_extra = images.variance != nullptr;
@@ -201,18 +241,25 @@ HWY_NOINLINE void load(const ProfileImages& images, const Centres& centres, int 
 }
 
 // Reads a batch that is inside the image row by row, and remembers what matters of the whole.
-template <typename PixelT, bool kHasDark>
+template <typename PixelRows, bool kHasDark>
 struct PlainReader {
-  using Pixel = PixelT;
+  using PixelTag = typename PixelRows::PixelTag;
 
-  Rows<Pixel> lit;
-  Rows<Pixel> dark;
-  V highest;  // Pixel of the lit image.
+  PixelRows lit;
+  PixelRows dark;
+  hn::Vec<PixelTag> highest;  // Of the lit image.
   V dark_sum;
 
+  HWY_INLINE bool is_below(int full_scale_dn) const {
+    const PixelTag dp;
+    const auto clipped = hn::Set(dp, static_cast<hn::TFromD<PixelTag>>(full_scale_dn));
+    return hn::AllFalse(dp, hn::Eq(hn::Max(highest, clipped), highest));
+  }
+
   HWY_INLINE V row(int k) {
-    const V value = lit.at(k);
-    highest = hn::Max(highest, value);
+    const auto pixels = lit.pixels_at(k);
+    highest = hn::Max(highest, pixels);
+    const V value = PixelRows::to_float(pixels);
     if constexpr (!kHasDark) return value;
     const V taken_off = dark.at(k);
     dark_sum = hn::Add(dark_sum, taken_off);
@@ -220,31 +267,36 @@ struct PlainReader {
   }
 };
 
-template <typename Pixel, bool kHasDark, typename Visitor>
+template <typename Pixel, bool kHasDark, int kLevels, typename Visitor>
 HWY_INLINE bool visit_plain(const ProfileImages& images, const Centres& centres, int half,
                             const Window& w, const Visitor& visit) {
   HWY_ALIGN Pixel lit_copy[kMostRows * kMostLanes];
   HWY_ALIGN Pixel dark_copy[kHasDark ? kMostRows * kMostLanes : 1];
-  const Rows<Pixel> lit =
-      rows_of(images.lit, images.lit_steps, images.length, w, centres, half, lit_copy);
-  Rows<Pixel> dark = lit;
+  const auto lit =
+      rows_of<kLevels>(images.lit, images.lit_steps, images.length, w, centres, half, lit_copy);
+  auto dark = lit;
   if constexpr (kHasDark) {
-    dark = rows_of(images.dark, images.dark_steps, images.length, w, centres, half, dark_copy);
+    dark = rows_of<kLevels>(images.dark, images.dark_steps, images.length, w, centres, half,
+                            dark_copy);
   }
-  return visit(PlainReader<Pixel, kHasDark>{lit, dark, hn::Zero(Tag()), hn::Zero(Tag())});
+  using Reader = PlainReader<decltype(dark), kHasDark>;
+  return visit(Reader{lit, dark, hn::Zero(typename Reader::PixelTag()), hn::Zero(Tag())});
 }
 
 // Hands a reader of the batch to `visit` and returns what that returns.
 template <typename Visitor>
 HWY_INLINE bool with_plain_reader(const ProfileImages& images, const Centres& centres, int half,
                                   const Window& w, const Visitor& visit) {
-  if (images.is_16_bit) {
+  return with_levels(centres, [&](auto levels) {
+    if (images.is_16_bit) {
+      return images.dark == nullptr
+                 ? visit_plain<std::uint16_t, false, levels>(images, centres, half, w, visit)
+                 : visit_plain<std::uint16_t, true, levels>(images, centres, half, w, visit);
+    }
     return images.dark == nullptr
-               ? visit_plain<std::uint16_t, false>(images, centres, half, w, visit)
-               : visit_plain<std::uint16_t, true>(images, centres, half, w, visit);
-  }
-  return images.dark == nullptr ? visit_plain<std::uint8_t, false>(images, centres, half, w, visit)
-                                : visit_plain<std::uint8_t, true>(images, centres, half, w, visit);
+               ? visit_plain<std::uint8_t, false, levels>(images, centres, half, w, visit)
+               : visit_plain<std::uint8_t, true, levels>(images, centres, half, w, visit);
+  });
 }
 
 }  // namespace

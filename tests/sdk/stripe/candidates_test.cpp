@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <striper/stripe/candidates.hpp>
 
+#include "support/instruction_sets.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -86,17 +85,6 @@ void expect_equal_to_oracle(const LitFrame& frame, StripeAxis axis) {
   }
 }
 
-void for_each_instruction_set(const std::function<void()>& body) {
-  const std::int64_t all = hwy::SupportedTargets();
-  for (std::int64_t rest = all; rest != 0; rest &= rest - 1) {
-    const std::int64_t target = rest & -rest;
-    SCOPED_TRACE(hwy::TargetName(target));
-    hwy::SetSupportedTargetsForTest(target);
-    body();
-  }
-  hwy::SetSupportedTargetsForTest(0);
-}
-
 struct Case {
   int type;
   StripeAxis axis;
@@ -117,7 +105,7 @@ TEST_P(EveryInstructionSet, EqualsTheScalarOracleOnAllWidthsAndOddStrides) {
     frame.lit = random_image(height, width, c.type, stride, levels);
     if (c.has_dark) frame.dark = random_image(height, width, c.type, stride + 2, levels);
     if (c.has_blind) frame.blind = random_image(height, width, CV_8UC1, stride + 4, 2);
-    for_each_instruction_set([&] { expect_equal_to_oracle(frame, c.axis); });
+    testing::for_each_instruction_set([&] { expect_equal_to_oracle(frame, c.axis); });
     if (HasFatalFailure()) FAIL() << width << "x" << height << " stride " << stride;
   }
 }

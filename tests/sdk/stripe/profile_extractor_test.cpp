@@ -12,13 +12,13 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 #include <opencv2/core.hpp>
 
 #include <striper/core/error.hpp>
 #include <striper/stripe/extractor.hpp>
 
 #include "support/allocation_counter.hpp"
+#include "support/instruction_sets.hpp"
 #include "support/synthetic_stripe.hpp"
 
 namespace striper {
@@ -187,16 +187,13 @@ TEST_P(BothMethods, NoiseThatDarkRowsShareIsCountedWhetherGivenOrMeasured) {
 TEST_P(BothMethods, SameAnswerOnEveryInstructionSet) {
   const LitFrame frame = testing::render(typical());
   const Stripe expected = extract(frame, options());
-  for (std::int64_t rest = hwy::SupportedTargets(); rest != 0; rest &= rest - 1) {
-    hwy::SetSupportedTargetsForTest(rest & -rest);
-    SCOPED_TRACE(hwy::TargetName(rest & -rest));
+  testing::for_each_instruction_set([&] {
     const Stripe stripe = extract(frame, options());
-    hwy::SetSupportedTargetsForTest(0);
     for (std::size_t i = 0; i < stripe.size(); ++i) {
       ASSERT_EQ(stripe.status[i], expected.status[i]);
       ASSERT_NEAR(stripe.across_px[i], expected.across_px[i], 2e-3) << i;
     }
-  }
+  });
 }
 
 TEST_P(BothMethods, EmptyLinesAreNoStripe) {

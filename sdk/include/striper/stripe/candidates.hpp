@@ -67,8 +67,25 @@ class ChunkMaxima {
   }
 
   /// Which pixel the most prominent chunk maximum of each line is at, all lines at once: `best(0,
-  /// line).across`, 0 for none. Room for `lines()` numbers.
+  /// line).across`. Needs `rank`; room for `lines()` numbers.
   void best_across(std::int32_t* across) const noexcept;
+
+  /// What else of a line may be the stripe, besides its most prominent chunk.
+  struct RivalLimits {
+    int second_dn = 1;  ///< What rises at least so far, at least 1;
+    int weak_dn = 0;    ///< everything that rises, where the most prominent one rises less.
+    int flank_px =
+        0;  ///< But for the flank that a peak has in the next chunk, at most so far away.
+  };
+  struct Place {
+    std::int32_t line;
+    std::int32_t across;
+  };
+
+  /// Finds them, in order of lines, the more prominent first, and the lines without any contrast.
+  /// Needs `rank`.
+  void find_rivals(const RivalLimits& limits, std::vector<Place>& rivals,
+                   std::vector<std::int32_t>& flat_lines) const;
 
   /// Whether a pixel of the line was blind.
   bool is_partly_blind(int line) const noexcept {
@@ -92,7 +109,9 @@ class ChunkMaxima {
   std::vector<std::uint32_t> keys16_;  // The same with value << 16, for 16-bit pixels.
   std::array<std::vector<std::uint16_t>, kBest> best8_;   // [line]: prominence << 8 | 255 - chunk.
   std::array<std::vector<std::uint32_t>, kBest> best16_;  // prominence << 16 | 65535 - chunk.
-  std::vector<std::uint8_t> blind_;                       // [line]; empty without a blind mask.
+  std::vector<std::uint16_t> best_across8_;               // [line]: pixel of the best chunk.
+  std::vector<std::uint32_t> best_across16_;
+  std::vector<std::uint8_t> blind_;  // [line]; empty without a blind mask.
 };
 
 }  // namespace striper

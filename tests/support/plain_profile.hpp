@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Dense>
+#include <opencv2/core.hpp>
+
+#include "stripe/profile_kernel.hpp"
+
+namespace striper::testing {
+
+/// The oracle of `measure_profiles`: what its header says of one seed, in doubles, a pixel at a
+/// time.
+class PlainProfile {
+ public:
+  struct Pictures {
+    cv::Mat lit, dark, blind, variance;  // Lines are columns.
+    int full_scale_dn = 255;
+  };
+
+  /// The kernel takes as many steps of Gauss-Newton as the most impatient profile of a vector, so
+  /// that a few of these may be its answer.
+  struct Fit {
+    double position = 0.0;  // From the centre.
+    double amplitude = 0.0;
+    double sigma = 0.0;
+  };
+
+  double across = 0.0;   // Of the pixel that the filter peaks at,
+  double peak_at = 0.0;  // and from the centre.
+  double width = 0.0;
+  double significance = 0.0;
+  double clipped = 0.0;
+  std::vector<Fit> fits;  // After 0, 1, 2, ... steps; of `fast` the first one only.
+
+  PlainProfile(const Pictures& pictures, const detail::ProfilePlan& plan, detail::PeakSeed seed)
+      : pictures_(pictures), plan_(plan), line_(seed.line) {
+    move_to(seed.across);
+    find_peak();
+    across = centre_ + peak_at;
+    for (int k = -plan.core; k <= plan.core; ++k) clipped += seen(k) - usable(k);
+    expected_width_ =
+        std::clamp(plan.width + plan.width_slope * across, static_cast<double>(plan.smallest_width),
+                   static_cast<double>(plan.largest_width));
+    set_noise();
+    estimate();
+    if (plan.refine) refine();
+    set_width_and_significance();
+  }
+
+  double snr(const Fit& fit) const {
+    return fit.amplitude / std::sqrt(variance(std::max(0.0, fit.amplitude)) + extra_of_pixel_);
+  }
+  double locking() const {
+    return clipped > 0.0 ? plan_.clipped_locking_variance : plan_.locking_variance;
+  }
+  double centre() const { return centre_; }
+
+ private:
+  // ---- Pixels, k from the centre. Outside of the image the border repeats, unseen.
+
+  int length() const { return pictures_.lit.rows; }
+  double pixel(const cv::Mat& image, int k) const {
+    const int row = std::clamp(centre_ + k, 0, length() - 1);
+    return image.depth() == CV_8U    ? image.at<std::uint8_t>(row, line_)
+           : image.depth() == CV_16U ? image.at<std::uint16_t>(row, line_)
+                                     : static_cast<double>(image.at<float>(row, line_));
+  }
+  double value(int k) const {
+    return pixel(pictures_.lit, k) - (pictures_.dark.empty() ? 0.0 : pixel(pictures_.dark, k));
+  }
+  double seen(int k) const {
+    const bool is_inside = centre_ + k >= 0 && centre_ + k < length();
+    const bool is_blind = !pictures_.blind.empty() && pixel(pictures_.blind, k) != 0.0;
+    return is_inside && !is_blind ? 1.0 : 0.0;
+  }
+  double usable(int k) const {
+    return pixel(pictures_.lit, k) < pictures_.full_scale_dn ? seen(k) : 0.0;
+  }
+  double extra(int k) const {
+    return pictures_.variance.empty() ? 0.0 : pixel(pictures_.variance, k);
+  }
+  double flat(int k) const { return seen(k) * (value(k) - level_ - slope_ * k); }
+  double tap(int i) const {
+    return std::abs(i) > plan_.taps ? 0.0 : plan_.filter[static_cast<std::size_t>(std::abs(i))];
+  }
+
+  template <typename Action>
+  void for_ring(const Action& action) const {
+    for (int q = plan_.core + 1; q <= plan_.window; ++q) {
+      action(-q);
+      action(q);
+    }
+  }
+
+  // ---- Stages.
+
+  void move_to(int across_pixel) {
+    const int cell = 2 * plan_.aligned + 1;
+    centre_ = std::min(across_pixel / cell * cell + plan_.aligned, length() - 1);
+  }
+
+  void fit_background() {
+    best_extra_ = 1e12;
+    for_ring([&](int k) {
+      if (usable(k) > 0.0) best_extra_ = std::min(best_extra_, extra(k));
+    });
+    if (best_extra_ >= 1e12) best_extra_ = 0.0;
+    double pixels = 0.0;
+    double below = 0.0;
+    double above = 0.0;
+    double n = 0.0;
+    double s1 = 0.0;
+    double s2 = 0.0;
+    double sf = 0.0;
+    double s1f = 0.0;
+    for_ring([&](int k) {
+      const double floor = plan_.variance_floor;
+      const double w = usable(k) * (floor + best_extra_) / (floor + extra(k));
+      pixels += usable(k);
+      (k < 0 ? below : above) += w;
+      n += w;
+      s1 += w * k;
+      s2 += w * k * k;
+      sf += w * value(k);
+      s1f += w * k * value(k);
+    });
+    level_ = slope_ = level_variance_ = slope_variance_ = 0.0;
+    if (pixels < 3.0) {
+      level_variance_ = 1e12;
+      return;
+    }
+    if (std::min(below, above) >= 3.0 || n >= 24.0) {
+      const double det = n * s2 - s1 * s1;
+      level_ = (s2 * sf - s1 * s1f) / det;
+      slope_ = (n * s1f - s1 * sf) / det;
+      level_variance_ = s2 / det;
+      slope_variance_ = n / det;
+    } else {
+      level_ = sf / std::max(1.0, n);
+      level_variance_ = 1.0 / std::max(1.0, n);
+    }
+  }
+
+  double filtered(int at) const {
+    double sum = 0.0;
+    for (int i = -plan_.taps; i <= plan_.taps; ++i) sum += tap(i) * flat(at + i);
+    return sum;
+  }
+
+  void find_peak() {
+    for (int move = 0;; ++move) {
+      fit_background();
+      peak_ = -1e30;
+      for (int k = -plan_.reach; k <= plan_.reach; ++k) {
+        const double here = filtered(k);
+        if (here <= peak_) continue;
+        peak_ = here;
+        peak_at = k;
+      }
+      if (move == 5 || std::abs(peak_at) <= plan_.stray) break;
+      move_to(std::max(0, centre_ + static_cast<int>(peak_at)));
+    }
+    before_ = filtered(static_cast<int>(peak_at) - 1);
+    after_ = filtered(static_cast<int>(peak_at) + 1);
+  }
+
+  void set_noise() {
+    dark_ = 0.0;
+    for (int k = -plan_.window; k <= plan_.window && !pictures_.dark.empty(); ++k) {
+      dark_ += pixel(pictures_.dark, k) / (2 * plan_.window + 1);
+    }
+    base_ = plan_.variance_floor +
+            plan_.variance_per_dn * std::max(0.0, level_ + dark_ - plan_.black_dn);
+    if (!pictures_.dark.empty()) {
+      base_ +=
+          plan_.dark_noise_gain *
+          (plan_.variance_floor + plan_.variance_per_dn * std::max(0.0, dark_ - plan_.black_dn));
+    }
+    double deviations = 0.0;
+    for (int i = -plan_.taps; i <= plan_.taps; ++i) {
+      const double deviation = tap(i) * std::sqrt(extra(static_cast<int>(peak_at) + i));
+      extra_of_pixel_ += deviation * deviation / plan_.filter_energy;
+      deviations += deviation;
+    }
+    extra_of_response_ = deviations * deviations;
+  }
+
+  double variance(double signal) const {
+    return base_ + signal * (plan_.variance_per_dn + plan_.speckle2 * signal);
+  }
+
+  void estimate() {
+    const auto log_of = [&](double side) {
+      return std::log(std::clamp(side / std::max(peak_, 1e-3), 1e-3, 1.0));
+    };
+    const double a = log_of(before_);
+    const double c = log_of(after_);
+    const double offset = std::clamp((c - a) / (2.0 * std::max(-a - c, 1e-4)), -0.5, 0.5);
+    const double filter2 = static_cast<double>(plan_.filter_sigma) * plan_.filter_sigma;
+    const double total = expected_width_ * expected_width_ + filter2;
+    const double gain = expected_width_ * plan_.filter_sigma * std::sqrt(2.0 * kPi / total);
+    Fit fit;
+    fit.position = peak_at + offset;
+    fit.amplitude = peak_ * std::exp(0.5 * offset * offset / total) / gain;
+    fit.sigma = filter_sigma(fit.amplitude);
+    fits.push_back(fit);
+  }
+
+  double filter_sigma(double amplitude) const {
+    const double a = std::max(amplitude, 1e-3);
+    const double w = expected_width_;
+    const double base = base_ + extra_of_pixel_;
+    double white = 2.0 / std::sqrt(kPi) * w * base;
+    if (plan_.is_coarse) white *= 1.0 + 0.14 * std::exp(-(std::max(w, 0.5) - 0.757) / 0.12);
+    const double shot = 0.6142 * w * plan_.variance_per_dn * a;
+    const double speckle = 0.3989 * w * plan_.speckle2 * a * a;
+    const double slope = 8.0 * std::pow(w, 4.0) * slope_variance_ * base;
+    return std::sqrt(white + shot + speckle + slope) / a;
+  }
+
+  void refine() {
+    const Fit start = fits.front();
+    Fit fit = start;
+    double limit = std::numeric_limits<double>::infinity();
+    const double room = pictures_.full_scale_dn - level_ - dark_;
+    const double ceiling = room - std::sqrt(std::max(variance(room), base_));
+    for (int step = 1; step <= 6; ++step) {
+      take_step(limit, fit);
+      fits.push_back(fit);
+      if (clipped > 0.0) limit = ceiling;
+    }
+    for (Fit& f : fits) {
+      if (std::abs(f.position - start.position) > 0.5 * clipped + 1.2 * expected_width_) f = start;
+    }
+  }
+
+  void take_step(double limit, Fit& fit) const {
+    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d right = Eigen::Vector4d::Zero();
+    const double w = expected_width_;
+    const double cumulant = -1.0 / (2880.0 * std::pow(w, 4.0));
+    for (int k = -plan_.window; k <= plan_.window; ++k) {
+      const bool is_core = std::abs(k) <= plan_.core;
+      const double t = (k - fit.position) / w;
+      const double g = std::exp(-0.5 * t * t);
+      const double value =
+          is_core ? g * (1.0 + cumulant * (std::pow(t, 4) - 6.0 * t * t + 3.0)) : 0.0;
+      const double derivative =
+          is_core ? g * t / w * (1.0 + cumulant * (std::pow(t, 4) - 10.0 * t * t + 15.0)) : 0.0;
+      const double signal = std::max(0.0, fit.amplitude * value);
+      if (is_core && signal > limit) continue;
+      const double weight = usable(k) / (variance(signal) + extra(k));
+      const Eigen::Vector4d gradient(1.0, k, value, derivative);
+      normal += weight * gradient * gradient.transpose();
+      right += weight * flat(k) * gradient;
+    }
+    const Eigen::Matrix4d covariance = normal.inverse();
+    const Eigen::Vector4d solution = covariance * right;
+    fit.amplitude = std::max(solution[2], 1e-3);
+    const double wanted = solution[3] / fit.amplitude;
+    fit.position += std::clamp(wanted, -0.75 * w, 0.75 * w);
+    fit.sigma = std::sqrt(covariance(3, 3)) / fit.amplitude;
+  }
+
+  void set_width_and_significance() {
+    const double sides = before_ * after_ - base_ * plan_.filter_covariance;
+    const double centre = std::max(1e-6, peak_ * peak_ - base_ * plan_.filter_energy);
+    const double curvature = -std::log(std::max(1e-6, sides / centre));
+    const double filter2 = static_cast<double>(plan_.filter_sigma) * plan_.filter_sigma;
+    width = std::sqrt(std::max(0.04, 1.0 / std::max(1e-4, curvature) - filter2));
+    if (clipped > 0.0) width = expected_width_;
+    const double sum2 = static_cast<double>(plan_.filter_sum) * plan_.filter_sum;
+    significance = peak_ / std::sqrt(base_ * plan_.filter_energy + extra_of_response_ +
+                                     sum2 * level_variance_ * (base_ + best_extra_));
+  }
+
+  static constexpr double kPi = 3.14159265358979323846;
+
+  const Pictures& pictures_;
+  const detail::ProfilePlan& plan_;
+  int line_;
+  int centre_ = 0;
+  double level_ = 0.0, slope_ = 0.0, level_variance_ = 0.0, slope_variance_ = 0.0;
+  double best_extra_ = 0.0;
+  double before_ = 0.0, peak_ = 0.0, after_ = 0.0;
+  double dark_ = 0.0, base_ = 0.0, extra_of_pixel_ = 0.0, extra_of_response_ = 0.0;
+  double expected_width_ = 0.0;
+};
+
+}  // namespace striper::testing
