@@ -4,6 +4,7 @@
 // points say so).
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
@@ -97,19 +98,33 @@ TEST(RealPictures, GreenLaserOnATurntableGivesThePublishedWorkspace) {
   EXPECT_LT(distances[distances.size() * 95 / 100], 0.003);
 }
 
-TEST(RealPictures, RoverFindsItsStripeInNearlyEveryColumn) {
-  STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
+std::map<ReturnStatus, double> parts_of_rover_columns(const ScannerOptions& options) {
   const auto source =
       open_source("images:" + (testing::real_data("neil-rover-striper") / "*.jpg").string());
-  Scanner scanner(paper_method(ScannerOptions()));
-  std::size_t good = 0;
-  std::size_t columns = 0;
+  Scanner scanner(options);
+  std::map<ReturnStatus, double> parts;
+  double columns = 0.0;
   scan_all(*source, scanner, [&](const PolarScan& scan) {
-    columns += scan.returns.size();
-    for (const Return& r : scan.returns) good += r.status == ReturnStatus::kOk ? 1U : 0U;
+    columns += static_cast<double>(scan.returns.size());
+    for (const Return& r : scan.returns) parts[r.status] += 1.0;
   });
-  ASSERT_GT(columns, 10'000U);
-  EXPECT_GE(static_cast<double>(good) / static_cast<double>(columns), 0.95);
+  EXPECT_GT(columns, 10'000.0);
+  for (auto& [status, part] : parts) part /= columns;
+  return parts;
+}
+
+TEST(RealPictures, RoverFindsItsStripeInNearlyEveryColumn) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
+  auto paper = parts_of_rover_columns(paper_method(ScannerOptions()));
+  EXPECT_GE(paper[ReturnStatus::kOk], 0.95);
+  // A tenth of the columns have a blob of colour noise about as bright as the stripe, which paper
+  // does not look for: it is told from the stripe by its neighbours only.
+  auto refined = parts_of_rover_columns(ScannerOptions());
+  EXPECT_GE(refined[ReturnStatus::kOk], 0.87);
+  EXPECT_LE(refined[ReturnStatus::kNarrow] + refined[ReturnStatus::kWide], 0.02);
+  ScannerOptions continuous;
+  continuous.stripe.peak = PeakRule::kContinuous;
+  EXPECT_GE(parts_of_rover_columns(continuous)[ReturnStatus::kOk], 0.96);
 }
 
 }  // namespace

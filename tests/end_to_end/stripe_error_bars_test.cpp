@@ -51,35 +51,32 @@ class RangePulls {
     }
   }
 
-  // Over all of them, and in every band that has at least so many. The lowest band is bounded
-  // apart: a frame has one width, and where surfaces differ by a quarter (a room's do) the bars of
-  // weak returns, whose own width says nothing, come out 7 % short.
+  // Over all of them, and in every band that has at least so many.
   void expect_true(const std::string& what, std::size_t least) const {
     std::vector<double> all;
     for (std::size_t n = 0; n < pulls_.size(); ++n) {
       all.insert(all.end(), pulls_[n].begin(), pulls_[n].end());
       if (pulls_[n].size() < least) continue;
-      const bool is_lowest = n == 0;
-      check(what + fmt::format(", SNR {:.0f} to {:.0f}", kLowest[n], kLowest[n + 1]), pulls_[n],
-            is_lowest ? 0.10 : 0.05, is_lowest ? 0.012 : 0.007);
+      check(what + fmt::format(", SNR {:.0f} to {:.0f}", kLowest[n], kLowest[n + 1]), pulls_[n]);
     }
     ASSERT_GE(all.size(), 2 * least) << what;
-    check(what, all, 0.05, 0.007);
+    check(what, all);
   }
 
  private:
   // So many pulls know their robust deviation to 1.1 / sqrt(n), and a part beyond 3 sigma to the
   // root of that part over n.
-  static void check(const std::string& what, const std::vector<double>& pulls, double tolerance,
-                    double most_beyond) {
+  static void check(const std::string& what, const std::vector<double>& pulls) {
+    constexpr double kTolerance = 0.05;
+    constexpr double kMostBeyond = 0.007;
     const auto count = static_cast<double>(pulls.size());
     const double sigma = quantile(pulls, 0.6827);
     const auto beyond = std::count_if(pulls.begin(), pulls.end(), [](double p) { return p > 3.0; });
     const double part = static_cast<double>(beyond) / count;
     std::cout << what << ": " << pulls.size() << " returns, robust deviation of the pull " << sigma
               << ", beyond 3 sigma " << 100.0 * part << " %\n";
-    EXPECT_NEAR(sigma, 1.0, tolerance + 2.0 * 1.1 / std::sqrt(count)) << what;
-    EXPECT_LE(part, most_beyond + 2.5 * std::sqrt(most_beyond / count)) << what;
+    EXPECT_NEAR(sigma, 1.0, kTolerance + 2.0 * 1.1 / std::sqrt(count)) << what;
+    EXPECT_LE(part, kMostBeyond + 2.5 * std::sqrt(kMostBeyond / count)) << what;
   }
 
   std::array<std::vector<double>, kLowest.size() - 1> pulls_;

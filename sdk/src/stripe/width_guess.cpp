@@ -16,41 +16,70 @@ constexpr int kLines = 128;
 constexpr double kProminence = 4.0;  // Standard deviations of noise.
 constexpr int kReach = 32;
 
-// The mean of several lines' profiles about their brightest pixels.
-struct MeanProfile {
-  std::array<double, 2 * kReach + 1> sum{};
-  std::array<int, 2 * kReach + 1> count{};
-
+// The mean of several lines' profiles about their brightest pixels, each in parts of its own
+// height: a few lamps are no more than a few faint lines.
+class MeanProfile {
+ public:
   template <typename Pixel>
-  void add(const LitFrame& frame, StripeAxis axis, int line_number, int across) {
+  void add(const LitFrame& frame, StripeAxis axis, int line_number, const ChunkMaxima::Peak& peak) {
+    const int across = peak.across;
     const LitLine<Pixel> line(frame, axis, line_number);
     const int first = std::max(0, across - kReach);
     const int last = std::min(line.length() - 1, across + kReach);
     for (int k = first; k <= last; ++k) {
       const auto i = static_cast<std::size_t>(k - across + kReach);
-      sum[i] += line.value(k);
-      ++count[i];
+      sum_[i] += static_cast<double>(line.value(k)) / peak.prominence_dn;
+      ++count_[i];
     }
   }
 
   double at(int k) const {
     const auto i = static_cast<std::size_t>(k + kReach);
-    return count[i] > 0 ? sum[i] / count[i] : std::numeric_limits<double>::quiet_NaN();
+    return count_[i] > 0 ? sum_[i] / count_[i] : std::numeric_limits<double>::quiet_NaN();
   }
 
   // Half the width at half height over the background, the lower quarter of the profile; 0 where
   // there is no peak.
-  double sigma() const {
-    std::array<double, 2 * kReach + 1> levels{};
-    std::size_t known = 0;
+  double sigma() {
+    take_off_ramp();
+    Levels levels{};
+    const std::size_t known = known_levels(-kReach, kReach, levels);
+    const double background = quantile(levels, known, known / 4);
+    if (!(at(0) > background)) return 0.0;
+    const double half = 0.5 * (at(0) + background);
+    return (distance_to(half, -1) + distance_to(half, +1)) / kFwhmOfSigma;
+  }
+
+ private:
+  using Levels = std::array<double, 2 * kReach + 1>;
+
+  // What both ends say, if both are seen.
+  void take_off_ramp() {
+    Levels levels{};
+    const std::size_t before = known_levels(-kReach, -kReach / 2, levels);
+    if (before == 0) return;
+    const double first = quantile(levels, before, before / 2);
+    const std::size_t after = known_levels(kReach / 2, kReach, levels);
+    if (after == 0) return;
+    const double rise = (quantile(levels, after, after / 2) - first) / (1.5 * kReach);
     for (int k = -kReach; k <= kReach; ++k) {
+      const auto i = static_cast<std::size_t>(k + kReach);
+      sum_[i] -= rise * k * count_[i];
+    }
+  }
+
+  std::size_t known_levels(int first, int last, Levels& levels) const {
+    std::size_t known = 0;
+    for (int k = first; k <= last; ++k) {
       if (std::isfinite(at(k))) levels[known++] = at(k);
     }
-    const auto quarter = levels.begin() + static_cast<std::ptrdiff_t>(known / 4);
-    std::nth_element(levels.begin(), quarter, levels.begin() + static_cast<std::ptrdiff_t>(known));
-    if (!(at(0) > *quarter)) return 0.0;
-    const double half = 0.5 * (at(0) + *quarter);
-    return (distance_to(half, -1) + distance_to(half, +1)) / kFwhmOfSigma;
+    return known;
+  }
+
+  static double quantile(Levels& levels, std::size_t known, std::size_t at) {
+    const auto wanted = levels.begin() + static_cast<std::ptrdiff_t>(at);
+    std::nth_element(levels.begin(), wanted, levels.begin() + static_cast<std::ptrdiff_t>(known));
+    return *wanted;
   }
 
   // From the peak to where the profile falls below `level`, by linear interpolation.
@@ -63,6 +92,9 @@ struct MeanProfile {
     }
     return kReach;
   }
+
+  std::array<double, 2 * kReach + 1> sum_{};
+  std::array<int, 2 * kReach + 1> count_{};
 };
 
 }  // namespace
@@ -77,9 +109,9 @@ std::optional<double> guess_stripe_width(const LitFrame& frame, StripeAxis axis,
     if (peak.prominence_dn < kProminence * noise_dn) continue;
     ++count;
     if (frame.lit.depth() == CV_8U) {
-      mean.add<std::uint8_t>(frame, axis, line, peak.across);
+      mean.add<std::uint8_t>(frame, axis, line, peak);
     } else {
-      mean.add<std::uint16_t>(frame, axis, line, peak.across);
+      mean.add<std::uint16_t>(frame, axis, line, peak);
     }
   }
   const double sigma = count > 0 ? mean.sigma() : 0.0;

@@ -14,11 +14,19 @@ constexpr std::size_t kLaterSamples = 96;  // Of a frame, once the width is know
 constexpr int kFirstClippedFits = 64;
 constexpr int kClippedFits = 12;
 
-// Of every so many lines, from line `first` modulo that.
-int add_samples(const PeakCandidates& peaks, float least_snr, std::size_t first,
-                WidthTracker& width) {
+// How many of the lines looked at have a peak of which kind.
+struct Census {
+  int strong = 0;
+  int fair = 0;  // The strong ones among them.
+  int clipped = 0;
+};
+
+// Takes the clearest peak of every so many lines, from line `first` modulo that, if it is clear
+// enough.
+Census add_samples(const PeakCandidates& peaks, float least_snr, std::size_t first,
+                   WidthTracker& width) {
   width.begin();
-  int count = 0;
+  Census census;
   const std::size_t lines = peaks.firsts.size();
   const std::size_t most = width.has_learnt() ? kLaterSamples : WidthTracker::kMostSamples;
   const std::size_t stride = lines / most + 1;
@@ -29,17 +37,22 @@ int add_samples(const PeakCandidates& peaks, float least_snr, std::size_t first,
     while (extra < peaks.extras.size()) {
       const auto of_line = static_cast<std::size_t>(peaks.extras.seeds[extra].line);
       if (of_line > line) break;
-      if (of_line == line && peaks.extras.significance[extra] > list->significance[best]) {
+      if (of_line == line && peaks.extras.amplitude[extra] > list->amplitude[best]) {
         list = &peaks.extras;
         best = extra;
       }
       ++extra;
     }
-    if (list->clipped[best] > 0.0F || !(list->snr[best] > least_snr)) continue;
-    width.add(list->across[best], list->width[best]);
-    ++count;
+    const float snr = list->snr[best];
+    if (list->clipped[best] > 0.0F) {
+      ++census.clipped;
+      continue;
+    }
+    census.fair += static_cast<int>(snr > kFairSnr);
+    census.strong += static_cast<int>(snr > kStrongSnr);
+    if (snr > least_snr) width.add(list->across[best], list->width[best]);
   }
-  return count;
+  return census;
 }
 
 }  // namespace
@@ -47,8 +60,12 @@ int add_samples(const PeakCandidates& peaks, float least_snr, std::size_t first,
 double WidthLearner::learn(const LitFrame& frame, StripeAxis axis, const PeakCandidates& peaks,
                            WidthTracker& width) {
   ++next_line_;
-  if (add_samples(peaks, kStrongSnr, next_line_, width) >= kEnoughStrong) return width.finish();
-  if (add_clipped_samples(frame, axis, peaks.firsts, width) > 0) return width.finish();
+  const Census census = add_samples(peaks, kStrongSnr, next_line_, width);
+  // A few strong peaks beside many fair ones are lamps and edges: the stripe is the many.
+  if (census.strong >= kEnoughStrong && 2 * census.strong >= census.fair) return width.finish();
+  if (census.clipped > census.fair && add_clipped_samples(frame, axis, peaks.firsts, width) > 0) {
+    return width.finish();
+  }
   add_samples(peaks, kFairSnr, next_line_, width);
   return width.finish();
 }

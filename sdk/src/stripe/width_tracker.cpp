@@ -16,6 +16,7 @@ constexpr double kLargestShift = 0.5;
 constexpr double kSlopeDeviations = 4.0;  // A slope must stand out this much to be believed.
 constexpr double kGain = 0.25;
 constexpr double kJump = 0.08;
+constexpr double kJumpDeviations = 3.0;  // Standard errors; less may be chance.
 constexpr double kSigmaOfMedianAbsolute = 1.4826;
 constexpr double kSigmaOfInliers = 1.0135;  // Of a normal distribution cut at 3 sigma.
 
@@ -39,7 +40,9 @@ double WidthTracker::finish() {
   const WidthModel now = fit();
   const WidthModel before = model_;
   const double change = now.at_pivot / before.at(now.pivot);
-  if (!has_samples_ || std::abs(change - 1.0) > kJump) {
+  const double chance = kJumpDeviations * spread_ /
+                        (before.at(now.pivot) * std::sqrt(static_cast<double>(samples_.size())));
+  if (!has_samples_ || std::abs(change - 1.0) > std::max(kJump, chance)) {
     model_ = now;
   } else {
     model_.pivot = now.pivot;
@@ -63,12 +66,20 @@ WidthModel WidthTracker::fit() {
   return known.model;
 }
 
+// About the shortest interval that half of the samples are in: lamps and edges beside the stripe
+// are nearly all wider than it, which moves a median.
 WidthModel WidthTracker::fit_anew() {
   scratch_.clear();
   for (const Sample& s : samples_) scratch_.push_back(s.width);
-  const double middle = median(scratch_);
-  scratch_.clear();
-  for (const Sample& s : samples_) scratch_.push_back(std::abs(s.width - middle));
+  std::sort(scratch_.begin(), scratch_.end());
+  const std::size_t half = scratch_.size() / 2;
+  const auto length_from = [&](std::size_t i) { return scratch_[i + half] - scratch_[i]; };
+  std::size_t shortest = 0;
+  for (std::size_t first = 1; first + half < scratch_.size(); ++first) {
+    if (length_from(first) < length_from(shortest)) shortest = first;
+  }
+  const double middle = scratch_[shortest + half / 2];
+  for (double& width : scratch_) width = std::abs(width - middle);
   spread_ = std::max(0.01 * middle, kSigmaOfMedianAbsolute * median(scratch_));
   return fit_about({middle, 0.0, 0.0}).model;
 }
@@ -97,9 +108,8 @@ WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   fit.shift = sy / n;
   fit.spread = kSigmaOfInliers * std::sqrt(std::max(0.0, syy / n - fit.shift * fit.shift));
   const double pivot = sx / n;
-  fit.model = {centre.at(pivot), 0.0, pivot};
+  fit.model = {centre.at(pivot) + fit.shift, 0.0, pivot};
   if (fit.inliers < kLeastForSlope) return fit;
-  fit.model.at_pivot += fit.shift;
   const double vxx = sxx - sx * sx / n;
   if (vxx < 25.0 * n) return fit;  // The stripe is level to 5 pixels: no lever.
   const double change = (sxy - sx * sy / n) / vxx;

@@ -238,6 +238,33 @@ TEST_P(BothMethods, LampIsWideHotPixelIsNarrowBorderIsEdge) {
   EXPECT_EQ(count_of(stripe, ReturnStatus::kOk), s.lines - 3);
 }
 
+// The width is the stripe's, which shows in many lines faintly, not that of what shows in a few
+// brightly.
+TEST_P(BothMethods, LampsBesideAFaintStripeDoNotWidenIt) {
+  SyntheticStripe s = typical();
+  s.amplitude_dn = 18.0;
+  const std::unique_ptr<StripeExtractor> extractor = make_extractor(options());
+  Stripe stripe;
+  for (int n = 0; n < 12; ++n) {
+    LitFrame frame = testing::render(s);
+    for (int u = 0; u < s.lines; ++u) {
+      if (u % 40 >= 10) continue;
+      for (int v = 190; v < 240; ++v) {
+        auto& pixel = frame.lit.at<std::uint8_t>(v, u);
+        const double lamp = testing::box_gaussian(v, 215.0, 4.0 + u % 7, 100.0);
+        pixel = static_cast<std::uint8_t>(std::min(255.0, pixel + lamp));
+      }
+    }
+    extractor->extract(frame, stripe);
+  }
+  int good = 0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    const bool is_on_stripe = std::abs(stripe.across_px[i] - s.position(stripe.line[i])) < 1.0;
+    good += stripe.status[i] == ReturnStatus::kOk && is_on_stripe ? 1 : 0;
+  }
+  EXPECT_GE(good, s.lines * 95 / 100) << "their own lamps are too wide to be the stripe";
+}
+
 TEST_P(BothMethods, BlindLinesWithoutAReturnSaySo) {
   SyntheticStripe s = typical();
   LitFrame frame = testing::render(s);

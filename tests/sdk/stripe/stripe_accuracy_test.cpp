@@ -97,7 +97,7 @@ TEST(StripeAccuracy, PixelLockingIsGone) {
 TEST(StripeAccuracy, TwiceSaturatedStripesLoseNothing) {
   for (const double sigma : kWidths) {
     StripeTrials t;
-    t.trials = kTrials;
+    t.trials = kPullTrials;  // Where half of the profile is clipped a few errors are large.
     t.sigma_px = sigma;
     t.saturation = 2.0;
     for (const double snr : {20.0, 50.0, 100.0}) {
@@ -121,15 +121,18 @@ TEST(StripeAccuracy, PredictedErrorIsTrue) {
 
 TEST(StripeAccuracy, SlopingBackgroundMovesNothing) {
   for (const double sigma : kWidths) {
-    StripeTrials t;
-    t.trials = 4000;
-    t.sigma_px = sigma;
-    t.snr = 100.0;
-    t.ramp = 0.02;
-    for (const ExtractMethod method : {ExtractMethod::kFast, ExtractMethod::kRefined}) {
-      const TrialScore s = testing::score(testing::render(t), method);
-      EXPECT_LE(std::abs(s.bias_px), 0.005) << sigma;
-      EXPECT_LE(s.rms_over_bound, 1.10) << sigma;
+    for (const double snr : {20.0, 100.0}) {
+      StripeTrials t;
+      t.trials = 4000;
+      t.sigma_px = sigma;
+      t.snr = snr;
+      t.ramp = 0.02;
+      const testing::RenderedTrials trials = testing::render(t);
+      for (const ExtractMethod method : {ExtractMethod::kFast, ExtractMethod::kRefined}) {
+        const TrialScore s = testing::score(trials, method);
+        EXPECT_LE(std::abs(s.bias_px), 0.005) << name_of(t);
+        EXPECT_LE(s.rms_over_bound, 1.10) << name_of(t);
+      }
     }
   }
 }
