@@ -47,7 +47,7 @@ template <typename PixelT, bool kHasDark, bool kHasBlind>
 struct Reader {
   using Pixel = PixelT;
 
-  const PixelPlanes<Pixel>& planes;
+  PixelPlanes<Pixel> planes;
 
   HWY_INLINE PixelVec<Pixel> load(int row, int col) const {
     const PixelTag<Pixel> d;
@@ -343,75 +343,87 @@ struct RowsLayout {
   static constexpr int kLanesPerBlock = 16 / sizeof(KeyOf<Pixel>);
 };
 
-// The chunk maxima of `kSpan` pixels of several rows, rows[j] + col onwards, as keys of chunks
-// chunk, chunk + 1, ...
+// The chunk maxima of `kSpan` pixels of `row_count` rows from `row` on, as keys of chunks chunk,
+// chunk + 1, ... of the lines from `line` on. All kRowsAtOnce rows are read.
 template <typename R>
-HWY_INLINE void span_of_rows(const R& reader, const int* rows, int row_count, int col, int chunk,
+HWY_INLINE void span_of_rows(const R& reader, int row, int row_count, int col, int chunk,
                              int chunk_count, int lines, int line, KeyOf<typename R::Pixel>* keys) {
   using Pixel = typename R::Pixel;
+  using Key = KeyOf<Pixel>;
   using Layout = RowsLayout<Pixel>;
   const KeyTag<Pixel> dk;
   KeyVec<Pixel> per_row[kRowsAtOnce<Pixel>];
   const Positions<Pixel> positions(0);
   for (int j = 0; j < kRowsAtOnce<Pixel>; ++j) {
-    per_row[j] = positions.keys_of(reader.load(rows[j], col));
+    per_row[j] = positions.keys_of(reader.load(row + j, col));
   }
   for (int q = 1; q < Layout::kVectorsPerChunk; ++q) {
     const Positions<Pixel> next(q * Layout::kLanes);
     for (int j = 0; j < kRowsAtOnce<Pixel>; ++j) {
       per_row[j] =
-          hn::Max(per_row[j], next.keys_of(reader.load(rows[j], col + q * Layout::kLanes)));
+          hn::Max(per_row[j], next.keys_of(reader.load(row + j, col + q * Layout::kLanes)));
     }
   }
   const auto folded = fold_blocks<Layout::kBlocksPerChunk>(fold_rows(per_row));
-  HWY_ALIGN KeyOf<Pixel> result[HWY_MAX_BYTES / sizeof(KeyOf<Pixel>)];
+  HWY_ALIGN Key result[HWY_MAX_BYTES / sizeof(Key)];
   hn::Store(folded, dk, result);
   for (int c = 0; c < Layout::kChunksPerVector && chunk + c < chunk_count; ++c) {
-    std::memcpy(keys + static_cast<std::ptrdiff_t>(chunk + c) * lines + line,
-                result + c * Layout::kBlocksPerChunk * Layout::kLanesPerBlock,
-                static_cast<std::size_t>(row_count) * sizeof(KeyOf<Pixel>));
+    Key* const to = keys + static_cast<std::ptrdiff_t>(chunk + c) * lines + line;
+    const Key* const from = result + c * Layout::kBlocksPerChunk * Layout::kLanesPerBlock;
+    if (row_count == kRowsAtOnce<Pixel>) {
+      hwy::CopyBytes<kRowsAtOnce<Pixel> * sizeof(Key)>(from, to);
+    } else {
+      std::memcpy(to, from, static_cast<std::size_t>(row_count) * sizeof(Key));
+    }
   }
 }
 
-// The end of the rows, shorter than a span: copied into rows of their own, padded with zeros, which
+// What is no whole span of rows or columns: copied into rows of their own, padded with zeros, which
 // never win against a real pixel before them.
 template <typename R>
-HWY_NOINLINE void tail_of_rows(const R& reader, const int* rows, int row_count, int col,
-                               int chunk_count, int line, KeyOf<typename R::Pixel>* keys) {
+HWY_NOINLINE void rest_of_rows(const R& reader, int row, int row_count, int col,
+                               KeyOf<typename R::Pixel>* keys) {
   using Pixel = typename R::Pixel;
   using Layout = RowsLayout<Pixel>;
+  const int cols = reader.planes.cols;
+  const int chunk_count = (cols + kChunkPixels - 1) / kChunkPixels;
   Pixel padded[kRowsAtOnce<Pixel> * Layout::kSpan] = {};
-  int own_rows[kRowsAtOnce<Pixel>];
-  for (int j = 0; j < kRowsAtOnce<Pixel>; ++j) {
-    own_rows[j] = j;
-    for (int k = col; k < reader.planes.cols; ++k) {
-      padded[j * Layout::kSpan + k - col] = reader.value(rows[j], k);
+  for (int j = 0; j < row_count; ++j) {
+    for (int k = col; k < std::min(cols, col + Layout::kSpan); ++k) {
+      padded[j * Layout::kSpan + k - col] = reader.value(row + j, k);
     }
   }
   PixelPlanes<Pixel> planes;
   planes.lit = padded;
   planes.lit_stride = Layout::kSpan;
-  span_of_rows(Reader<Pixel, false, false>{planes}, own_rows, row_count, 0, col / kChunkPixels,
-               chunk_count, reader.planes.rows, line, keys);
+  span_of_rows(Reader<Pixel, false, false>{planes}, 0, row_count, 0, col / kChunkPixels,
+               chunk_count, reader.planes.rows, row, keys);
 }
 
 template <typename R>
 void rows(const R& reader, KeyOf<typename R::Pixel>* keys) {
   using Pixel = typename R::Pixel;
   using Layout = RowsLayout<Pixel>;
+  constexpr int kRows = kRowsAtOnce<Pixel>;
   const int lines = reader.planes.rows;
   const int cols = reader.planes.cols;
   const int chunk_count = (cols + kChunkPixels - 1) / kChunkPixels;
-  for (int line = 0; line < lines; line += kRowsAtOnce<Pixel>) {
-    const int row_count = std::min(kRowsAtOnce<Pixel>, lines - line);
-    int row_numbers[kRowsAtOnce<Pixel>];
-    for (int j = 0; j < kRowsAtOnce<Pixel>; ++j) row_numbers[j] = std::min(line + j, lines - 1);
+  for (int line = 0; line < lines; line += kRows) {
+    // The last rows and spans may overlap those before them: the same keys are written twice.
+    const int row = std::max(0, std::min(line, lines - kRows));
+    const int row_count = std::min(kRows, lines);
     int col = 0;
-    for (; col + Layout::kSpan <= cols; col += Layout::kSpan) {
-      span_of_rows(reader, row_numbers, row_count, col, col / kChunkPixels, chunk_count, lines,
-                   line, keys);
+    if (row_count == kRows) {
+      for (; col + Layout::kSpan <= cols; col += Layout::kSpan) {
+        span_of_rows(reader, row, kRows, col, col / kChunkPixels, chunk_count, lines, row, keys);
+      }
+      if (col < cols && cols % kChunkPixels == 0 && cols >= Layout::kSpan) {
+        col = cols - Layout::kSpan;
+        span_of_rows(reader, row, kRows, col, col / kChunkPixels, chunk_count, lines, row, keys);
+        col = cols;
+      }
     }
-    if (col < cols) tail_of_rows(reader, row_numbers, row_count, col, chunk_count, line, keys);
+    for (; col < cols; col += Layout::kSpan) rest_of_rows(reader, row, row_count, col, keys);
   }
 }
 
