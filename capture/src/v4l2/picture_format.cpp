@@ -9,27 +9,16 @@
 #include <fmt/ranges.h>
 
 #include "v4l2/names.hpp"
+#include "v4l2/picture_lists.hpp"
 
 namespace striper::v4l2 {
 namespace {
 
-std::vector<std::uint32_t> list_codes(const VideoDevice& device) {
-  constexpr std::uint32_t kAtMost = 256;
-  std::vector<std::uint32_t> codes;
-  for (std::uint32_t index = 0; index < kAtMost; ++index) {
-    v4l2_fmtdesc description{};
-    description.index = index;
-    description.type = device.buffer_type();
-    if (device.attempt(VIDIOC_ENUM_FMT, description) != 0) break;
-    codes.push_back(description.pixelformat);
-  }
-  return codes;
-}
-
 const PixelFormat& choose_format(const VideoDevice& device, const std::string& wanted) {
-  const std::vector<std::uint32_t> offered = list_codes(device);
+  const std::vector<v4l2_fmtdesc> offered = list_formats(device);
   const auto is_offered = [&](std::uint32_t code) {
-    return std::find(offered.begin(), offered.end(), code) != offered.end();
+    return std::any_of(offered.begin(), offered.end(),
+                       [&](const v4l2_fmtdesc& one) { return one.pixelformat == code; });
   };
   std::vector<std::string> usable;
   for (const PixelFormat& format : pixel_formats()) {
@@ -44,7 +33,7 @@ const PixelFormat& choose_format(const VideoDevice& device, const std::string& w
   if (usable.empty()) {
     std::vector<std::string> names;
     names.reserve(offered.size());
-    for (const std::uint32_t code : offered) names.push_back(fourcc_to_string(code));
+    for (const v4l2_fmtdesc& one : offered) names.push_back(fourcc_to_string(one.pixelformat));
     device.fail(ErrorKind::kUnsupported,
                 fmt::format("'{}' has no pixel format that striper knows; it has {}", device.card(),
                             fmt::join(names, ", ")));
@@ -53,41 +42,16 @@ const PixelFormat& choose_format(const VideoDevice& device, const std::string& w
                                                    fmt::join(usable, ", ")));
 }
 
-double fastest_rate(const VideoDevice& device, std::uint32_t code, std::uint32_t width,
-                    std::uint32_t height) {
-  constexpr std::uint32_t kAtMost = 256;
-  double fastest = 0.0;
-  for (std::uint32_t index = 0; index < kAtMost; ++index) {
-    v4l2_frmivalenum interval{};
-    interval.index = index;
-    interval.pixel_format = code;
-    interval.width = width;
-    interval.height = height;
-    if (device.attempt(VIDIOC_ENUM_FRAMEINTERVALS, interval) != 0) break;
-    const bool is_discrete = interval.type == V4L2_FRMIVAL_TYPE_DISCRETE;
-    const v4l2_fract shortest = is_discrete ? interval.discrete : interval.stepwise.min;
-    if (shortest.numerator > 0)
-      fastest = std::max(fastest, static_cast<double>(shortest.denominator) / shortest.numerator);
-    if (!is_discrete) break;
-  }
-  return fastest;
-}
-
 // The largest size that still comes at 15 pictures a second; where there is no list, what is set.
 cv::Size choose_size(const VideoDevice& device, std::uint32_t code, cv::Size current) {
   constexpr double kEnough_hz = 15.0;
-  constexpr std::uint32_t kAtMost = 256;
   cv::Size best;
-  for (std::uint32_t index = 0; index < kAtMost; ++index) {
-    v4l2_frmsizeenum size{};
-    size.index = index;
-    size.pixel_format = code;
-    if (device.attempt(VIDIOC_ENUM_FRAMESIZES, size) != 0) break;
+  for (const v4l2_frmsizeenum& size : list_sizes(device, code)) {
     if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) return current;
-    const double rate = fastest_rate(device, code, size.discrete.width, size.discrete.height);
+    const double rate_hz = list_rates(device, code, size.discrete).fastest_hz;
     const cv::Size candidate(static_cast<int>(size.discrete.width),
                              static_cast<int>(size.discrete.height));
-    const bool is_fast = rate == 0.0 || rate >= kEnough_hz;
+    const bool is_fast = rate_hz == 0.0 || rate_hz >= kEnough_hz;
     if (is_fast && candidate.area() > best.area()) best = candidate;
   }
   return best.area() > 0 ? best : current;

@@ -13,6 +13,7 @@
 
 #include "v4l2/controls.hpp"
 #include "v4l2/names.hpp"
+#include "v4l2/picture_lists.hpp"
 #include "v4l2/pixel_format.hpp"
 #include "v4l2/signal.hpp"
 #include "v4l2/v4l2_stream.hpp"
@@ -23,57 +24,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kAtMost = 256;  // Entries of a list that a driver gives.
-
-std::vector<double> list_rates(const VideoDevice& device, std::uint32_t code, std::uint32_t width,
-                               std::uint32_t height) {
-  std::vector<double> rates_hz;
-  for (std::uint32_t index = 0; index < kAtMost; ++index) {
-    v4l2_frmivalenum interval{};
-    interval.index = index;
-    interval.pixel_format = code;
-    interval.width = width;
-    interval.height = height;
-    if (device.attempt(VIDIOC_ENUM_FRAMEINTERVALS, interval) != 0) break;
-    if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE || interval.discrete.numerator == 0) break;
-    rates_hz.push_back(static_cast<double>(interval.discrete.denominator) /
-                       interval.discrete.numerator);
-  }
-  return rates_hz;
-}
-
-void list_sizes(const VideoDevice& device, std::uint32_t code, CameraFormat& format) {
-  for (std::uint32_t index = 0; index < kAtMost; ++index) {
-    v4l2_frmsizeenum size{};
-    size.index = index;
-    size.pixel_format = code;
-    if (device.attempt(VIDIOC_ENUM_FRAMESIZES, size) != 0) break;
+void describe_sizes(const VideoDevice& device, std::uint32_t code, CameraFormat& format) {
+  for (const v4l2_frmsizeenum& size : list_sizes(device, code)) {
     if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) {
       const v4l2_frmsize_stepwise& range = size.stepwise;
       format.size_range =
           fmt::format("{}x{} to {}x{} in steps of {}x{}", range.min_width, range.min_height,
                       range.max_width, range.max_height, range.step_width, range.step_height);
-      break;
+      return;
     }
     format.sizes.push_back({static_cast<int>(size.discrete.width),
                             static_cast<int>(size.discrete.height),
-                            list_rates(device, code, size.discrete.width, size.discrete.height)});
+                            list_rates(device, code, size.discrete).listed_hz});
   }
 }
 
-std::vector<CameraFormat> list_formats(const VideoDevice& device) {
+std::vector<CameraFormat> describe_formats(const VideoDevice& device) {
   std::vector<CameraFormat> formats;
-  for (std::uint32_t index = 0; index < kAtMost; ++index) {
-    v4l2_fmtdesc description{};
-    description.index = index;
-    description.type = device.buffer_type();
-    if (device.attempt(VIDIOC_ENUM_FMT, description) != 0) break;
-    CameraFormat format;
+  for (const v4l2_fmtdesc& description : list_formats(device)) {
+    CameraFormat& format = formats.emplace_back();
     format.name = fourcc_to_string(description.pixelformat);
     format.description = text_of(description.description);
     format.is_usable = find_pixel_format(description.pixelformat) != nullptr;
-    list_sizes(device, description.pixelformat, format);
-    formats.push_back(std::move(format));
+    describe_sizes(device, description.pixelformat, format);
   }
   return formats;
 }
@@ -177,7 +150,7 @@ CameraListing describe(const std::string& path, std::shared_ptr<VideoCalls> call
   listing.address = device.bus();
   listing.other_uris = lasting_names(path);
   listing.inputs = describe_inputs(device);
-  listing.formats = list_formats(device);
+  listing.formats = describe_formats(device);
   listing.controls = describe_controls(device);
   return listing;
 }
