@@ -57,6 +57,11 @@ struct Attitude {
   double u, v, depth, x, y, z;
 };
 
+void PrintTo(const Attitude& a, std::ostream* out) {
+  *out << "at (" << a.u << ", " << a.v << ") px, " << a.depth << " m, turned " << a.x << ", " << a.y
+       << ", " << a.z << " degrees";
+}
+
 class FindRenderedBoard : public ::testing::TestWithParam<Attitude> {};
 
 TEST_P(FindRenderedBoard, PutsCornersWhereTheyAre) {

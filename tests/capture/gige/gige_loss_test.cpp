@@ -52,6 +52,8 @@ struct Loss {
   bool gives_pictures = true;
 };
 
+void PrintTo(const Loss& loss, std::ostream* out) { *out << loss.name; }
+
 class GigeLossNoticed : public ::testing::TestWithParam<Loss> {};
 
 TEST_P(GigeLossNoticed, WithinThreeSecondsOfAPulledPlug) {

@@ -60,6 +60,8 @@ struct Format {
   int bit_depth;
 };
 
+void PrintTo(const Format& format, std::ostream* out) { *out << format.name; }
+
 class GigeFormats : public ::testing::TestWithParam<Format> {};
 
 TEST_P(GigeFormats, ArriveBitForBitWithAndWithoutARegion) {
@@ -143,6 +145,8 @@ struct Switching {
   std::set<std::string> lacking;
   const char* query;
 };
+
+void PrintTo(const Switching& switching, std::ostream* out) { *out << switching.name; }
 
 class GigeLaser : public ::testing::TestWithParam<Switching> {};
 

@@ -38,6 +38,8 @@ struct Stream {
   double rate_hz;
 };
 
+void PrintTo(const Stream& stream, std::ostream* out) { *out << stream.name; }
+
 class GigeStream : public ::testing::TestWithParam<Stream> {};
 
 TEST_P(GigeStream, BecomesScansWithoutLoss) {

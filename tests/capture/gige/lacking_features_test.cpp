@@ -5,6 +5,7 @@
 // Gev... ones stand for registers that every camera has; Aravis knows them without a description.)
 #include <chrono>
 
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -42,6 +43,10 @@ struct Needed {
   const char* query;
   const char* message;
 };
+
+void PrintTo(const Needed& needed, std::ostream* out) {
+  *out << fmt::format("'{}' without {}", needed.query, fmt::join(needed.lacking, ", "));
+}
 
 class NeededFeature : public ::testing::TestWithParam<Needed> {};
 
@@ -93,6 +98,10 @@ struct Spared {
   const char* lacking;
   const char* query;
 };
+
+void PrintTo(const Spared& spared, std::ostream* out) {
+  *out << fmt::format("'{}' without {}", spared.query, spared.lacking);
+}
 
 class SparedFeature : public ::testing::TestWithParam<Spared> {};
 

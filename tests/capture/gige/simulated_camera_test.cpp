@@ -23,6 +23,10 @@ struct Picture {
   cv::Rect region;
 };
 
+void PrintTo(const Picture& picture, std::ostream* out) {
+  *out << picture.format << " of " << picture.region;
+}
+
 class SimulatedCamera : public ::testing::TestWithParam<Picture> {};
 
 Scene scene_of(int bit_depth) {

@@ -90,7 +90,15 @@ struct Case {
   StripeAxis axis;
   bool has_dark;
   bool has_blind;
+
+  std::string name() const {
+    return std::string(type == CV_8UC1 ? "Bits8" : "Bits16") +
+           (axis == StripeAxis::kColumns ? "Columns" : "Rows") + (has_dark ? "Dark" : "") +
+           (has_blind ? "Blind" : "");
+  }
 };
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name(); }
 
 class EveryInstructionSet : public ::testing::TestWithParam<Case> {};
 
@@ -122,15 +130,8 @@ std::vector<Case> all_cases() {
   return cases;
 }
 
-std::string name_of(const ::testing::TestParamInfo<Case>& info) {
-  const Case& c = info.param;
-  return std::string(c.type == CV_8UC1 ? "Bits8" : "Bits16") +
-         (c.axis == StripeAxis::kColumns ? "Columns" : "Rows") + (c.has_dark ? "Dark" : "") +
-         (c.has_blind ? "Blind" : "");
-}
-
 INSTANTIATE_TEST_SUITE_P(ChunkMaxima, EveryInstructionSet, ::testing::ValuesIn(all_cases()),
-                         name_of);
+                         [](const auto& instance) { return instance.param.name(); });
 
 TEST(ChunkMaxima, TallImagesNumberMoreThan256Chunks) {
   LitFrame frame;
