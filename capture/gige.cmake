@@ -36,6 +36,7 @@ if(ARAVIS_FOUND)
       src/gige/session.cpp
       src/gige/stream_path.cpp
       src/gige/stream_socket.cpp
+      src/gige/udp_socket.cpp
       src/gige/virtual/device.cpp
       src/gige/virtual/device_control.cpp
       src/gige/virtual/device_stream.cpp

@@ -4,19 +4,21 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <initializer_list>
 #include <memory>
+#include <span>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <ifaddrs.h>
 #include <net/if.h>
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include "gige/gvcp.hpp"
+#include "gige/udp_socket.hpp"
 
 namespace striper::detail {
 namespace gvcp {
@@ -43,84 +45,28 @@ using Packet = std::array<std::uint8_t, 1024>;
 // Cameras answer discovery with the request's own number, which must not be 0.
 constexpr std::uint16_t kRequest = 0x5354;
 
-sockaddr_in socket_address(std::uint32_t address, std::uint16_t port) {
-  sockaddr_in result{};
-  result.sin_family = AF_INET;
-  result.sin_port = htons(port);
-  result.sin_addr.s_addr = htonl(address);
-  return result;
-}
+sockaddr_in control_port_of(std::uint32_t address) { return socket_address(address, gvcp::kPort); }
 
-class UdpSocket {
- public:
-  explicit UdpSocket(std::uint32_t local_address) : UdpSocket() { bind_to(local_address, 0); }
-
-  /// Hears what is broadcast to the port of another socket, on one interface. (One that has an
-  /// address hears only what is sent to that.) Not open where the kernel does not let it.
-  static std::unique_ptr<UdpSocket> for_broadcasts(const UdpSocket& to,
-                                                   const std::string& interface) {
-    auto result = std::unique_ptr<UdpSocket>(new UdpSocket());
-    const auto length = static_cast<socklen_t>(interface.size());
-    if (setsockopt(result->fd_, SOL_SOCKET, SO_BINDTODEVICE, interface.data(), length) == 0) {
-      result->bind_to(INADDR_ANY, to.port());
-    }
-    return result;
-  }
-  UdpSocket(const UdpSocket&) = delete;
-  UdpSocket& operator=(const UdpSocket&) = delete;
-  ~UdpSocket() {
-    if (fd_ >= 0) close(fd_);
-  }
-
-  int fd() const noexcept { return fd_; }
-  bool is_open() const noexcept { return is_open_; }
-
-  std::uint16_t port() const {
-    sockaddr_in local{};
-    socklen_t length = sizeof(local);
-    getsockname(fd_, reinterpret_cast<sockaddr*>(&local), &length);
-    return ntohs(local.sin_port);
-  }
-
-  bool send(std::uint32_t address, const std::uint8_t* data, std::size_t size) const {
-    const sockaddr_in to = socket_address(address, gvcp::kPort);
-    return sendto(fd_, data, size, 0, reinterpret_cast<const sockaddr*>(&to), sizeof(to)) ==
-           static_cast<ssize_t>(size);
-  }
-
-  /// Bytes received; 0 where there is nothing.
-  std::size_t receive(Packet& packet) const {
-    const ssize_t got = recv(fd_, packet.data(), packet.size(), 0);
-    return got > 0 ? static_cast<std::size_t>(got) : 0;
-  }
-
- private:
-  UdpSocket() : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-    const int yes = 1;
-    setsockopt(fd_, SOL_SOCKET, SO_BROADCAST, &yes, sizeof(yes));
-    setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-  }
-  void bind_to(std::uint32_t local_address, std::uint16_t port) {
-    const sockaddr_in local = socket_address(local_address, port);
-    is_open_ = fd_ >= 0 && bind(fd_, reinterpret_cast<const sockaddr*>(&local), sizeof(local)) == 0;
-  }
-
-  int fd_;
-  bool is_open_ = false;
-};
-
-std::array<std::uint8_t, gvcp::kHeaderBytes> header(std::uint16_t command, std::size_t size,
-                                                    std::uint8_t flags = 0) {
-  std::array<std::uint8_t, gvcp::kHeaderBytes> bytes{
-      gvcp::kKey, static_cast<std::uint8_t>(gvcp::kAckRequired | flags)};
-  gvcp::put16(&bytes[2], command);
-  gvcp::put16(&bytes[4], static_cast<std::uint32_t>(size));
+/// A command with its content, all of which is words.
+std::vector<std::uint8_t> command(std::uint16_t code,
+                                  std::initializer_list<std::uint32_t> words = {},
+                                  std::uint8_t flags = 0) {
+  std::vector<std::uint8_t> bytes(gvcp::kHeaderBytes + 4 * words.size());
+  bytes[0] = gvcp::kKey;
+  bytes[1] = static_cast<std::uint8_t>(gvcp::kAckRequired | flags);
+  gvcp::put16(&bytes[2], code);
+  gvcp::put16(&bytes[4], static_cast<std::uint32_t>(4 * words.size()));
   gvcp::put16(&bytes[6], kRequest);
+  std::uint8_t* at = bytes.data() + gvcp::kHeaderBytes;
+  for (const std::uint32_t word : words) {
+    gvcp::put32(at, word);
+    at += 4;
+  }
   return bytes;
 }
 
-bool is_answer(const Packet& packet, std::size_t size, std::uint16_t command) {
-  return size >= gvcp::kHeaderBytes && gvcp::get16(&packet[2]) == command + 1 &&
+bool is_answer(const Packet& packet, std::size_t size, std::uint16_t code) {
+  return size >= gvcp::kHeaderBytes && gvcp::get16(&packet[2]) == code + 1 &&
          gvcp::get16(&packet[6]) == kRequest;
 }
 
@@ -172,6 +118,20 @@ void receive_until(const std::vector<Asked>& asked, std::chrono::milliseconds wa
   }
 }
 
+/// Sends to everybody on every interface, and hears what answers.
+std::vector<Asked> ask_everybody(std::span<const std::uint8_t> request) {
+  std::vector<Asked> asked;
+  for (const NetworkInterface& where : network_interfaces()) {
+    auto socket = std::make_unique<UdpSocket>(where.address);
+    auto ears = UdpSocket::for_broadcasts(*socket, where.name);
+    if (socket->is_open() && socket->send(control_port_of(INADDR_BROADCAST), request)) {
+      asked.push_back({std::move(socket), where});
+      if (ears->is_open()) asked.push_back({std::move(ears), where});
+    }
+  }
+  return asked;
+}
+
 /// A socket on every interface from which the address can be reached.
 std::vector<Asked> sockets_towards(std::uint32_t address) {
   std::vector<Asked> asked;
@@ -216,17 +176,9 @@ std::vector<NetworkInterface> network_interfaces() {
 
 std::vector<GvcpDevice> discover(std::chrono::milliseconds wait,
                                  const std::function<bool(const GvcpDevice&)>& is_wanted) {
-  std::vector<Asked> asked;
   // A camera of another subnet has no way back but to everybody.
-  const auto request = header(gvcp::kDiscovery, 0, gvcp::kMayBroadcastAnswer);
-  for (const NetworkInterface& where : network_interfaces()) {
-    auto socket = std::make_unique<UdpSocket>(where.address);
-    auto ears = UdpSocket::for_broadcasts(*socket, where.name);
-    if (socket->is_open() && socket->send(INADDR_BROADCAST, request.data(), request.size())) {
-      asked.push_back({std::move(socket), where});
-      if (ears->is_open()) asked.push_back({std::move(ears), where});
-    }
-  }
+  const std::vector<Asked> asked =
+      ask_everybody(command(gvcp::kDiscovery, {}, gvcp::kMayBroadcastAnswer));
   std::vector<GvcpDevice> found;
   receive_until(asked, wait, [&](const Packet& packet, std::size_t size, const auto& where) {
     if (!is_answer(packet, size, gvcp::kDiscovery) ||
@@ -250,8 +202,8 @@ std::vector<GvcpDevice> discover(std::chrono::milliseconds wait,
 
 std::optional<GvcpDevice> discover_at(std::uint32_t address, std::chrono::milliseconds wait) {
   const std::vector<Asked> asked = sockets_towards(address);
-  const auto request = header(gvcp::kDiscovery, 0);
-  for (const Asked& a : asked) a.socket->send(address, request.data(), request.size());
+  const auto request = command(gvcp::kDiscovery);
+  for (const Asked& a : asked) a.socket->send(control_port_of(address), request);
   std::optional<GvcpDevice> found;
   receive_until(asked, wait, [&](const Packet& packet, std::size_t size, const auto& where) {
     if (!is_answer(packet, size, gvcp::kDiscovery) ||
@@ -267,11 +219,8 @@ std::optional<GvcpDevice> discover_at(std::uint32_t address, std::chrono::millis
 std::optional<std::uint32_t> read_register(std::uint32_t address, std::uint32_t reg,
                                            std::chrono::milliseconds wait) {
   const std::vector<Asked> asked = sockets_towards(address);
-  std::array<std::uint8_t, gvcp::kHeaderBytes + 4> request{};
-  const auto head = header(gvcp::kReadRegister, 4);
-  std::copy(head.begin(), head.end(), request.begin());
-  gvcp::put32(&request[gvcp::kHeaderBytes], reg);
-  for (const Asked& a : asked) a.socket->send(address, request.data(), request.size());
+  const auto request = command(gvcp::kReadRegister, {reg});
+  for (const Asked& a : asked) a.socket->send(control_port_of(address), request);
   std::optional<std::uint32_t> value;
   receive_until(asked, wait, [&](const Packet& packet, std::size_t size, const auto&) {
     if (!is_answer(packet, size, gvcp::kReadRegister)) return false;
@@ -317,12 +266,8 @@ GvcpControl::~GvcpControl() {
 
 bool GvcpControl::write(std::uint32_t reg, std::uint32_t value) {
   constexpr std::chrono::milliseconds kAnswerWithin{300};
-  std::array<std::uint8_t, gvcp::kHeaderBytes + 8> request{};
-  const auto head = header(gvcp::kWriteRegister, 8);
-  std::copy(head.begin(), head.end(), request.begin());
-  gvcp::put32(&request[gvcp::kHeaderBytes], reg);
-  gvcp::put32(&request[gvcp::kHeaderBytes + 4], value);
-  for (const Asked& a : way_->asked) a.socket->send(way_->address, request.data(), request.size());
+  const auto request = command(gvcp::kWriteRegister, {reg, value});
+  for (const Asked& a : way_->asked) a.socket->send(control_port_of(way_->address), request);
   bool is_taken = false;
   const auto take = [&](const Packet& packet, std::size_t size, const NetworkInterface&) {
     if (!is_answer(packet, size, gvcp::kWriteRegister)) return false;

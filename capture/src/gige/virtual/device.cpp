@@ -14,6 +14,7 @@
 #include <striper/core/error.hpp>
 
 #include "gige/pixel_layout.hpp"
+#include "gige/udp_socket.hpp"
 #include "gige/virtual/genicam_xml.hpp"
 
 namespace striper::detail {
@@ -31,10 +32,7 @@ std::uint32_t parse_loopback(const std::string& text) {
 
 int bound_socket(std::uint32_t address) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  sockaddr_in local{};
-  local.sin_family = AF_INET;
-  local.sin_port = htons(gvcp::kPort);
-  local.sin_addr.s_addr = htonl(address);
+  const sockaddr_in local = socket_address(address, gvcp::kPort);
   if (address == INADDR_BROADCAST) {
     // Several cameras hear one broadcast; an address of its own has only one.
     const int yes = 1;

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 
 #include "gige/host_clock.hpp"
+#include "gige/udp_socket.hpp"
 #include "gige/virtual/device.hpp"
 
 namespace striper::detail {
@@ -262,11 +263,8 @@ void Device::drop_control() {
 }
 
 sockaddr_in Device::stream_destination() const {
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(static_cast<std::uint16_t>(word(gvcp::kStreamPort) & 0xffff));
-  to.sin_addr.s_addr = htonl(word(gvcp::kStreamDestination));
-  return to;
+  return socket_address(word(gvcp::kStreamDestination),
+                        static_cast<std::uint16_t>(word(gvcp::kStreamPort) & 0xffff));
 }
 
 }  // namespace striper::detail

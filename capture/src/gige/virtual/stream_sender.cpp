@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "gige/host_clock.hpp"
+#include "gige/udp_socket.hpp"
 
 namespace striper::detail {
 namespace {
@@ -69,9 +70,7 @@ StreamSender::StreamSender(std::uint32_t local_address, double link_mbit_s, std:
       ns_per_byte_(8e3 / link_mbit_s),
       random_(seed),
       resend_random_(seed + 1) {
-  sockaddr_in local{};
-  local.sin_family = AF_INET;
-  local.sin_addr.s_addr = htonl(local_address);
+  const sockaddr_in local = socket_address(local_address, 0);
   bind(fd_, reinterpret_cast<const sockaddr*>(&local), sizeof(local));
   const int bytes = 4 << 20;
   setsockopt(fd_, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof(bytes));
