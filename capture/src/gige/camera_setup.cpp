@@ -150,6 +150,27 @@ void set_packet_delay(ArvCamera* camera, const FeatureAccess& features, double d
                           delay_us, 1e-3 * static_cast<double>(kept_ns), error.message()));
 }
 
+/// `Action` stands for the first action among the camera's trigger sources, whatever its number.
+std::string trigger_source(const FeatureAccess& features, const std::string& wanted) {
+  if (wanted != "Action" || !features.has("TriggerSource")) return wanted;
+  for (const std::string& source : features.entries("TriggerSource")) {
+    if (source.starts_with(wanted)) return source;
+  }
+  return wanted;  // which is refused, naming those that there are
+}
+
+/// @param source the trigger's: `Action1` is the action that ActionSelector calls 1.
+void set_action_keys(const FeatureAccess& features, const ActionKeys& keys,
+                     const std::string& source) {
+  constexpr const char* kActionKeys = "action keys";
+  const std::size_t digits = source.find_last_not_of("0123456789") + 1;
+  if (digits < source.size()) features.try_set("ActionSelector", source.substr(digits));
+  // The standard lets nobody read it: who knows it may trigger.
+  features.write_integer(features.need_one_of(kActionKeys, {"ActionDeviceKey"}), keys.device_key);
+  features.set_integer(features.need_one_of(kActionKeys, {"ActionGroupKey"}), keys.group_key);
+  features.set_integer(features.need_one_of(kActionKeys, {"ActionGroupMask"}), keys.group_mask);
+}
+
 }  // namespace
 
 PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options) {
@@ -184,6 +205,8 @@ PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& o
 
 void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, bool by_host) {
   features.try_set("TriggerSelector", "FrameStart");
+  const std::string source = by_host ? "Software" : trigger_source(features, options.trigger);
+  if (options.action) set_action_keys(features, *options.action, source);
   const bool is_free = !by_host && (options.trigger.empty() || options.trigger == "off");
   if (is_free) {
     features.try_set("TriggerMode", "Off");
@@ -191,7 +214,7 @@ void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, b
   }
   features.need_one_of("trigger", {"TriggerMode"});
   if (by_host) features.need_one_of("software trigger", {"TriggerSoftware"});
-  features.set("TriggerSource", by_host ? "Software" : options.trigger);
+  features.set("TriggerSource", source);
   features.set("TriggerMode", "On");
 }
 

@@ -125,7 +125,7 @@ void FeatureAccess::set_number(const char* name, double value) const {
   }
 }
 
-void FeatureAccess::set_integer(const char* name, std::int64_t value) const {
+void FeatureAccess::write_integer(const char* name, std::int64_t value) const {
   gint64 low = 0;
   gint64 high = 0;
   CallError error;
@@ -141,6 +141,10 @@ void FeatureAccess::set_integer(const char* name, std::int64_t value) const {
   }
   arv_device_set_integer_feature_value(device_, name, value, error.slot());
   check(error, "set", name);
+}
+
+void FeatureAccess::set_integer(const char* name, std::int64_t value) const {
+  write_integer(name, value);
   const std::int64_t kept = integer(name);
   if (kept != value) {
     throw Error(ErrorKind::kDevice,

@@ -36,6 +36,10 @@ class FeatureAccess {
 
   void set_number(const char* name, double value) const;
   void set_integer(const char* name, std::int64_t value) const;
+
+  /// The same for a feature that cannot be read.
+  void write_integer(const char* name, std::int64_t value) const;
+
   void execute(const char* name) const;
 
   /// Where the device has the feature and the value; false, with no effect, where it has not.

@@ -180,6 +180,10 @@ Diagnosis conclude_path(const std::vector<int>& arrived, int wanted) {
 
 }  // namespace
 
+int trigger_gige_action(const ActionKeys& keys, int cameras, std::chrono::milliseconds patience) {
+  return detail::send_action(keys, cameras, patience);
+}
+
 std::vector<GigeListing> list_gige_cameras() {
   std::vector<GigeListing> listings;
   for (const GvcpDevice& device : detail::discover(kAnswerWithin)) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view kKnown =
     "pixel_format, roi, binning, exposure_us, gain, black_level, fps, strobe, switching, trigger, "
-    "packet_size, packet_delay_us, resend, frame_timeout_ms, buffers, socket_buffer_mb, "
+    "action, packet_size, packet_delay_us, resend, frame_timeout_ms, buffers, socket_buffer_mb, "
     "heartbeat_ms, reconnect, "
     "ptp, laser, fields, feature.NAME, and the camera's own features by name, such as "
     "ExposureTime";
@@ -71,6 +71,32 @@ std::optional<cv::Size> take_binning(SourceUri& uri) {
   return cv::Size((*two)[0], (*two)[1]);
 }
 
+/// A 32-bit number, decimal or `0x...`.
+std::optional<std::uint32_t> key_of(std::string_view text) {
+  const bool is_hexadecimal = text.starts_with("0x");
+  if (is_hexadecimal) text.remove_prefix(2);
+  std::uint32_t key = 0;
+  const char* const last = text.data() + text.size();
+  const auto [end, code] = std::from_chars(text.data(), last, key, is_hexadecimal ? 16 : 10);
+  if (code != std::errc() || end != last) return std::nullopt;
+  return key;
+}
+
+std::optional<ActionKeys> take_action(SourceUri& uri) {
+  const auto text = uri.take("action");
+  if (!text) return std::nullopt;
+  const std::vector<std::string> parts = split(*text, ',');
+  std::vector<std::uint32_t> keys;
+  for (const std::string& part : parts) {
+    if (const auto key = key_of(part)) keys.push_back(*key);
+  }
+  if (keys.size() != 3 || parts.size() != 3) {
+    refuse(uri.text(), "action", *text,
+           "device key, group key and group mask as in 0x1234,1,1, each below 2^32");
+  }
+  return ActionKeys{keys[0], keys[1], keys[2]};
+}
+
 LaserSwitching take_switching(SourceUri& uri) {
   const auto word = uri.take("switching");
   if (!word || *word == "auto") return LaserSwitching::kAuto;
@@ -113,6 +139,7 @@ GigeOptions GigeOptions::take(SourceUri& uri) {
   if (const auto lines = uri.take("strobe")) options.strobe_lines = split(*lines, ',');
   options.switching = take_switching(uri);
   options.trigger = uri.take("trigger").value_or("");
+  options.action = take_action(uri);
   options.packet_bytes = static_cast<int>(uri.take_integer("packet_size", 0, 65535).value_or(0));
   options.packet_delay_us = uri.take_number("packet_delay_us", 0.0, 1e6);
   options.resend = uri.take_bool("resend").value_or(options.resend);

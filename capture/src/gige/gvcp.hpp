@@ -24,6 +24,7 @@ enum Command : std::uint16_t {
   kWriteRegister = 0x0082,
   kReadMemory = 0x0084,
   kWriteMemory = 0x0086,
+  kAction = 0x0100,
 };
 
 enum Status : std::uint16_t {
@@ -60,6 +61,8 @@ enum Register : std::uint32_t {
   kInterfaceCount = 0x0600,
   kMessageChannelCount = 0x0900,
   kStreamChannelCount = 0x0904,
+  kActionSignalCount = 0x0908,
+  kActionDeviceKey = 0x090c,
   kCapability = 0x0934,
   kHeartbeatTimeout = 0x0938,
   kTickFrequencyHigh = 0x093c,
@@ -75,6 +78,8 @@ enum Register : std::uint32_t {
   kStreamPacketDelay = 0x0d08,
   kStreamDestination = 0x0d18,
   kStreamSourcePort = 0x0d1c,
+  kActionGroupKey = 0x9800,  // of the first action signal
+  kActionGroupMask = 0x9804,
 };
 
 inline constexpr std::uint32_t kExclusive = 1U << 0;

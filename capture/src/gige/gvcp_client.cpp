@@ -245,6 +245,19 @@ Access access_of(std::uint32_t address, std::chrono::milliseconds wait) {
   return access;
 }
 
+int send_action(const ActionKeys& keys, int cameras, std::chrono::milliseconds patience) {
+  const std::vector<Asked> asked =
+      ask_everybody(command(gvcp::kAction, {keys.device_key, keys.group_key, keys.group_mask}));
+  int answers = 0;
+  receive_until(asked, patience, [&](const Packet& packet, std::size_t size, const auto&) {
+    const bool acts =
+        is_answer(packet, size, gvcp::kAction) && gvcp::get16(&packet[0]) == gvcp::kSuccess;
+    if (acts) ++answers;
+    return answers >= cameras;
+  });
+  return answers;
+}
+
 struct GvcpControl::Way {
   std::uint32_t address = 0;
   std::vector<Asked> asked;

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <striper/gige/gige_options.hpp>
+
 namespace striper::detail {
 
 /// What a GigE Vision camera says of itself when it is discovered.
@@ -58,6 +60,9 @@ std::optional<GvcpDevice> discover_at(std::uint32_t address, std::chrono::millis
 /// @return empty where nothing answers or the read is refused.
 std::optional<std::uint32_t> read_register(std::uint32_t address, std::uint32_t reg,
                                            std::chrono::milliseconds wait);
+
+/// `trigger_gige_action`.
+int send_action(const ActionKeys& keys, int cameras, std::chrono::milliseconds patience);
 
 /// Who holds a camera.
 enum class AccessState {

@@ -37,9 +37,8 @@ TEST(GigeOptions, UnderstandEveryKey) {
   const GigeOptions options = options_of(
       "gige:ABC1?roi=8,16,320,240&binning=2x1&exposure_us=20&gain=3.5&black_level=2&fps=200&"
       "pixel_format=Mono12p&strobe=Line2,Line3&laser=0,1,dark&switching=host&trigger=software&"
-      "packet_size=8000&packet_delay_us=2.5&resend=no&frame_timeout_ms=250&buffers=8&socket_buffer_"
-      "mb=4&"
-      "heartbeat_ms=2000&reconnect=no&ptp=yes");
+      "action=0xc0ffee,2,4294967295&packet_size=8000&packet_delay_us=2.5&resend=no&"
+      "frame_timeout_ms=250&buffers=8&socket_buffer_mb=4&heartbeat_ms=2000&reconnect=no&ptp=yes");
   EXPECT_EQ(options.name, "ABC1");
   EXPECT_EQ(options.region, cv::Rect(8, 16, 320, 240));
   EXPECT_EQ(options.binning, cv::Size(2, 1));
@@ -51,6 +50,7 @@ TEST(GigeOptions, UnderstandEveryKey) {
   EXPECT_THAT(options.strobe_lines, ElementsAre("Line2", "Line3"));
   EXPECT_EQ(options.switching, LaserSwitching::kHost);
   EXPECT_EQ(options.trigger, "software");
+  EXPECT_EQ(options.action, (ActionKeys{0xc0ffee, 2, 0xffffffff}));
   EXPECT_EQ(options.packet_bytes, 8000);
   EXPECT_EQ(options.packet_delay_us, 2.5);
   EXPECT_FALSE(options.resend);
@@ -75,6 +75,9 @@ TEST(GigeOptions, RefuseQuotingKeyAndValue) {
   EXPECT_THAT(refusal("gige:?roi=1,2,3"), HasSubstr("roi=1,2,3 - expected left,top,width,height"));
   EXPECT_THAT(refusal("gige:?roi=0,0,0,5"), HasSubstr("roi=0,0,0,5"));
   EXPECT_THAT(refusal("gige:?binning=0"), HasSubstr("binning=0 - expected 2"));
+  EXPECT_THAT(refusal("gige:?action=1,2"), HasSubstr("action=1,2 - expected device key, group"));
+  EXPECT_THAT(refusal("gige:?action=1,2,4294967296"), HasSubstr("each below 2^32"));
+  EXPECT_THAT(refusal("gige:?action=0x,2,3"), HasSubstr("action=0x,2,3 - expected"));
   EXPECT_THAT(refusal("gige:?switching=magic"), HasSubstr("auto, sequencer or host"));
   EXPECT_THAT(refusal("gige:?exposure=20"), HasSubstr("unknown key 'exposure'"));
   EXPECT_THAT(refusal("gige:?exposure=20"), HasSubstr("exposure_us"));

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <vector>
+
+#include <striper/gige/gige_options.hpp>
 
 namespace striper {
 
@@ -22,6 +25,14 @@ struct GigeListing {
 
 /// Every GigE Vision and USB3 Vision camera, in half a second. Takes control of none. Never throws.
 std::vector<GigeListing> list_gige_cameras();
+
+/// Triggers every GigE Vision camera at once whose action keys fit (`trigger=Action`), whoever
+/// controls it: broadcasts an action command on every network interface.
+/// @param cameras how many are to act: it returns when so many have answered.
+/// @param patience until it returns in any case.
+/// @return how many answered that they act.
+int trigger_gige_action(const ActionKeys& keys, int cameras = 1,
+                        std::chrono::milliseconds patience = std::chrono::milliseconds(100));
 
 /// One thing that was looked at, what was found and what to do.
 struct Diagnosis {

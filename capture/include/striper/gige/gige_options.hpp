@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,6 +20,16 @@ enum class LaserSwitching {
   kAuto,       ///< In the camera where it can, otherwise by the host.
   kSequencer,  ///< By the camera's own sequencer: full frame rate.
   kHost,       ///< By the host between exposures, each one triggered by software.
+};
+
+/// What an action command and a camera must agree on for the camera to act (GigE Vision 2.0, 14.3):
+/// both keys the same, and a bit of the masks in common.
+struct ActionKeys {
+  std::uint32_t device_key = 0;
+  std::uint32_t group_key = 0;
+  std::uint32_t group_mask = 0;
+
+  friend bool operator==(const ActionKeys&, const ActionKeys&) = default;
 };
 
 /// How a GigE Vision or USB3 Vision camera is opened and set up. What is not given stays as the
@@ -41,8 +52,11 @@ struct GigeOptions {
   /// The output lines that fire laser 0, 1, ...; empty: lasers are not the camera's business.
   std::vector<std::string> strobe_lines;
   LaserSwitching switching = LaserSwitching::kAuto;
-  std::string trigger;  ///< Empty or `off`: free-running; `software`; or a TriggerSource.
-  Cadence cadence;      ///< From `laser=`.
+  /// Empty or `off`: free-running; `software`; or a TriggerSource. `Action` is the first of those
+  /// that are actions.
+  std::string trigger;
+  std::optional<ActionKeys> action;  ///< Those that the camera shall act on.
+  Cadence cadence;                   ///< From `laser=`.
 
   int packet_bytes = 0;  ///< With IP and UDP headers; 0: the largest that arrives.
   std::optional<double> packet_delay_us;

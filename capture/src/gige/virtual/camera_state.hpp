@@ -15,7 +15,7 @@ inline constexpr int kUserOutputs = 2;
 inline constexpr int kSequencerSets = 16;
 
 enum class LineSource : std::uint32_t { kOff, kExposureActive, kUserOutput1, kUserOutput2 };
-enum class TriggerSource : std::uint32_t { kSoftware, kLine1 };
+enum class TriggerSource : std::uint32_t { kSoftware, kLine1, kAction1 };
 
 enum class PtpStatus : std::uint32_t { kDisabled = 3, kListening = 4, kSlave = 9 };  // IEEE 1588
 
@@ -41,6 +41,8 @@ struct CameraState {
   bool is_acquiring = false;
   bool is_triggered = false;
   TriggerSource trigger_source = TriggerSource::kSoftware;
+  std::uint32_t action_group_key = 0;
+  std::uint32_t action_group_mask = 0;
 
   std::uint32_t line = 0;
   std::array<std::uint32_t, kLines> line_is_output{0, 0, 1, 1};

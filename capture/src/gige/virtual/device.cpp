@@ -79,7 +79,8 @@ Device::Device(std::shared_ptr<VirtualScene> scene, VirtualCameraOptions options
   state_.rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * scene_->rate_hz()));
   features_ = feature_registers(
       state_,
-      {[this](bool is_acquiring) { acquire(is_acquiring); }, [this] { ++triggers_; },
+      {[this](bool is_acquiring) { acquire(is_acquiring); },
+       [this](TriggerSource source) { trigger(source); },
        [this] { return static_cast<std::uint32_t>(std::lround(1e6 * sender_.lost_packets)); },
        [this](std::uint32_t ppm) { sender_.lost_packets = 1e-6 * ppm; }});
   fill_bootstrap();
@@ -142,7 +143,9 @@ void Device::fill_bootstrap() {
            fmt::format("Local:virtual_striper.xml;{:x};{:x}", kXmlAddress, xml_.size()), 512);
   put_word(gvcp::kInterfaceCount, 1);
   put_word(gvcp::kStreamChannelCount, 1);
-  constexpr std::uint32_t kCapabilities = (1U << 31) | (1U << 30) | (1U << 1) | (1U << 0);
+  put_word(gvcp::kActionSignalCount, 1);
+  constexpr std::uint32_t kCapabilities =
+      (1U << 31) | (1U << 30) | (1U << 6) | (1U << 1) | (1U << 0);
   put_word(gvcp::kCapability, kCapabilities | (options_.can_resend ? 1U << 2 : 0U));
   put_word(gvcp::kHeartbeatTimeout, kDefaultHeartbeat_ms);
   put_word(gvcp::kTickFrequencyLow, 1'000'000'000);

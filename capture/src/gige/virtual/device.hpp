@@ -84,6 +84,7 @@ class Device {
   std::uint16_t write_memory(std::span<const std::uint8_t> data, const Client& client,
                              Answer& result);
   std::uint16_t resend(std::span<const std::uint8_t> data);
+  std::uint16_t act(std::span<const std::uint8_t> data);
   std::uint16_t read_word(std::uint32_t address, std::uint32_t& value);
   std::uint16_t write_word(std::uint32_t address, std::uint32_t value, const Client& client);
   std::uint16_t write_privilege(std::uint32_t value, const Client& client);
@@ -96,6 +97,7 @@ class Device {
 
   // Pictures (device_stream.cpp).
   void acquire(bool is_acquiring);
+  void trigger(TriggerSource source);
   void run_stream();
   bool wait_for_exposure(std::unique_lock<std::mutex>& lock);
   std::int64_t begin_exposure_ns();

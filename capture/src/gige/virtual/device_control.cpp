@@ -15,6 +15,7 @@ namespace striper::detail {
 namespace {
 
 constexpr std::size_t kPacketOverhead = 28;  // IP and UDP
+constexpr std::uint16_t kNoAnswer = 0xffff;  // instead of a status: a command for somebody else
 
 }  // namespace
 
@@ -61,7 +62,7 @@ void Device::answer(std::span<const std::uint8_t> request, const sockaddr_in& fr
     status = execute(command, request.subspan(gvcp::kHeaderBytes, length), client, result);
   }
   changed_.notify_all();
-  if ((request[1] & gvcp::kAckRequired) == 0) return;
+  if ((request[1] & gvcp::kAckRequired) == 0 || status == kNoAnswer) return;
   if (status != gvcp::kSuccess) result.resize(gvcp::kHeaderBytes);
   gvcp::put16(&result[0], status);
   gvcp::put16(&result[2], command + 1U);
@@ -87,6 +88,8 @@ std::uint16_t Device::execute(std::uint16_t command, std::span<const std::uint8_
       return write_memory(data, client, result);
     case gvcp::kPacketResend:
       return resend(data);
+    case gvcp::kAction:
+      return act(data);
     default:
       return gvcp::kNotImplemented;
   }
@@ -155,8 +158,21 @@ std::uint16_t Device::resend(std::span<const std::uint8_t> data) {
   return is_kept ? gvcp::kSuccess : gvcp::kPacketUnavailable;
 }
 
+/// Anybody may trigger who knows the keys, while somebody controls the camera.
+std::uint16_t Device::act(std::span<const std::uint8_t> data) {
+  if (data.size() < 12) return gvcp::kInvalidParameter;
+  const bool is_meant = is_controlled_ &&
+                        gvcp::get32(data.data()) == word(gvcp::kActionDeviceKey) &&
+                        gvcp::get32(&data[4]) == state_.action_group_key &&
+                        (gvcp::get32(&data[8]) & state_.action_group_mask) != 0;
+  if (!is_meant) return kNoAnswer;
+  trigger(TriggerSource::kAction1);
+  return gvcp::kSuccess;
+}
+
 std::uint16_t Device::read_word(std::uint32_t address, std::uint32_t& value) {
   if (address % 4 != 0) return gvcp::kBadAlignment;
+  if (address == gvcp::kActionDeviceKey) return gvcp::kAccessDenied;
   if (address < kBootstrapBytes) {
     value = word(address);
     return gvcp::kSuccess;
@@ -194,6 +210,7 @@ std::uint16_t Device::write_bootstrap(std::uint32_t address, std::uint32_t value
       return gvcp::kSuccess;
     case gvcp::kStreamPacketSize:
       return write_packet_size(value);
+    case gvcp::kActionDeviceKey:
     case gvcp::kHeartbeatTimeout:
     case gvcp::kStreamPort:
     case gvcp::kStreamPacketDelay:

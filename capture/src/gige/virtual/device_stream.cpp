@@ -84,6 +84,10 @@ void Device::acquire(bool is_acquiring) {
   state_.is_acquiring = is_acquiring;
 }
 
+void Device::trigger(TriggerSource source) {
+  if (state_.trigger_source == source) ++triggers_;
+}
+
 void Device::run_stream() {
   std::unique_lock lock(mutex_);
   while (!is_ending_) {

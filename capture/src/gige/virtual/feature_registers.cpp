@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "gige/gvcp.hpp"
 #include "gige/host_clock.hpp"
 #include "gige/pixel_layout.hpp"
 
@@ -10,6 +11,8 @@ namespace striper::detail {
 namespace {
 
 using Registers = std::map<std::uint32_t, RegisterHooks>;
+
+constexpr std::uint32_t kAnyWord = 0xffffffff;
 
 // While pictures stream their shape does not change.
 bool is_locked(const CameraState& state) { return state.is_acquiring; }
@@ -109,13 +112,16 @@ void add_acquisition_registers(Registers& registers, CameraState& s, const Regis
                                   [&s](std::uint32_t wanted) {
                                     s.trigger_source = static_cast<TriggerSource>(wanted);
                                     return wanted <=
-                                           static_cast<std::uint32_t>(TriggerSource::kLine1);
+                                           static_cast<std::uint32_t>(TriggerSource::kAction1);
                                   }};
   registers[kRegTriggerSoftware] = {[] { return 0U; },
                                     [trigger = do_.trigger](std::uint32_t) {
-                                      trigger();
+                                      trigger(TriggerSource::kSoftware);
                                       return true;
                                     }};
+  registers[kRegActionSelector] = fixed(1);
+  registers[gvcp::kActionGroupKey] = plain(s.action_group_key, 0, kAnyWord);
+  registers[gvcp::kActionGroupMask] = plain(s.action_group_mask, 0, kAnyWord);
   registers[kRegLostPackets] = {do_.lost_ppm, [set = do_.set_lost_ppm](std::uint32_t wanted) {
                                   set(wanted);
                                   return wanted <= 1'000'000;

@@ -32,6 +32,7 @@ enum FeatureRegister : std::uint32_t {
   kRegTriggerMode = 0x1004c,
   kRegTriggerSource = 0x10050,
   kRegTriggerSoftware = 0x10054,
+  kRegActionSelector = 0x10058,
   kRegLineSelector = 0x10060,
   kRegLineMode = 0x10064,
   kRegLineSource = 0x10068,
@@ -69,7 +70,7 @@ struct RegisterHooks {
 /// What registers do beyond remembering.
 struct RegisterActions {
   std::function<void(bool is_acquiring)> acquire;
-  std::function<void()> trigger;
+  std::function<void(TriggerSource)> trigger;
   std::function<std::uint32_t()> lost_ppm;
   std::function<void(std::uint32_t)> set_lost_ppm;
 };

@@ -195,8 +195,13 @@ void add_acquisition(Description& d) {
   d.number("ExposureTime", kRegExposure, 1e3, 1.0, 1e6, "us");
   d.choice("TriggerSelector", kRegTriggerSelector, {{"FrameStart", 0}});
   d.choice("TriggerMode", kRegTriggerMode, {{"Off", 0}, {"On", 1}});
-  d.choice("TriggerSource", kRegTriggerSource, {{"Software", 0}, {"Line1", 1}});
+  d.choice("TriggerSource", kRegTriggerSource, {{"Software", 0}, {"Line1", 1}, {"Action1", 2}});
   d.command("TriggerSoftware", kRegTriggerSoftware, 1);
+  d.category("ActionControl");
+  d.integer("ActionDeviceKey", gvcp::kActionDeviceKey, bounds(0, 0xffffffff), "WO");
+  d.integer("ActionSelector", kRegActionSelector, bounds(1, 1));
+  d.integer("ActionGroupKey", gvcp::kActionGroupKey, bounds(0, 0xffffffff));
+  d.integer("ActionGroupMask", gvcp::kActionGroupMask, bounds(0, 0xffffffff));
   d.category("AnalogControl");
   d.number("Gain", kRegGain, 1e3, 0.0, 24.0, "dB");
   d.integer("BlackLevel", kRegBlackLevel, bounds(0, 255));
