@@ -18,6 +18,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 
 #include <striper/core/log.hpp>
 
@@ -75,6 +76,9 @@ seconds soak_time() {
 
 class V4l2Soak : public ::testing::Test {
  protected:
+  // The kernel gathers pages into huge ones while we look, 2 MB at a time with what nobody uses.
+  static void SetUpTestSuite() { ::prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0); }
+
   void SetUp() override {
     if (!Node(capture_path()).is_open()) GTEST_SKIP() << "there is no " << capture_path();
     const bool is_vivid = Node(capture_path()).is_vivid();
