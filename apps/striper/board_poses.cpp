@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kSharp_px = 2.0;         // Blur beyond which corners are not worth keeping.
 constexpr double kNewPose_squares = 0.5;  // Root mean square motion of the corners.
+constexpr int kThoroughEvery = 10;        // Of live pictures in which a quick look finds no board.
 
 double rms_motion_px(const BoardView& a, const BoardView& b) {
   double sum = 0.0;
@@ -33,7 +34,16 @@ double rms_motion_px(const BoardView& a, const BoardView& b) {
 
 struct NewBoardPoses::State {
   Board board;
+  bool is_live = false;
+  int in_vain = 0;  // Quick looks in a row.
   std::vector<BoardView> kept;
+
+  BoardView look(const cv::Mat& picture) {
+    if (!is_live) return find_board(picture, board);
+    BoardView view = find_board(picture, board, BoardSearch::kQuick);
+    in_vain = view.found ? 0 : in_vain + 1;
+    return in_vain > 0 && in_vain % kThoroughEvery == 0 ? find_board(picture, board) : view;
+  }
 
   bool is_new(const BoardView& view) const {
     for (const BoardView& other : kept) {
@@ -43,14 +53,16 @@ struct NewBoardPoses::State {
   }
 };
 
-NewBoardPoses::NewBoardPoses(const std::string& board) : state_(std::make_unique<State>()) {
+NewBoardPoses::NewBoardPoses(const std::string& board, bool is_live)
+    : state_(std::make_unique<State>()) {
   constexpr double kAnySquare_m = 1.0;  // Only pixels matter here.
   state_->board = parse_board(board, kAnySquare_m);
+  state_->is_live = is_live;
 }
 
 bool NewBoardPoses::lets_through(const Frame& frame) {
   if (frame.status != FrameStatus::kOk) return false;
-  BoardView view = find_board(frame.image, state_->board);
+  BoardView view = state_->look(frame.image);
   if (!view.found || view.blur_px > kSharp_px || !state_->is_new(view)) return false;
   state_->kept.push_back(std::move(view));
   say(fmt::format("frame {}: pose {} kept, squares of {:.0f} px", frame.sequence,
@@ -64,7 +76,7 @@ namespace striper::program {
 
 struct NewBoardPoses::State {};
 
-NewBoardPoses::NewBoardPoses(const std::string& /*board*/) {
+NewBoardPoses::NewBoardPoses(const std::string& /*board*/, bool /*is_live*/) {
   throw Error(ErrorKind::kUnsupported,
               "--when-board: this program was built without the calibration module");
 }

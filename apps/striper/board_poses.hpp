@@ -13,12 +13,14 @@ namespace striper::program {
 class NewBoardPoses {
  public:
   /// @param board `8x6` (inner corners) or `circles:7x7`.
+  /// @param is_live there is always another picture: most of those without a board are let go after
+  ///        a quick look, so that the ones with it are seen as they come.
   /// @throws Error{kUsage} for another form, Error{kUnsupported} where this build has no
   ///         calibration.
-  explicit NewBoardPoses(const std::string& board);
+  NewBoardPoses(const std::string& board, bool is_live);
   ~NewBoardPoses();
 
-  /// Says on the terminal which pose it is, so that one can move on. Costs 20 ms to 1 s.
+  /// Says on the terminal which pose it is, so that one can move on. Costs as `find_board` does.
   bool lets_through(const Frame& frame);
 
  private:

@@ -93,7 +93,7 @@ ExitCode record(const RecordArguments& arguments) {
   const auto source = open_source(arguments.source);
   Spacing spacing(arguments.every_s);
   std::optional<NewBoardPoses> poses;
-  if (arguments.board) poses.emplace(*arguments.board);
+  if (arguments.board) poses.emplace(*arguments.board, !source->info().pictures);
   Recorder recorder(arguments.directory, source->info());
   const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
     const bool is_wanted = spacing.lets_through(frame) && (!poses || poses->lets_through(frame));

@@ -193,13 +193,14 @@ objects:
      reflectance: 0.8, checkerboard: {columns: 8, rows: 6, square_m: 0.04, black: 0.05, white: 0.85}}
 """
 
-    def record(self, name, velocity, code=0, board="8x6", frames=6):
+    def record(self, name, velocity, code=0, board="8x6", frames=6, live=False):
         scene = self.path(name + ".yaml")
         with open(scene, "w", encoding="utf-8") as file:
             file.write(self.SCENE.replace("VELOCITY", velocity))
+        source = [f"sim:{scene}", "--frames", str(frames)] if live else [f"sim:{scene}?frames={frames}"]
         done = run(
-            STRIPER, "record", f"sim:{scene}?frames={frames}", "-o", self.path(name), "--json",
-            "--when-board", board, code=code,
+            STRIPER, "record", *source, "-o", self.path(name), "--json", "--when-board", board,
+            code=code,
         )
         return done if code else json.loads(done.stdout)["recorded"]
 
@@ -208,6 +209,11 @@ objects:
 
     def test_board_that_moves_is_kept_in_every_new_pose(self):
         self.assertIn(self.record("moving", "velocity_m_s: [0, -0.1, 0],"), range(3, 7))
+
+    def test_live_source_is_looked_at_quickly_and_gives_the_same(self):
+        self.assertEqual(self.record("live_rest", "", live=True), 1)
+        moving = "velocity_m_s: [0, -0.1, 0],"
+        self.assertIn(self.record("live_moving", moving, live=True), range(3, 7))
 
     def test_board_that_is_not_there_is_never_kept(self):
         self.assertEqual(self.record("absent", "", board="9x5", frames=1), 0)

@@ -132,16 +132,22 @@ bool find_enlarged(const cv::Mat& grey, cv::Size size, int flags, Corners& corne
   return true;
 }
 
-bool find_checkerboard(const cv::Mat& grey, const Board& board, Corners& corners, bool& classic) {
+bool find_classic(const cv::Mat& grey, cv::Size size, Corners& corners) {
+  return cv::findChessboardCorners(
+      grey, size, corners,
+      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
+}
+
+bool find_checkerboard(const cv::Mat& grey, const Board& board, BoardSearch search,
+                       Corners& corners, bool& classic) {
   const cv::Size size(board.columns, board.rows);
   const int sb_flags =
       cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY;
   classic = false;
-  if (cv::findChessboardCornersSB(grey, size, corners, sb_flags)) return true;
-  classic = cv::findChessboardCorners(
-      grey, size, corners,
-      cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
-  return classic || find_enlarged(grey, size, sb_flags, corners);
+  const bool is_thorough = search == BoardSearch::kThorough;
+  if (is_thorough && cv::findChessboardCornersSB(grey, size, corners, sb_flags)) return true;
+  classic = find_classic(grey, size, corners);
+  return classic || (is_thorough && find_enlarged(grey, size, sb_flags, corners));
 }
 
 bool find_circles(const cv::Mat& grey, const Board& board, Corners& corners) {
@@ -228,14 +234,15 @@ cv::Mat to_grey8(const cv::Mat& image) {
   return grey8;
 }
 
-BoardView find_board(const cv::Mat& image, const Board& board) {
+BoardView find_board(const cv::Mat& image, const Board& board, BoardSearch search) {
   board.validate();
   const cv::Mat grey = to_grey8(image);
   BoardView view;
   Corners corners;
   const bool checkerboard = board.pattern == Board::Pattern::kCheckerboard;
-  view.found = checkerboard ? find_checkerboard(grey, board, corners, view.by_classic_finder)
-                            : find_circles(grey, board, corners);
+  view.found = checkerboard
+                   ? find_checkerboard(grey, board, search, corners, view.by_classic_finder)
+                   : find_circles(grey, board, corners);
   if (!view.found) {
     view.reason = why_not_found(grey, board);
     return view;

@@ -90,6 +90,11 @@ TEST_P(FindRenderedBoard, PutsCornersWhereTheyAre) {
   EXPECT_LT(mean.norm(), 0.01) << "a shift common to all corners is a slip of the pixel convention";
   EXPECT_LT(std::sqrt(sum / static_cast<double>(true_px.size())), 0.035);
   EXPECT_LT(worst, 0.15) << "the first corner is the same physical one, whatever the attitude";
+
+  const BoardView quick = find_board(picture, striper.board, BoardSearch::kQuick);
+  ASSERT_TRUE(quick.found);
+  for (std::size_t i = 0; i < true_px.size(); ++i)
+    EXPECT_LT((quick.corners_px[i] - view.corners_px[i]).norm(), 0.02) << "corner " << i;
 }
 
 INSTANTIATE_TEST_SUITE_P(Attitudes, FindRenderedBoard,

@@ -32,16 +32,24 @@ struct BoardView {
   bool by_classic_finder = false;
 };
 
+/// How hard to look for a board.
+enum class BoardSearch {
+  kThorough,  ///< 50 ms to 1 s; longest where there is none.
+  kQuick,  ///< 1 ms for corners, 30 ms where there is none. For live pictures: another one follows.
+};
+
 /// Finds the board in a picture and refines its points to sub-pixel.
 ///
-/// First the Radon finder (Duda & Frese 2018, cv::findChessboardCornersSB), then the classic one;
-/// then each corner is refined by a fit of two blurred edges that cross, inside its own, possibly
-/// foreshortened, squares: a window that reaches into the neighbouring squares is the best-known
-/// trap of oblique views. On rendered boards the corners come out within 0.02 px rms.
+/// First the Radon finder (Duda & Frese 2018, cv::findChessboardCornersSB), then the classic one
+/// (the only one of a quick search), then the first on an enlarged picture; then each corner is
+/// refined by a fit of two blurred edges that cross, inside its own, possibly foreshortened,
+/// squares: a window that reaches into the neighbouring squares is the best-known trap of oblique
+/// views. On rendered boards the corners come out within 0.02 px rms.
 /// @param image CV_8U or CV_16U, one or three channels.
 /// @throws Error{kBadValue} where the image is empty or of another type. A picture without a board
-/// is no error: see `reason`. Cost 20 ms to 1 s. Thread-safe.
-BoardView find_board(const cv::Mat& image, const Board& board);
+/// is no error: see `reason`. Cost: see BoardSearch. Thread-safe.
+BoardView find_board(const cv::Mat& image, const Board& board,
+                     BoardSearch search = BoardSearch::kThorough);
 
 /// Returns the picture as 8-bit grey, 16 bit scaled by its own brightest pixel.
 cv::Mat to_grey8(const cv::Mat& image);
