@@ -29,3 +29,7 @@ off_air() {
   wait "$transmitter"
   transmitter=
 }
+
+# The virtual driver waits by spinning, on both sides of it: in an emulated machine of two processors
+# there is little left for anybody else. For what computes and can do with late pictures.
+let_driver_wait() { renice -n 19 -p $(pgrep '^vivid-') >/dev/null; }
