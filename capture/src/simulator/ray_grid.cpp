@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/ray_grid.hpp"
 
-#include <cmath>
-
 namespace striper::detail {
 
 RayGrid::RayGrid(const CameraModel& camera, cv::Rect region)
@@ -15,16 +13,13 @@ RayGrid::RayGrid(const CameraModel& camera, cv::Rect region)
   }
 }
 
-Eigen::Vector2d RayGrid::interpolate(double u, double v) const noexcept {
-  const int u0 = static_cast<int>(std::floor(u));
-  const int v0 = static_cast<int>(std::floor(v));
-  const Eigen::Vector4d across = cubic_weights(u - u0);
-  const Eigen::Vector4d down = cubic_weights(v - v0);
+Eigen::Vector2d RayGrid::interpolate(int u, int v, const RayPlace& place) const noexcept {
   Eigen::Vector2d ray = Eigen::Vector2d::Zero();
   for (int j = 0; j < 4; ++j) {
+    const Eigen::Vector2d* const rays = &at(u + place.u0 - 1, v + place.v0 - 1 + j);
     Eigen::Vector2d row = Eigen::Vector2d::Zero();
-    for (int i = 0; i < 4; ++i) row += across[i] * at(u0 - 1 + i, v0 - 1 + j);
-    ray += down[j] * row;
+    for (int i = 0; i < 4; ++i) row += place.across[i] * rays[i];
+    ray += place.down[j] * row;
   }
   return ray;
 }

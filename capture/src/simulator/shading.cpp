@@ -15,22 +15,28 @@ namespace {
 constexpr std::uint64_t kWearSeed = 1991;
 constexpr int kMottleOctaves = 2;
 
+/// std::floor without a call where the processor has no such instruction; |x| below 2^63.
+std::int64_t floor_of(double x) {
+  const auto whole = static_cast<std::int64_t>(x);
+  return static_cast<double>(whole) > x ? whole - 1 : whole;
+}
+
 /// A random number between 0 and 1 for each point of a lattice.
-double lattice_value(double i, double j, std::uint64_t octave) {
-  const auto column = static_cast<std::uint64_t>(static_cast<std::int64_t>(i));
-  const auto row = static_cast<std::uint64_t>(static_cast<std::int64_t>(j));
+double lattice_value(std::int64_t i, std::int64_t j, std::uint64_t octave) {
+  const auto column = static_cast<std::uint64_t>(i);
+  const auto row = static_cast<std::uint64_t>(j);
   const std::uint64_t key = column * 0x9E3779B97F4A7C15ULL + row * 0xC2B2AE3D27D4EB4FULL + octave;
   return static_cast<double>(PixelRandom::mix(key) >> 11U) * 0x1.0p-53;
 }
 
 /// Smooth noise between -1 and 1: random values on a lattice, blended (Perlin's value noise).
 double mottle(double right, double up, std::uint64_t octave) {
-  const double column = std::floor(right);
-  const double row = std::floor(up);
+  const std::int64_t column = floor_of(right);
+  const std::int64_t row = floor_of(up);
   const auto blend = [](double t) { return t * t * (3.0 - 2.0 * t); };
-  const double across = blend(right - column);
-  const double down = blend(up - row);
-  const auto value = [&](double i, double j) { return lattice_value(column + i, row + j, octave); };
+  const double across = blend(right - static_cast<double>(column));
+  const double down = blend(up - static_cast<double>(row));
+  const auto value = [&](int i, int j) { return lattice_value(column + i, row + j, octave); };
   const double lower = value(0, 0) + across * (value(1, 0) - value(0, 0));
   const double upper = value(0, 1) + across * (value(1, 1) - value(0, 1));
   return 2.0 * (lower + down * (upper - lower)) - 1.0;
@@ -115,14 +121,12 @@ Shading::Shading(const Scene& scene, const World& world) : scene_(scene), world_
   for (const SimulatedLaser& laser : scene.lasers) {
     laser_scale_.push_back(electrons_per_radiance(scene.imager, laser.wavelength_nm));
   }
-  for (std::size_t i = 0; i < world.facets().size(); ++i) {
-    const Facet& facet = world.facets()[i];
+  for (const Facet& facet : world.facets()) {
     const Eigen::Vector3d normal =
         facet.normal.dot(facet.center) > 0.0 ? Eigen::Vector3d(-facet.normal) : facet.normal;
     FacetLight& light = facets_.emplace_back(light_on(normal));
     light.material = &scene.objects[static_cast<std::size_t>(facet.object)].material;
     light.own_radiance = light.material->radiance_w_m2_sr_nm;
-    if (scene.daylight.shadows) light.sun_casters = world.sun_casters(static_cast<int>(i));
   }
 }
 
@@ -146,7 +150,8 @@ double Shading::falloff(const Eigen::Vector3d& ray) const noexcept {
 }
 
 double Shading::daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray,
-                                   const Reflection& spot) const noexcept {
+                                   const Reflection& spot,
+                                   std::span<const int> casters) const noexcept {
   const double scale = daylight_scale_ * falloff(ray);
   if (!hit.found()) return scale * scene_.daylight.sky_radiance_w_m2_sr_nm;
   const Eigen::Vector3d point = hit.t * ray;
@@ -160,7 +165,7 @@ double Shading::daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray,
     sun = round.sun_w_m2_nm;
   }
   double radiance = flat.own_radiance + diffuse * spot.brdf(-1.0);
-  if (sun > 0.0 && !world_.in_shade(point, flat.sun_casters)) {
+  if (sun > 0.0 && !world_.in_shade(point, casters)) {
     const double cos_angle =
         spot.retro_gain == 0.0 ? 1.0 : -world_.to_sun().dot(point) / point.norm();
     radiance += sun * spot.brdf(cos_angle);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,13 +32,15 @@ class Shading {
  public:
   Shading(const Scene& scene, const World& world);
 
-  /// Electrons that daylight and lamps put into a pixel which sees this hit (or no hit at all).
-  double daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray) const noexcept {
-    return daylight_electrons(hit, ray, hit.found() ? reflection(hit, hit.t * ray) : Reflection{});
+  /// Whether the sun shines and what it shines on casts shadows.
+  bool has_shadows() const noexcept {
+    return scene_.daylight.shadows && scene_.daylight.sun_w_m2_nm > 0.0;
   }
-  /// The same, its texture looked up already.
-  double daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray,
-                            const Reflection& spot) const noexcept;
+
+  /// Electrons that daylight and lamps put into a pixel which sees this hit (or no hit at all).
+  /// @param spot its texture, looked up. @param casters what may stand between it and the sun.
+  double daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray, const Reflection& spot,
+                            std::span<const int> casters) const noexcept;
 
   /// Electrons per J/m^2 of fluence from `origin` on a spot of a surface, as a pixel sees it.
   double electrons_per_fluence(const Reflection& spot, const Eigen::Vector3d& point,
@@ -52,7 +55,6 @@ class Shading {
     double sun_w_m2_nm = 0.0;      ///< From the sun, shadows left out.
     double own_radiance = 0.0;
     const Material* material = nullptr;
-    std::vector<int> sun_casters;  ///< What may stand between it and the sun.
   };
 
   FacetLight light_on(const Eigen::Vector3d& normal) const noexcept;

@@ -8,6 +8,7 @@
 #include "simulator/beam.hpp"
 #include "simulator/ray_grid.hpp"
 #include "simulator/shading.hpp"
+#include "simulator/tiles.hpp"
 #include "simulator/world.hpp"
 
 namespace striper::detail {
@@ -33,7 +34,14 @@ class View {
 
   /// What a ray through or near a pixel sees.
   Hit cast(int u, int v, const Eigen::Vector3d& ray) const noexcept {
-    return world_.first_hit(ray, candidates(u, v));
+    return world_.first_hit(ray, tiles_.at(u, v));
+  }
+
+  const Tiles& tiles() const noexcept { return tiles_; }
+
+  /// What may stand between a hit in or near a pixel and the sun.
+  std::span<const int> casters(int u, int v, const Hit& hit) const noexcept {
+    return hit.found() ? tiles_.of(u, v, hit.facet).casters : std::span<const int>();
   }
 
   /// Electrons from daylight and lamps per sensor pixel of the region, CV_32FC1, lens blur
@@ -44,22 +52,11 @@ class View {
   cv::Mat laser(const Beam& beam, int index) const;
 
  private:
-  static constexpr int kTile = 16;
-
-  void find_candidates();
-  const std::vector<int>& candidates(int u, int v) const noexcept {
-    const int column = (u - rays_.region().x) / kTile;
-    const int row = (v - rays_.region().y) / kTile;
-    const int tile = row * tiles_across_ + column;
-    return tiles_[static_cast<std::size_t>(tile)];
-  }
-
   const Scene& scene_;
   const RayGrid& rays_;
   World world_;
   Shading shading_;
-  int tiles_across_ = 0;
-  std::vector<std::vector<int>> tiles_;  // Facets that may be seen from each tile of pixels.
+  Tiles tiles_;
   std::vector<Hit> hits_;
 };
 

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
 
 #include "simulator/gaussian_integral.hpp"
 #include "simulator/view.hpp"
@@ -63,7 +66,8 @@ class StripePainter {
         laser_(laser),
         region_(view.rays().region()),
         spread_(view.scene().imager.blur_sigma_px),
-        casters_(beam.casters(view.world())),
+        near_sheet_(beam.casters(view.world())),
+        casters_(static_cast<std::size_t>(view.tiles().sight_count())),
         electrons_(region_.height, region_.width, CV_64FC1, cv::Scalar(0.0)) {
     find_heights();
   }
@@ -142,7 +146,7 @@ class StripePainter {
   }
 
   /// The electrons of every cell of a pixel; false where none has any.
-  bool fill_cells(int u, int v, Cells& cells) const {
+  bool fill_cells(int u, int v, Cells& cells) {
     const RayGrid& rays = view_.rays();
     const Eigen::Vector2d du = 0.5 * (rays.at(u + 1, v) - rays.at(u - 1, v));
     const Eigen::Vector2d dv = 0.5 * (rays.at(u, v + 1) - rays.at(u, v - 1));
@@ -205,7 +209,7 @@ class StripePainter {
 
   /// Electrons of one cell. @param du, dv the ray's change per pixel.
   double cell_light(int u, int v, const Eigen::Vector3d& ray, const Eigen::Vector2d& du,
-                    const Eigen::Vector2d& dv) const {
+                    const Eigen::Vector2d& dv) {
     const World& world = view_.world();
     const Hit hit = view_.cast(u, v, ray);
     if (!hit.found()) return 0.0;
@@ -223,10 +227,23 @@ class StripePainter {
     const double scale = kCell / light.sigma_m;
     const double ridge =
         mean_ridge(beam_.height_m(point) / light.sigma_m, scale * slope(du), scale * slope(dv));
-    if (ridge == 0.0 || world.blocked(beam_.origin(), point, casters_)) return 0.0;
+    if (ridge == 0.0 || world.blocked(beam_.origin(), point, casters(u, v, hit))) return 0.0;
     const Reflection spot = view_.shading().reflection(hit, point);
     return kCell * kCell * ridge * light.peak_fluence_j_m2 *
            view_.shading().electrons_per_fluence(spot, point, beam_.origin(), laser_);
+  }
+
+  /// What may stand between the laser and what is seen around a hit.
+  const std::vector<int>& casters(int u, int v, const Hit& hit) {
+    const Sight& sight = view_.tiles().of(u, v, hit.facet);
+    auto& casters = casters_[static_cast<std::size_t>(sight.number)];
+    if (!casters) {
+      casters.emplace();
+      for (const int caster : near_sheet_) {
+        if (view_.world().may_block(caster, beam_.origin(), sight)) casters->push_back(caster);
+      }
+    }
+    return *casters;
   }
 
   const View& view_;
@@ -235,7 +252,8 @@ class StripePainter {
   cv::Rect region_;
   CellSpread spread_;
   Taps weights_ = tap_weights();
-  std::vector<int> casters_;
+  std::vector<int> near_sheet_;
+  std::vector<std::optional<std::vector<int>>> casters_;  // Of each sight, once asked for.
   std::vector<double> heights_;
   cv::Mat electrons_;
 };

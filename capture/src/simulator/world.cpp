@@ -90,6 +90,15 @@ struct FacetMaker {
   }
 };
 
+/// Whether a point of a flat facet's plane lies on the facet. @param offset from its centre.
+bool contains(const Facet& facet, const Eigen::Vector3d& offset) noexcept {
+  const double a = facet.right.dot(offset);
+  const double b = facet.up.dot(offset);
+  return facet.kind == Facet::Kind::kDisc
+             ? a * a + b * b <= facet.half_width * facet.half_width
+             : std::abs(a) <= facet.half_width && std::abs(b) <= facet.half_height;
+}
+
 /// Distance along a ray to a facet, or infinity; only between `t_min` and `t_max`.
 double intersect(const Facet& facet, const Eigen::Vector3d& origin,
                  const Eigen::Vector3d& direction, double t_min,
@@ -100,13 +109,7 @@ double intersect(const Facet& facet, const Eigen::Vector3d& origin,
     if (slope == 0.0) return kInfinity;
     const double t = facet.normal.dot(to_center) / slope;
     if (!(t > t_min && t < t_max)) return kInfinity;
-    const Eigen::Vector3d offset = t * direction - to_center;
-    const double a = facet.right.dot(offset);
-    const double b = facet.up.dot(offset);
-    const bool inside = facet.kind == Facet::Kind::kDisc
-                            ? a * a + b * b <= facet.half_width * facet.half_width
-                            : std::abs(a) <= facet.half_width && std::abs(b) <= facet.half_height;
-    return inside ? t : kInfinity;
+    return contains(facet, t * direction - to_center) ? t : kInfinity;
   }
   const Eigen::Vector3d d = direction - facet.up.dot(direction) * facet.up;
   const Eigen::Vector3d c = to_center - facet.up.dot(to_center) * facet.up;
@@ -122,6 +125,19 @@ double intersect(const Facet& facet, const Eigen::Vector3d& origin,
   return kInfinity;
 }
 
+/// The same for a ray from the camera, to the last bit; only up to and with `t_max`.
+double meet(const Facet& facet, const Eigen::Vector3d& ray, double t_max) noexcept {
+  if (facet.kind == Facet::Kind::kTube) {
+    return intersect(facet, Eigen::Vector3d::Zero(), ray, 0.0);
+  }
+  const double slope = facet.normal.dot(ray);
+  if (slope == 0.0) return kInfinity;
+  const double t = facet.distance / slope;
+  if (!(t > 0.0 && t <= t_max)) return kInfinity;
+  if (facet.half_width == kInfinity && facet.half_height == kInfinity) return t;
+  return contains(facet, t * ray - facet.center) ? t : kInfinity;
+}
+
 bool misses_sphere(const Facet& facet, const Eigen::Vector3d& origin,
                    const Eigen::Vector3d& direction, double direction_norm2) noexcept {
   const Eigen::Vector3d to_center = facet.center - origin;
@@ -131,6 +147,13 @@ bool misses_sphere(const Facet& facet, const Eigen::Vector3d& origin,
 }
 
 }  // namespace
+
+std::array<Eigen::Vector3d, 4> Facet::corners() const noexcept {
+  const Eigen::Vector3d across = half_width * right;
+  const Eigen::Vector3d along = half_height * up;
+  return {center - across - along, center + across - along, center + across + along,
+          center - across + along};
+}
 
 Eigen::Isometry3d T_cam_object_at(const Scene& scene, const SceneObject& object, double time_s) {
   const Eigen::Isometry3d T_world_cam =
@@ -151,6 +174,7 @@ World::World(const Scene& scene, double time_s) {
       facet.right = T_cam_object.linear() * facet.right;
       facet.up = T_cam_object.linear() * facet.up;
       facet.normal = T_cam_object.linear() * facet.normal;
+      facet.distance = facet.normal.dot(facet.center);
     }
   }
   const Eigen::Matrix3d R_cam_world =
@@ -161,26 +185,18 @@ World::World(const Scene& scene, double time_s) {
   up_ = R_cam_world * Eigen::Vector3d::UnitZ();
 }
 
-Hit World::first_hit(const Eigen::Vector3d& ray) const noexcept {
+Hit World::first_hit(const Eigen::Vector3d& ray, std::span<const Sight> sights) const noexcept {
   Hit hit;
-  for (std::size_t i = 0; i < facets_.size(); ++i) {
-    const double t = intersect(facets_[i], Eigen::Vector3d::Zero(), ray, 0.0, hit.t);
-    if (t < hit.t) hit = {t, static_cast<int>(i)};
-  }
-  return hit;
-}
-
-Hit World::first_hit(const Eigen::Vector3d& ray, const std::vector<int>& among) const noexcept {
-  Hit hit;
-  for (const int i : among) {
-    const double t = intersect(facet(i), Eigen::Vector3d::Zero(), ray, 0.0, hit.t);
-    if (t < hit.t) hit = {t, i};
+  for (const Sight& sight : sights) {
+    if (sight.nearest_t > hit.t) break;
+    const double t = meet(facet(sight.facet), ray, hit.t);
+    if (t < hit.t || (t == hit.t && sight.facet < hit.facet)) hit = {t, sight.facet};
   }
   return hit;
 }
 
 bool World::blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                    const std::vector<int>& casters) const noexcept {
+                    std::span<const int> casters) const noexcept {
   const Eigen::Vector3d direction = to - from;
   const double norm2 = direction.squaredNorm();
   return std::any_of(casters.begin(), casters.end(), [&](int index) {
@@ -207,7 +223,55 @@ std::vector<int> World::sun_casters(int index) const {
   return casters;
 }
 
-bool World::in_shade(const Eigen::Vector3d& point, const std::vector<int>& casters) const noexcept {
+// Whether something surely is not in the way is told with this much to spare, relative to sizes.
+constexpr double kToSpare = 1e-9;
+
+bool World::may_shade(int index, const Ball& receiver) const noexcept {
+  const Facet& caster = facet(index);
+  const Eigen::Vector3d away = caster.center - receiver.center;
+  const double reach = (caster.bounding_radius + receiver.radius) * (1.0 + kToSpare) + kToSpare;
+  const double towards_sun = away.dot(to_sun_);
+  if ((away - towards_sun * to_sun_).norm() > reach || towards_sun < -reach) return false;
+  const double slope = caster.normal.dot(to_sun_);
+  if (caster.kind == Facet::Kind::kTube || std::abs(slope) < 1e-3) return true;
+
+  // Where the rays from the ball to the sun meet the caster's plane.
+  const double t = caster.normal.dot(away) / slope;
+  if (t + receiver.radius / std::abs(slope) < 0.5 * kShadowMargin) return false;
+  const Eigen::Vector3d offset = t * to_sun_ - away;
+  const auto misses = [&](const Eigen::Vector3d& axis, double half_size) {
+    const double spread = receiver.radius * (1.0 + std::abs(axis.dot(to_sun_) / slope));
+    return std::abs(axis.dot(offset)) > (half_size + spread) * (1.0 + kToSpare) + kToSpare;
+  };
+  return !misses(caster.right, caster.half_width) && !misses(caster.up, caster.half_height);
+}
+
+bool World::may_block(int index, const Eigen::Vector3d& lamp,
+                      const Sight& receiver) const noexcept {
+  constexpr double kEdgeOn_m = 1e-6;
+  const Facet& caster = facet(index);
+  if (caster.kind == Facet::Kind::kTube) return true;
+  const double lamp_height = caster.normal.dot(lamp - caster.center);
+  if (std::abs(lamp_height) < kEdgeOn_m) return true;
+  if (index == receiver.facet) return false;
+
+  // On the lamp's own side of the caster's plane, or beside the pyramid over the caster.
+  const Ball& ball = receiver.seen;
+  const double spread = ball.radius * (1.0 + kToSpare) + kToSpare;
+  const double ball_height = caster.normal.dot(ball.center - caster.center);
+  if (lamp_height > 0.0 ? ball_height > spread : ball_height < -spread) return false;
+  if (caster.kind == Facet::Kind::kDisc || caster.is_endless()) return true;
+  const auto corners = caster.corners();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector3d side = (corners[i] - lamp).cross(corners[(i + 1) % 4] - lamp);
+    const double inwards = std::copysign(1.0, side.dot(caster.center - lamp));
+    if (inwards * side.dot(ball.center - lamp) < -spread * side.norm()) return false;
+  }
+  return true;
+}
+
+bool World::in_shade(const Eigen::Vector3d& point, std::span<const int> casters) const noexcept {
+  if (casters.empty()) return false;
   const double margin = kShadowMargin * (1.0 + point.norm());
   return std::any_of(casters.begin(), casters.end(), [&](int index) {
     const Facet& caster = facet(index);

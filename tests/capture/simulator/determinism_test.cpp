@@ -50,6 +50,17 @@ TEST(Determinism, GoldenPictures) {
   EXPECT_EQ(hash_of(Simulator(scene).render(1000000).image), 829214460643710309ULL);
 }
 
+TEST(Determinism, GoldenPicturesOfMovingScenes) {
+  Scene sun = load_scene(testing::source_path("data/scenes/ntsc_sun.yaml"));
+  sun.device_motion.velocity_m_s = {5.0, 0.5, 0.0};
+  EXPECT_EQ(hash_of(Simulator(sun).render(3).image), 18278953447976537933ULL);
+  Scene room = load_scene(testing::source_path("data/scenes/room.yaml"));
+  room.daylight.sun_w_m2_nm = 0.3;
+  room.device_motion.velocity_m_s = {0.3, 0.2, 0.0};
+  room.device_motion.angular_velocity_rad_s = {0.02, 0.04, 0.06};
+  EXPECT_EQ(hash_of(Simulator(room).render(9).image), 37739690758276281ULL);
+}
+
 TEST(Determinism, OrderOfPicturesDoesNotMatter) {
   Scene scene = noisy_room();
   scene.objects[4].motion.velocity_m_s = {0.0, 0.5, 0.0};
