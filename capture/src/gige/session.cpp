@@ -71,8 +71,22 @@ Session::Session(const GigeOptions& options)
 Session::~Session() {
   stop();
   g_signal_handler_disconnect(features_.device(), control_lost_handler_);
-  // Ends the heartbeat thread while everything that it may still call is here.
+  close_device();
+}
+
+/// Ends the heartbeat thread while everything that it may still call is here. While that thread
+/// tells of a loss it holds the device: were it the last to let go, it would wait for its own end,
+/// for which GLib ends the program.
+void Session::close_device() noexcept {
+  constexpr auto kToldWithin = 1s;
+  const GPtr<ArvDevice> device = share(features_.device());
+  chunks_.reset();
   opened_.camera.reset();
+  const auto end = std::chrono::steady_clock::now() + kToldWithin;
+  const auto is_held = [&] { return g_atomic_int_get(&G_OBJECT(device.get())->ref_count) > 1; };
+  while (is_held() && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(1ms);
+  }
 }
 
 void Session::on_control_lost(ArvDevice*, void* self) {

@@ -90,6 +90,7 @@ class Session {
   void conduct();
   void trigger_once(std::uint64_t number);
   void lose(const std::string& why);
+  void close_device() noexcept;
 
   GigeOptions options_;
   OpenCamera opened_;
