@@ -25,7 +25,7 @@ class PixelRandom {
  public:
   PixelRandom(std::uint64_t seed, std::uint64_t purpose, std::uint64_t exposure,
               std::uint64_t pixel) noexcept
-      : state_(mix(mix(mix(seed + kStep * (purpose + 1)) ^ exposure) ^ pixel)) {}
+      : PixelRandom(mix(mix(seed + kStep * (purpose + 1)) ^ exposure), pixel) {}
 
   std::uint64_t bits() noexcept { return mix(state_ += kStep); }
 
@@ -46,9 +46,25 @@ class PixelRandom {
   }
 
  private:
+  friend class RandomPixels;
   static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15ULL;
 
+  PixelRandom(std::uint64_t picture, std::uint64_t pixel) noexcept : state_(mix(picture ^ pixel)) {}
+
   std::uint64_t state_;
+};
+
+/// The streams of all pixels of one exposure: the same numbers as PixelRandom's own, begun faster.
+class RandomPixels {
+ public:
+  RandomPixels(std::uint64_t seed, std::uint64_t purpose, std::uint64_t exposure) noexcept
+      : picture_(PixelRandom::mix(PixelRandom::mix(seed + PixelRandom::kStep * (purpose + 1)) ^
+                                  exposure)) {}
+
+  PixelRandom of(std::uint64_t pixel) const noexcept { return {picture_, pixel}; }
+
+ private:
+  std::uint64_t picture_;
 };
 
 }  // namespace striper::detail

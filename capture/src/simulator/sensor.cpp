@@ -14,12 +14,20 @@ namespace {
 // Every noise has its own random numbers: switching one off leaves the others as they are.
 enum Purpose : std::uint64_t { kShot, kRead, kSpeckle, kPrnu };
 
+/// A pixel's number on the sensor: a region of interest has the noise of the whole.
+std::uint64_t pixel_number(const Imager& imager, int column, int row) {
+  return (static_cast<std::uint64_t>(imager.region.y + row * imager.binning.height) << 32U) +
+         static_cast<std::uint64_t>(imager.region.x + column * imager.binning.width);
+}
+
 class ReadOut {
  public:
   ReadOut(const Charge& charge, const Imager& imager, std::uint64_t seed)
       : charge_(charge),
         imager_(imager),
-        seed_(seed),
+        shot_(seed, kShot, charge.exposure_number),
+        read_(seed, kRead, charge.exposure_number),
+        speckle_(seed, kSpeckle, charge.exposure_number),
         full_well_e_(imager.full_well_e > 0.0 ? imager.full_well_e
                                               : std::numeric_limits<double>::infinity()),
         full_scale_dn_((1 << imager.bit_depth) - 1) {}
@@ -28,13 +36,12 @@ class ReadOut {
   void row(int from, Pixel* to) const {
     const auto* const daylight = charge_.daylight.ptr<float>(from);
     const auto* const laser = charge_.laser.empty() ? nullptr : charge_.laser.ptr<float>(from);
+    const auto* const gains = charge_.gains.empty() ? nullptr : charge_.gains.ptr<double>(from);
     for (int column = 0; column < charge_.daylight.cols; ++column) {
-      // The pixel's number on the sensor: a region of interest has the noise of the whole.
-      const std::uint64_t pixel =
-          (static_cast<std::uint64_t>(imager_.region.y + from * imager_.binning.height) << 32U) +
-          static_cast<std::uint64_t>(imager_.region.x + column * imager_.binning.width);
+      const std::uint64_t pixel = pixel_number(imager_, column, from);
       double electrons = daylight[column];
       if (laser != nullptr && laser[column] > 0.0F) electrons += speckled(laser[column], pixel);
+      if (gains != nullptr) electrons *= gains[column];
       const double dn =
           imager_.black_level_dn + imager_.dn_per_electron * measured(electrons, pixel);
       to[column] = static_cast<Pixel>(std::clamp(std::floor(dn + 0.5), 0.0, full_scale_dn_));
@@ -44,29 +51,22 @@ class ReadOut {
  private:
   double speckled(double electrons, std::uint64_t pixel) const {
     if (imager_.noise.speckle <= 0.0) return electrons;
-    PixelRandom random(seed_, kSpeckle, charge_.exposure_number, pixel);
-    return electrons * std::max(0.0, 1.0 + imager_.noise.speckle * random.normal());
+    return electrons * std::max(0.0, 1.0 + imager_.noise.speckle * speckle_.of(pixel).normal());
   }
 
   double measured(double electrons, std::uint64_t pixel) const {
     const SensorNoise& noise = imager_.noise;
-    if (noise.prnu > 0.0) {
-      electrons *= std::max(0.0, 1.0 + noise.prnu * PixelRandom(seed_, kPrnu, 0, pixel).normal());
-    }
-    if (noise.shot) {
-      electrons = PixelRandom(seed_, kShot, charge_.exposure_number, pixel).poisson(electrons);
-    }
+    if (noise.shot) electrons = shot_.of(pixel).poisson(electrons);
     electrons = std::min(electrons, full_well_e_);
-    if (noise.read_noise_e > 0.0) {
-      electrons +=
-          noise.read_noise_e * PixelRandom(seed_, kRead, charge_.exposure_number, pixel).normal();
-    }
+    if (noise.read_noise_e > 0.0) electrons += noise.read_noise_e * read_.of(pixel).normal();
     return electrons;
   }
 
   const Charge& charge_;
   const Imager& imager_;
-  std::uint64_t seed_;
+  RandomPixels shot_;
+  RandomPixels read_;
+  RandomPixels speckle_;
   double full_well_e_;
   double full_scale_dn_;
 };
@@ -88,6 +88,20 @@ cv::Mat binned(const cv::Mat& electrons, cv::Size binning) {
     }
   }
   return result;
+}
+
+cv::Mat pixel_gains(cv::Size picture, const Imager& imager, std::uint64_t seed) {
+  const double prnu = imager.noise.prnu;
+  if (prnu <= 0.0) return {};
+  const RandomPixels random(seed, kPrnu, 0);
+  cv::Mat gains(picture, CV_64FC1);
+  for (int row = 0; row < gains.rows; ++row) {
+    for (int column = 0; column < gains.cols; ++column) {
+      PixelRandom pixel = random.of(pixel_number(imager, column, row));
+      gains.at<double>(row, column) = std::max(0.0, 1.0 + prnu * pixel.normal());
+    }
+  }
+  return gains;
 }
 
 cv::Mat bloomed(const cv::Mat& electrons, const Bloom& bloom) {

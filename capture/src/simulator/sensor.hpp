@@ -13,6 +13,7 @@ namespace striper::detail {
 struct Charge {
   cv::Mat daylight;
   cv::Mat laser;  ///< Empty for a dark exposure.
+  cv::Mat gains;  ///< From `pixel_gains`.
   std::uint64_t exposure_number = 0;
 };
 
@@ -26,6 +27,10 @@ struct RowRange {
 
 /// Sums electrons over bins; returns the image itself for 1 x 1.
 cv::Mat binned(const cv::Mat& electrons, cv::Size binning);
+
+/// How much each pixel of a picture makes of its light (photo response non-uniformity), CV_64FC1:
+/// the same in every exposure. Empty where all are alike.
+cv::Mat pixel_gains(cv::Size picture, const Imager& imager, std::uint64_t seed);
 
 /// Adds scattered light: a part of all light goes into a wide Gaussian.
 cv::Mat bloomed(const cv::Mat& electrons, const Bloom& bloom);

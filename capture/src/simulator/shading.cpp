@@ -164,11 +164,12 @@ double Shading::daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray,
     diffuse = round.diffuse_w_m2_nm;
     sun = round.sun_w_m2_nm;
   }
-  double radiance = flat.own_radiance + diffuse * spot.brdf(-1.0);
+  const double away_from_light = spot.brdf(-1.0);
+  double radiance = flat.own_radiance + diffuse * away_from_light;
   if (sun > 0.0 && !world_.in_shade(point, casters)) {
-    const double cos_angle =
-        spot.retro_gain == 0.0 ? 1.0 : -world_.to_sun().dot(point) / point.norm();
-    radiance += sun * spot.brdf(cos_angle);
+    radiance +=
+        sun * (spot.retro_gain == 0.0 ? away_from_light
+                                      : spot.brdf(-world_.to_sun().dot(point) / point.norm()));
   }
   return scale * radiance;
 }

@@ -66,7 +66,8 @@ class Simulator::Impl {
   explicit Impl(Scene scene)
       : scene_(checked(std::move(scene))),
         rays_(scene_.camera, lit_region(scene_)),
-        is_static_(scene_.is_static()) {
+        is_static_(scene_.is_static()),
+        gains_(detail::pixel_gains(picture_size(), scene_.imager, scene_.seed)) {
     for (const SimulatedLaser& laser : scene_.lasers) beams_.emplace_back(laser, scene_);
   }
 
@@ -235,6 +236,7 @@ class Simulator::Impl {
     const Illumination light = illumination(picture, exposure);
     Charge charge;
     charge.exposure_number = exposure_number(picture, exposure);
+    charge.gains = gains_;
     charge.daylight = detail::binned(daylight(now), scene_.imager.binning);
     if (light.is_lit()) {
       charge.laser = detail::binned(laser_light(now, light.laser_index()), scene_.imager.binning);
@@ -261,6 +263,7 @@ class Simulator::Impl {
   Scene scene_;
   detail::RayGrid rays_;
   bool is_static_;
+  cv::Mat gains_;
   std::vector<Beam> beams_;
   // The latest two moments (the two fields of a picture) of a moving scene, the only one of a
   // static one.
