@@ -138,6 +138,12 @@ void constrain_camera(const JointOptions& options, JointState& state, ceres::Pro
 
 }  // namespace
 
+void JointState::set_camera(const CameraModel& start) {
+  camera = start;
+  const Eigen::VectorXd numbers = start.parameters();
+  parameters.assign(numbers.data(), numbers.data() + numbers.size());
+}
+
 CameraModel JointState::camera_now() const {
   return camera.with_parameters(Eigen::Map<const Eigen::VectorXd>(
       parameters.data(), static_cast<Eigen::Index>(parameters.size())));

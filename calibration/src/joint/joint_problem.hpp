@@ -23,6 +23,7 @@ struct JointState {
   std::array<double, 2> bend{};
   std::vector<std::array<double, 3>> planes;  ///< w = n / d.
 
+  void set_camera(const CameraModel& start);
   CameraModel camera_now() const;
 };
 

@@ -49,10 +49,8 @@ void require_enough(const Observations& observations, const JointOptions& option
 
 JointState initial_state(const Observations& observations, const JointOptions& options) {
   JointState state;
-  state.camera = options.known_camera ? options.known_camera->camera
-                                      : initial_camera(observations, options.lens);
-  const Eigen::VectorXd parameters = state.camera.parameters();
-  state.parameters.assign(parameters.data(), parameters.data() + parameters.size());
+  state.set_camera(options.known_camera ? options.known_camera->camera
+                                        : initial_camera(observations, options.lens));
   for (const CornerView& view : observations.views) {
     const auto T_cam_board = initial_pose(state.camera, observations.board, view);
     if (!T_cam_board)
@@ -65,9 +63,7 @@ JointState initial_state(const Observations& observations, const JointOptions& o
 
 JointState state_from(const JointSolution& start) {
   JointState state;
-  state.camera = start.camera;
-  const Eigen::VectorXd parameters = state.camera.parameters();
-  state.parameters.assign(parameters.data(), parameters.data() + parameters.size());
+  state.set_camera(start.camera);
   for (const Eigen::Isometry3d& T : start.T_cam_board) state.poses.push_back(detail::to_block(T));
   for (const LaserPlane& plane : start.planes) state.planes.push_back(detail::to_block(plane));
   state.bend = {start.bend_m.x(), start.bend_m.y()};
@@ -277,9 +273,7 @@ double stripe_rms_px(const Observations& observations, const StripeView& stripe,
                      const CameraModel& camera, const Eigen::Isometry3d& T_cam_board,
                      const LaserPlane& plane, const Eigen::Vector2d& bend_m) {
   JointState state;
-  state.camera = camera;
-  const Eigen::VectorXd parameters = camera.parameters();
-  state.parameters.assign(parameters.data(), parameters.data() + parameters.size());
+  state.set_camera(camera);
   state.bend = {bend_m.x(), bend_m.y()};
   const BendShape shape(observations.board);
   std::vector<double> squares;
