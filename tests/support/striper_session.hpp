@@ -171,7 +171,23 @@ inline Observations varied_boards(const SyntheticStriper& striper, int count) {
   return observations;
 }
 
-/// The same with tilts drawn from a range about a common attitude.
+/// `count` boards near enough to fill much of a camera's picture, without stripes: for its lens.
+inline Observations lens_boards(const CameraModel& camera, std::size_t count) {
+  SyntheticStriper striper;
+  striper.camera = camera;
+  striper.stripe_step = 64;
+  Observations observations = empty_observations(striper);
+  while (observations.views.size() < count)
+    add_view(
+        striper,
+        T_cam_board(striper, {uniform(120.0, 520.0), uniform(110.0, 370.0), uniform(0.7, 1.4),
+                              uniform(-40.0, 40.0), uniform(-40.0, 40.0), uniform(-15.0, 15.0)}),
+        observations, false);
+  observations.stripes.clear();
+  return observations;
+}
+
+/// Varied boards with tilts drawn from a range about a common attitude.
 inline Observations boards_tilted(const SyntheticStriper& striper, int count, double about_x_deg,
                                   double spread_deg) {
   Observations observations = empty_observations(striper);

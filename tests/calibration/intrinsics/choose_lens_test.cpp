@@ -13,25 +13,10 @@ namespace {
 
 using testing::SyntheticStriper;
 
-Observations boards_of(const CameraModel& camera) {
-  SyntheticStriper striper;
-  striper.camera = camera;
-  Observations observations = testing::empty_observations(striper);
-  while (observations.views.size() < 12)
-    testing::add_view(
-        striper,
-        testing::T_cam_board(striper, {testing::uniform(120, 520), testing::uniform(110, 370),
-                                       testing::uniform(0.7, 1.4), testing::uniform(-40, 40),
-                                       testing::uniform(-40, 40), testing::uniform(-15, 15)}),
-        observations, false);
-  observations.stripes.clear();
-  return observations;
-}
-
 TEST(ChooseLens, TakesTheSimplestThatPredictsAsWell) {
   const CameraModel truth(640, 480, 615.0, 615.0, 319.5, 239.5, LensModel::kPlumbBob,
                           {-0.2, 0.05, 0.0, 0.0, 0.0});
-  const LensChoice choice = choose_lens(boards_of(truth), std::nullopt);
+  const LensChoice choice = choose_lens(testing::lens_boards(truth, 12), std::nullopt);
   EXPECT_EQ(LensModel::kPlumbBob, choice.lens);
   EXPECT_TRUE(choice.hold_k3);
   ASSERT_EQ(4U, choice.trials.size());
@@ -43,7 +28,7 @@ TEST(ChooseLens, TakesTheSimplestThatPredictsAsWell) {
 TEST(ChooseLens, LeavesTheSimplestWhereItDoesNotPredict) {
   const CameraModel truth(640, 480, 260.0, 260.0, 319.5, 239.5, LensModel::kEquidistant,
                           {0.03, -0.01, 0.0, 0.0});
-  const LensChoice choice = choose_lens(boards_of(truth), std::nullopt);
+  const LensChoice choice = choose_lens(testing::lens_boards(truth, 12), std::nullopt);
   EXPECT_FALSE(choice.lens == LensModel::kPlumbBob && choice.hold_k3);
   for (const LensTrial& trial : choice.trials)
     if (trial.lens == choice.lens && trial.hold_k3 == choice.hold_k3) {
@@ -52,14 +37,14 @@ TEST(ChooseLens, LeavesTheSimplestWhereItDoesNotPredict) {
 }
 
 TEST(ChooseLens, TriesOnlyWhatIsWanted) {
-  const Observations observations = boards_of(SyntheticStriper().camera);
+  const Observations observations = testing::lens_boards(SyntheticStriper().camera, 12);
   const LensChoice choice = choose_lens(observations, LensModel::kRationalPolynomial);
   EXPECT_EQ(LensModel::kRationalPolynomial, choice.lens);
   EXPECT_EQ(1U, choice.trials.size());
 }
 
 TEST(ChooseLens, TakesTheSimplestWhereThereIsNothingToHoldOut) {
-  Observations observations = boards_of(SyntheticStriper().camera);
+  Observations observations = testing::lens_boards(SyntheticStriper().camera, 12);
   observations.views.resize(5);
   const LensChoice choice = choose_lens(observations, std::nullopt);
   EXPECT_EQ(LensModel::kPlumbBob, choice.lens);

@@ -13,26 +13,10 @@ namespace {
 
 using testing::SyntheticStriper;
 
-Observations boards_of(const CameraModel& camera) {
-  SyntheticStriper striper;
-  striper.camera = camera;
-  striper.stripe_step = 64;
-  Observations observations = testing::empty_observations(striper);
-  while (observations.views.size() < 8)
-    testing::add_view(
-        striper,
-        testing::T_cam_board(striper, {testing::uniform(150, 490), testing::uniform(150, 330),
-                                       testing::uniform(0.9, 1.5), testing::uniform(-35, 35),
-                                       testing::uniform(-35, 35), testing::uniform(-15, 15)}),
-        observations, false);
-  observations.stripes.clear();
-  return observations;
-}
-
 TEST(InitialCamera, FindsTheFocalLengthOfAPinholeByZhangsForm) {
   const CameraModel truth(640, 480, 700.0, 640.0, 319.5, 239.5, LensModel::kPlumbBob,
                           {0, 0, 0, 0, 0});
-  const CameraModel start = initial_camera(boards_of(truth), LensModel::kPlumbBob);
+  const CameraModel start = initial_camera(testing::lens_boards(truth, 8), LensModel::kPlumbBob);
   EXPECT_NEAR(start.fx(), 700.0, 3.0);
   EXPECT_NEAR(start.fy(), 640.0, 3.0);
   EXPECT_EQ(319.5, start.cx());
@@ -41,19 +25,19 @@ TEST(InitialCamera, FindsTheFocalLengthOfAPinholeByZhangsForm) {
 // What the lens bends is not in a pinhole: the adjustment has to come back from there.
 TEST(InitialCamera, IsWithinAFifthOfADistortingLens) {
   const CameraModel truth = SyntheticStriper().camera;
-  const CameraModel start = initial_camera(boards_of(truth), LensModel::kPlumbBob);
+  const CameraModel start = initial_camera(testing::lens_boards(truth, 8), LensModel::kPlumbBob);
   EXPECT_NEAR(start.fx() / truth.fx(), 1.0, 0.2);
 }
 
 TEST(InitialCamera, FindsAnEquidistantLensByScanningFocalLengths) {
   const CameraModel truth(640, 480, 350.0, 350.0, 319.5, 239.5, LensModel::kEquidistant,
                           {-0.02, 0.004, 0.0, 0.0});
-  const CameraModel start = initial_camera(boards_of(truth), LensModel::kEquidistant);
+  const CameraModel start = initial_camera(testing::lens_boards(truth, 8), LensModel::kEquidistant);
   EXPECT_NEAR(start.fx() / 350.0, 1.0, 0.12);
 }
 
 TEST(InitialCamera, RefusesViewsWithoutAPose) {
-  Observations observations = boards_of(SyntheticStriper().camera);
+  Observations observations = testing::lens_boards(SyntheticStriper().camera, 8);
   for (CornerView& view : observations.views) {
     view.point.resize(3);
     view.pixel.resize(3);
