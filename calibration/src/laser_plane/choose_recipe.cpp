@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+#include <striper/core/error.hpp>
+#include <striper/laser_plane/board_stripe.hpp>
+
+#include "laser_plane/board_ground.hpp"
+#include "laser_plane/coarse_line.hpp"
+
+namespace striper {
+namespace {
+
+using detail::kMarginSquares;
+
+constexpr std::size_t kTrialPictures = 6;
+
+// Scatter over the root of the number: how well the picture's line is known. Infinite without one.
+double line_uncertainty_px(const BoardStripe& stripe) {
+  if (!stripe.found()) return std::numeric_limits<double>::infinity();
+  return std::max(stripe.line_rms_px, 0.02) / std::sqrt(static_cast<double>(stripe.on_line));
+}
+
+// Exposure or ambient light may differ between the two pictures of a pair; then taking one off the
+// other leaves the pattern, or worse.
+bool off_is_comparable(const LaserPicture& picture, const cv::Mat& mask) {
+  if (picture.off.empty() || picture.off.size() != picture.on.size() ||
+      picture.off.type() != picture.on.type())
+    return false;
+  const double on = cv::norm(cv::mean(picture.on, mask));
+  const double off = cv::norm(cv::mean(picture.off, mask));
+  return off < 1.1 * on && on < 1.5 * off + 5.0;
+}
+
+std::vector<Channel> candidate_channels(const cv::Mat& image, Channel given) {
+  if (image.channels() == 1) return {Channel::kGrey};
+  if (given != Channel::kAuto) return {given};
+  return {Channel::kGrey, Channel::kRed,           Channel::kGreen,
+          Channel::kBlue, Channel::kGreenMinusRed, Channel::kRedMinusGreen};
+}
+
+std::vector<StripeRecipe> candidate_recipes(const LaserPicture& picture, const cv::Mat& mask,
+                                            std::optional<StripeAxis> axis, Channel channel) {
+  std::vector<StripeRecipe> recipes;
+  const bool may_subtract = off_is_comparable(picture, mask);
+  for (const StripeAxis a : {StripeAxis::kColumns, StripeAxis::kRows}) {
+    if (axis && *axis != a) continue;
+    for (const Channel c : candidate_channels(picture.on, channel)) {
+      const bool difference = c == Channel::kGreenMinusRed || c == Channel::kRedMinusGreen;
+      recipes.push_back({a, c, false});
+      if (may_subtract && !difference) recipes.push_back({a, c, true});
+    }
+  }
+  return recipes;
+}
+
+}  // namespace
+
+std::string to_string(const StripeRecipe& recipe) {
+  return fmt::format("{} {}{}", to_string(recipe.axis), to_string(recipe.channel),
+                     recipe.subtract_off ? ", laser-off picture subtracted" : "");
+}
+
+StripeRecipe choose_recipe(const std::vector<LaserPicture>& pictures, const Board& board,
+                           const CameraModel& camera, std::optional<StripeAxis> axis,
+                           Channel channel) {
+  if (pictures.empty()) return {axis.value_or(StripeAxis::kColumns), Channel::kGrey, false};
+  const cv::Mat first_mask =
+      board_mask(board, camera, pictures.front().T_cam_board, kMarginSquares);
+  const std::size_t step = std::max<std::size_t>(1, pictures.size() / kTrialPictures);
+  std::optional<StripeRecipe> best;
+  double best_score = 0.0;
+  for (const StripeRecipe& recipe :
+       candidate_recipes(pictures.front(), first_mask, axis, channel)) {
+    // The information about the lines, summed: a picture without a line adds nothing.
+    double score = 0.0;
+    for (std::size_t i = 0; i < pictures.size(); i += step) {
+      if (recipe.subtract_off && pictures[i].off.empty()) continue;
+      const double uncertainty_px = line_uncertainty_px(
+          detail::find_coarse_line(pictures[i], board, camera, recipe, std::nullopt).stripe);
+      if (std::isfinite(uncertainty_px)) score += 1.0 / uncertainty_px;
+    }
+    if (score > best_score) best_score = score, best = recipe;
+  }
+  if (!best)
+    throw Error(
+        ErrorKind::kUntrustworthy,
+        fmt::format("no stripe was found on the board in any of {} pictures, in no channel, "
+                    "neither along columns nor along rows: is the laser on in them, and "
+                    "does it cross the board?",
+                    pictures.size()));
+  return *best;
+}
+
+}  // namespace striper

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "laser_plane/coarse_line.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+#include <striper/ambient/channel_choice.hpp>
+
+#include "laser_plane/board_ground.hpp"
+
+namespace striper::detail {
+namespace {
+
+constexpr int kFewestOnLine = 20;
+constexpr double kLeastGatePx = 0.5;
+constexpr double kMostLineRmsPx = 4.0;  // A blurred, speckled line; noise scatters by dozens.
+
+// The line is looked for with the method that takes the brightest pixel: white squares among black
+// ones are peaks too, and the others would learn the width of these for the stripe's.
+std::unique_ptr<StripeExtractor> coarse_extractor(const StripeRecipe& recipe,
+                                                  const std::optional<NoiseModel>& noise) {
+  ExtractOptions options;
+  options.axis = recipe.axis;
+  options.noise = noise;
+  options.method = ExtractMethod::kPaper;
+  return make_extractor(options);
+}
+
+LitFrame lit_frame(const LaserPicture& picture, const StripeRecipe& recipe) {
+  ChannelImages on;
+  select_channel(picture.on, recipe.channel, on);
+  LitFrame frame;
+  frame.lit = on.lit;
+  frame.dark = on.dark;
+  frame.full_scale_dn = (1 << picture.bit_depth) - 1;
+  if (recipe.subtract_off && on.dark.empty()) {
+    ChannelImages off;
+    select_channel(picture.off, recipe.channel, off);
+    frame.dark = off.lit;
+  }
+  return frame;
+}
+
+std::string why_no_line(const BoardStripe& stripe, const std::optional<StraightLine>& line) {
+  if (stripe.on_line < kFewestOnLine || 3 * stripe.on_line < stripe.returns)
+    return fmt::format("no straight stripe on the board ({} returns, {} of them on a line)",
+                       stripe.returns, stripe.on_line);
+  if (line->rms > kMostLineRmsPx)
+    return fmt::format("no straight stripe on the board (the returns scatter by {:.0f} px)",
+                       line->rms);
+  return {};
+}
+
+}  // namespace
+
+Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const CameraModel& camera,
+                       const StripeRecipe& recipe, StripeExtractor& extractor, Verdict worst) {
+  LitFrame frame = lit_frame(picture, recipe);
+  cv::bitwise_not(seen, frame.blind);
+  Stripe stripe;
+  extractor.extract(frame, stripe);
+  const bool columns = recipe.axis == StripeAxis::kColumns;
+  Returns returns;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (verdict(stripe.status[i]) > worst) continue;
+    const Eigen::Vector2d pixel(stripe.u_px(i), stripe.v_px(i));
+    const Unprojection ray = camera.unproject(pixel);
+    const double sigma_px = stripe.sigma_px[i];
+    if (ray.status != CameraStatus::kOk || !(sigma_px > 0.0) || !std::isfinite(sigma_px)) continue;
+    const Eigen::Vector2d flat(camera.fx() * ray.xy.x(), camera.fy() * ray.xy.y());
+    returns.pixel.push_back(pixel);
+    returns.undistorted.push_back(columns ? flat : Eigen::Vector2d(flat.y(), flat.x()));
+    returns.sigma_px.push_back(sigma_px);
+    returns.amplitude_dn.push_back(stripe.amplitude_dn[i]);
+    returns.width_px.push_back(stripe.width_px[i]);
+  }
+  return returns;
+}
+
+double median(std::vector<float> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_width_px(const Returns& returns, const StraightLine& line) {
+  std::vector<float> widths;
+  for (const std::size_t i : line.inliers) widths.push_back(returns.width_px[i]);
+  return median(std::move(widths));
+}
+
+CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
+                            const CameraModel& camera, const StripeRecipe& recipe,
+                            const std::optional<NoiseModel>& noise) {
+  CoarseLine coarse;
+  coarse.mask = board_mask(board, camera, picture.T_cam_board, kMarginSquares);
+  coarse.returns = returns_within(coarse.mask, picture, camera, recipe,
+                                  *coarse_extractor(recipe, noise), Verdict::kDoubtful);
+  BoardStripe& stripe = coarse.stripe;
+  stripe.returns = static_cast<int>(coarse.returns.pixel.size());
+  const auto line = fit_line(coarse.returns.undistorted, kLeastGatePx);
+  stripe.on_line = line ? static_cast<int>(line->inliers.size()) : 0;
+  stripe.reason = why_no_line(stripe, line);
+  if (!stripe.found()) return coarse;
+  coarse.line = *line;
+  stripe.line_rms_px = line->rms;
+  stripe.width_px = median_width_px(coarse.returns, *line);
+  stripe.amplitude_dn = median(coarse.returns.amplitude_dn);
+  return coarse;
+}
+
+}  // namespace striper::detail
