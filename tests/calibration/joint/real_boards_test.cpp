@@ -2,12 +2,10 @@
 // Proves on published pictures of boards that the camera comes out as their references have it,
 // that the fit is not worse and not much slower than cv::calibrateCamera on the same corners, and
 // that a degenerate set is refused. Skips where the pictures are absent.
-#include <chrono>
-
 #include <gmock/gmock.h>
-#include <opencv2/calib3d.hpp>
 
 #include "real_support.hpp"
+#include "support/opencv_rival.hpp"
 
 namespace striper {
 namespace {
@@ -15,51 +13,13 @@ namespace {
 using ::testing::Contains;
 using ::testing::Field;
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-// Our adjustment and OpenCV's on the same corners, all of them, the same five-coefficient lens.
-void expect_not_worse_than_opencv(const Observations& given) {
-  Observations observations = given;
-  observations.stripes.clear();
-  std::vector<std::vector<cv::Point3f>> object;
-  std::vector<std::vector<cv::Point2f>> image;
-  for (const CornerView& view : observations.views) {
-    auto& points = object.emplace_back();
-    auto& pixels = image.emplace_back();
-    for (std::size_t i = 0; i < view.pixel.size(); ++i) {
-      const Eigen::Vector2d p = observations.board.point_m(view.point[i]);
-      points.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), 0.0F);
-      pixels.emplace_back(static_cast<float>(view.pixel[i].x()),
-                          static_cast<float>(view.pixel[i].y()));
-    }
-  }
-  JointOptions options;
-  options.remove_outliers = false;
-  options.threads = 2;
-  double ours_s = 1e9;
-  double theirs_s = 1e9;
-  double ours_px = 0.0;
-  double theirs_px = 0.0;
-  for (int run = 0; run < 3; ++run) {
-    auto start = std::chrono::steady_clock::now();
-    ours_px = solve_joint(observations, options).corners.rms_px;
-    ours_s = std::min(ours_s, seconds_since(start));
-    cv::Mat K;
-    cv::Mat D;
-    std::vector<cv::Mat> rotations;
-    std::vector<cv::Mat> translations;
-    start = std::chrono::steady_clock::now();
-    theirs_px =
-        cv::calibrateCamera(object, image, {observations.image_width, observations.image_height}, K,
-                            D, rotations, translations);
-    theirs_s = std::min(theirs_s, seconds_since(start));
-  }
-  std::printf("rms %.5f px in %.3f s; cv::calibrateCamera %.5f px in %.3f s\n", ours_px, ours_s,
-              theirs_px, theirs_s);
-  EXPECT_LE(ours_px, theirs_px * 1.00001);
-  EXPECT_LE(ours_s, 2.0 * theirs_s);
+// The same corners, all of them, the same five-coefficient lens.
+void expect_not_worse_than_opencv(const Observations& observations) {
+  const testing::Race race = testing::race_opencv(observations, 3);
+  std::printf("rms %.5f px in %.3f s; cv::calibrateCamera %.5f px in %.3f s\n", race.ours_px,
+              race.ours_s, race.theirs_px, race.theirs_s);
+  EXPECT_LE(race.ours_px, race.theirs_px * 1.00001);
+  EXPECT_LE(race.ours_s, 2.0 * race.theirs_s);
 }
 
 CalibrationInput boards_of(const char* set, const char* size, double square_m,
