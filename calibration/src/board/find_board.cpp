@@ -13,6 +13,7 @@
 #include <striper/core/error.hpp>
 
 #include "board/corner_model.hpp"
+#include "board/dot_image.hpp"
 
 namespace striper {
 namespace {
@@ -99,6 +100,27 @@ void refine_corners(const cv::Mat& grey, const Board& board, Corners& corners, B
   for (const double m : misfit) view.reliable.push_back(m <= std::max(3.0 * usual, 0.05) ? 1 : 0);
   std::sort(blurs.begin(), blurs.end());
   view.blur_px = blurs.empty() ? 0.0 : blurs[blurs.size() / 2];
+}
+
+// Measures each dot; what is not as large as the others are is marked.
+void refine_circles(const cv::Mat& grey, const Board& board, Corners& corners, BoardView& view) {
+  const Corners start = corners;
+  std::vector<double> ratio(corners.size(), 0.0);
+  std::vector<double> found;
+  for (int i = 0; i < board.point_count(); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const LocalAxes axes = local_axes(start, board, i);
+    const auto dot = detail::measure_dot(grey, {start[k].x, start[k].y},
+                                         {axes.along.x, axes.along.y}, {axes.down.x, axes.down.y});
+    if (!dot) continue;
+    corners[k] = {static_cast<float>(dot->centre_px.x()), static_cast<float>(dot->centre_px.y())};
+    ratio[k] = dot->radius_squares;
+    found.push_back(ratio[k]);
+  }
+  std::sort(found.begin(), found.end());
+  view.dot_ratio = found.empty() ? board.dot_ratio : found[found.size() / 2];
+  for (const double r : ratio)
+    view.reliable.push_back(std::abs(r - view.dot_ratio) <= 0.15 * view.dot_ratio ? 1 : 0);
 }
 
 // The brightness that all but the brightest pixels stay below.
@@ -251,7 +273,7 @@ BoardView find_board(const cv::Mat& image, const Board& board, BoardSearch searc
   if (checkerboard)
     refine_corners(grey, board, corners, view);
   else
-    view.reliable.assign(corners.size(), 1);
+    refine_circles(grey, board, corners, view);
   view.square_px = median_square_px(corners, board);
   for (const cv::Point2f& corner : corners) view.corners_px.emplace_back(corner.x, corner.y);
   return view;

@@ -8,6 +8,8 @@
 #include <striper/core/error.hpp>
 #include <striper/intrinsics/choose_lens.hpp>
 
+#include "joint/joint_problem.hpp"
+
 namespace striper {
 namespace {
 
@@ -50,15 +52,17 @@ CornerView half_of(const CornerView& view, const Board& board, int parity) {
 // median: single bad corners must not decide about the lens.
 void predict(const CameraModel& camera, const Board& board, const CornerView& view,
              std::vector<double>& squares) {
+  detail::JointState state;
+  state.set_camera(camera);
   for (const int parity : {0, 1}) {
     const Eigen::Isometry3d T =
         solve_pose(camera, board, half_of(view, board, parity), Eigen::Vector2d::Zero(), nullptr);
     const CornerView rest = half_of(view, board, 1 - parity);
     for (std::size_t i = 0; i < rest.pixel.size(); ++i) {
-      const Eigen::Vector2d p = board.point_m(rest.point[i]);
-      const Projection at = camera.project(T * Eigen::Vector3d(p.x(), p.y(), 0.0));
-      squares.push_back(at.status == CameraStatus::kOk ? (at.pixel - rest.pixel[i]).squaredNorm()
-                                                       : 1e4);
+      const double square =
+          detail::corner_residual(state, board, detail::to_block(T), rest.point[i], rest.pixel[i])
+              .squaredNorm();
+      squares.push_back(std::isfinite(square) ? square : 1e4);
     }
   }
 }

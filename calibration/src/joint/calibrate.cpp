@@ -107,8 +107,8 @@ class Calibrator {
     const std::size_t step = std::max<std::size_t>(1, lit.size() / 6);
     for (std::size_t k = 0; k < lit.size(); k += step)
       trial.push_back(laser_picture(result_.pictures[lit[k]]));
-    result_.recipe = choose_recipe(trial, input_.board, result_.solution.camera, options_.axis,
-                                   options_.channel);
+    result_.recipe = choose_recipe(trial, result_.observations.board, result_.solution.camera,
+                                   options_.axis, options_.channel);
     result_.observations.axis = result_.recipe.axis;
     for (std::size_t k = 0; k < lit.size(); ++k) {
       find_stripe(result_.pictures[lit[k]]);
@@ -122,8 +122,8 @@ class Calibrator {
     StripeRecipe recipe = result_.recipe;
     const LaserPicture laser = laser_picture(picture);
     if (laser.off.empty()) recipe.subtract_off = false;
-    picture.stripe =
-        find_board_stripe(laser, input_.board, result_.solution.camera, recipe, options_.noise);
+    picture.stripe = find_board_stripe(laser, result_.observations.board, result_.solution.camera,
+                                       recipe, options_.noise);
     picture.stripe_reason = picture.stripe.reason;
     if (!picture.stripe.found()) return;
     picture.stripe_view = static_cast<int>(result_.observations.stripes.size());

@@ -48,10 +48,15 @@ class SharedLoss {
   ceres::LossFunction* loss_ = nullptr;
 };
 
+CornerCost corner_cost(const JointState& state, const Board& board, int point,
+                       const Eigen::Vector2d& pixel, double sigma_px) {
+  return {state.camera.lens(), BendShape(board), state.bend, board.point_m(point), pixel, sigma_px,
+          board.dot_radius_m()};
+}
+
 void add_corners(const Observations& observations, const JointWeights& weights, double loss_sigmas,
                  bool solve_bend, JointState& state, ceres::Problem& problem) {
   SharedLoss loss(loss_sigmas);
-  const BendShape shape(observations.board);
   double* const camera = state.parameters.data();
   const std::size_t count = state.parameters.size();
   for (std::size_t v = 0; v < observations.views.size(); ++v) {
@@ -59,9 +64,8 @@ void add_corners(const Observations& observations, const JointWeights& weights, 
     double* const pose = state.poses[v].data();
     for (std::size_t i = 0; i < view.pixel.size(); ++i) {
       if (!weights.corner_used[v][i]) continue;
-      const CornerCost cost{state.camera.lens(), shape,
-                            state.bend,          observations.board.point_m(view.point[i]),
-                            view.pixel[i],       weights.corner_sigma_px};
+      const CornerCost cost = corner_cost(state, observations.board, view.point[i], view.pixel[i],
+                                          weights.corner_sigma_px);
       if (solve_bend)
         problem.AddResidualBlock(autodiff<CornerCost, 2, 6, 2>(cost, count), loss.get(), camera,
                                  pose, state.bend.data());
@@ -193,10 +197,9 @@ std::optional<StripeResidual> stripe_residual(const JointState& state, const Ben
   return StripeResidual{across(axis, pixel) - predicted_px, *ray};
 }
 
-Eigen::Vector2d corner_residual(const JointState& state, const BendShape& shape,
-                                const PoseBlock& pose, const Eigen::Vector2d& point_m,
-                                const Eigen::Vector2d& pixel) {
-  const CornerCost cost{state.camera.lens(), shape, state.bend, point_m, pixel, 1.0};
+Eigen::Vector2d corner_residual(const JointState& state, const Board& board, const PoseBlock& pose,
+                                int point, const Eigen::Vector2d& pixel) {
+  const CornerCost cost = corner_cost(state, board, point, pixel, 1.0);
   Eigen::Vector2d residual;
   if (!cost(state.parameters.data(), pose.data(), residual.data())) return {kNan, kNan};
   return residual;

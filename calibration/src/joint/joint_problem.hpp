@@ -58,9 +58,9 @@ std::optional<StripeResidual> stripe_residual(const JointState& state, const Ben
                                               const std::array<double, 3>& plane,
                                               const Eigen::Vector2d& pixel);
 
-/// Projected minus observed corner, px; NaN behind the camera.
-Eigen::Vector2d corner_residual(const JointState& state, const BendShape& shape,
-                                const PoseBlock& pose, const Eigen::Vector2d& point_m,
-                                const Eigen::Vector2d& pixel);
+/// Projected minus observed corner (or dot), px; NaN behind the camera.
+/// @param point which of the board's points.
+Eigen::Vector2d corner_residual(const JointState& state, const Board& board, const PoseBlock& pose,
+                                int point, const Eigen::Vector2d& pixel);
 
 }  // namespace striper::detail

@@ -46,8 +46,8 @@ Residuals compute_residuals(const Observations& observations, const JointState& 
     const CornerView& view = observations.views[v];
     auto& row = residuals.corner_px.emplace_back();
     for (std::size_t i = 0; i < view.pixel.size(); ++i)
-      row.push_back(corner_residual(state, shape, state.poses[v],
-                                    observations.board.point_m(view.point[i]), view.pixel[i]));
+      row.push_back(
+          corner_residual(state, observations.board, state.poses[v], view.point[i], view.pixel[i]));
   }
   for (const StripeView& stripe : observations.stripes) {
     auto& row = residuals.stripe_px.emplace_back();

@@ -107,6 +107,15 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
                           calibration.pictures.front().board_reason, hint));
 }
 
+// A board printed by another program may have larger or smaller circles.
+double median_dot_ratio(const Calibration& calibration) {
+  std::vector<double> ratios;
+  for (const PictureResult& picture : calibration.pictures)
+    if (picture.view >= 0) ratios.push_back(picture.board.dot_ratio);
+  std::sort(ratios.begin(), ratios.end());
+  return ratios[ratios.size() / 2];
+}
+
 void collect_views(const CalibrationInput& input, cv::Size size, Calibration& calibration) {
   Observations& observations = calibration.observations;
   observations.board = input.board;
@@ -138,6 +147,8 @@ void collect_views(const CalibrationInput& input, cv::Size size, Calibration& ca
     observations.views.push_back(std::move(view));
   }
   if (observations.views.empty()) refuse_without_boards(input, calibration);
+  if (input.board.pattern == Board::Pattern::kCircles)
+    observations.board.dot_ratio = median_dot_ratio(calibration);
 }
 
 }  // namespace

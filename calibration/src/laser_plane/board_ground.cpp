@@ -21,7 +21,7 @@ int albedo(const Board& board, const Eigen::Vector2d& p_m) {
   if (board.pattern == Board::Pattern::kCircles) {
     const double dx = x - std::clamp(std::round(x), 0.0, board.columns - 1.0);
     const double dy = y - std::clamp(std::round(y), 0.0, board.rows - 1.0);
-    return std::hypot(dx, dy) < 0.3 ? 0 : 1;
+    return std::hypot(dx, dy) < board.dot_ratio + 0.05 ? 0 : 1;
   }
   if (x < -1.0 || y < -1.0 || x > board.columns || y > board.rows) return 1;
   const int parity = static_cast<int>(std::floor(x)) + static_cast<int>(std::floor(y));

@@ -103,20 +103,54 @@ INSTANTIATE_TEST_SUITE_P(Attitudes, FindRenderedBoard,
                                            Attitude{340, 220, 1.1, -30, -35, 170},
                                            Attitude{320, 240, 2.2, 25, 0, 95}));
 
-TEST(FindBoard, FindsCircles) {
+// The centre of the area that a dot takes in the picture, from its outline.
+Eigen::Vector2d area_centre_px(const SyntheticStriper& striper, const Eigen::Isometry3d& T,
+                               const Eigen::Vector2d& centre_m) {
+  constexpr int kSides = 720;
+  const auto outline_px = [&](int i) {
+    const double angle = 2.0 * std::numbers::pi * i / kSides;
+    const Eigen::Vector2d p =
+        centre_m + striper.board.dot_radius_m() * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    return striper.camera.project(T * Eigen::Vector3d(p.x(), p.y(), 0.0)).pixel;
+  };
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+  double area = 0.0;
+  const Eigen::Vector2d origin = outline_px(0);
+  for (int i = 1; i + 1 < kSides; ++i) {
+    const Eigen::Vector2d a = outline_px(i) - origin;
+    const Eigen::Vector2d b = outline_px(i + 1) - origin;
+    const double twice = a.x() * b.y() - a.y() * b.x();
+    area += twice;
+    moment += twice * (a + b) / 3.0;
+  }
+  return origin + moment / area;
+}
+
+TEST(FindBoard, FindsTheCentresOfTheAreasOfCircles) {
   SyntheticStriper striper;
   striper.board = parse_board("circles:7x7", 0.06);
-  const auto T = testing::T_cam_board(striper, {320, 240, 1.0, 10, 5, 3});
+  const auto T = testing::T_cam_board(striper, {320, 240, 0.9, 30, 25, 3});
   testing::BoardPictureOptions options;
-  options.samples = 4;
+  options.samples = 5;
+  options.noise_dn = 1.0;
   const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
   const BoardView view = find_board(picture, striper.board);
   ASSERT_TRUE(view.found) << view.reason;
+  EXPECT_NEAR(view.dot_ratio, 0.25, 0.004);
+  double to_area = 0.0;
+  double to_centre = 0.0;
   for (int i = 0; i < striper.board.point_count(); ++i) {
     const auto p = striper.board.point_m(i);
-    const auto at = striper.camera.project(T * Eigen::Vector3d(p.x(), p.y(), 0.0)).pixel;
-    EXPECT_LT((view.corners_px[static_cast<std::size_t>(i)] - at).norm(), 0.3);
+    const auto& found = view.corners_px[static_cast<std::size_t>(i)];
+    to_area += (found - area_centre_px(striper, T, p)).squaredNorm() / 49.0;
+    to_centre += (found - striper.camera.project(T * Eigen::Vector3d(p.x(), p.y(), 0.0)).pixel)
+                     .squaredNorm() /
+                 49.0;
   }
+  std::printf("dots: %.3f px rms from the centres of their areas, %.3f px from their centres\n",
+              std::sqrt(to_area), std::sqrt(to_centre));
+  EXPECT_LT(std::sqrt(to_area), 0.03);
+  EXPECT_EQ(49, std::count(view.reliable.begin(), view.reliable.end(), 1));
 }
 
 TEST(FindBoard, SaysWhyThereIsNone) {

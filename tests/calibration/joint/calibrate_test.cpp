@@ -98,8 +98,9 @@ TEST(Calibrate, TakesCircles) {
   input.boards = render(striper, "circles ", std::nullopt);
   const Calibration c = calibrate(input, {});
   EXPECT_EQ(8U, c.observations.views.size());
-  EXPECT_NEAR(c.model.camera.fx(), 380.0, 3.0);
-  EXPECT_LT(c.solution.corners.rms_px, 0.1);
+  EXPECT_NEAR(c.model.camera.fx(), 380.0, 1.0);
+  EXPECT_LT(c.solution.corners.rms_px, 0.05);
+  EXPECT_NEAR(c.observations.board.dot_ratio, 0.25, 0.005);
   EXPECT_TRUE(c.model.lasers.empty());
 }
 

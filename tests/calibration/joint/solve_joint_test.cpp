@@ -100,6 +100,10 @@ TEST(CostFunctions, HaveTheDerivativesOfTheirValues) {
                                   {0.12, 0.18},         {300, 200}, 0.1};
   expect_right_jacobian<detail::CornerCost, 2, 9, 6, 2>(corner, {nine, pose_block, bend});
   expect_right_jacobian<detail::CornerCost, 2, 9, 6>(corner, {nine, pose_block});
+  detail::CornerCost dot = corner;
+  dot.dot_radius_m = 0.02;
+  expect_right_jacobian<detail::CornerCost, 2, 9, 6, 2>(dot, {nine, pose_block, bend});
+  expect_right_jacobian<detail::CornerCost, 2, 9, 6>(dot, {nine, pose_block});
   detail::CornerCost other = corner;
   other.lens = LensModel::kRationalPolynomial;
   expect_right_jacobian<detail::CornerCost, 2, 12, 6, 2>(other, {twelve, pose_block, bend});

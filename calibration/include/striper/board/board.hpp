@@ -20,6 +20,8 @@ struct Board {
   int columns = 0;        ///< Inner corners (or circles) along x.
   int rows = 0;           ///< Inner corners (or circles) along y.
   double square_m = 0.0;  ///< Side of a square, or distance of neighbouring circle centres.
+  /// Circles: radius over that distance. `board_svg` draws 0.25; a calibration measures it.
+  double dot_ratio = 0.25;
 
   int point_count() const noexcept { return columns * rows; }
 
@@ -32,6 +34,11 @@ struct Board {
   /// The middle of the pattern and half of its extent, metres: what a bend is measured over.
   Eigen::Vector2d centre_m() const noexcept;
   Eigen::Vector2d half_extent_m() const noexcept;
+
+  /// Of the circles; 0 for corners.
+  double dot_radius_m() const noexcept {
+    return pattern == Pattern::kCircles ? dot_ratio * square_m : 0.0;
+  }
 
   /// How far the print goes beyond the outer points: one square for a checkerboard, half a spacing
   /// for circles. The white margin begins there.

@@ -23,6 +23,9 @@ struct BoardView {
   /// columns and rows is odd, the other even); otherwise at the end nearer to the image's top left.
   std::vector<Eigen::Vector2d> corners_px;
 
+  /// Circles: the points are centres of the dots' areas, and this is their radius, in spacings.
+  double dot_ratio = 0.0;
+
   double square_px = 0.0;  ///< Median distance of neighbouring points in the picture.
   double blur_px = 0.0;    ///< Gaussian sigma of the edges: above ~2 px is blur. 0 for circles.
 
@@ -44,7 +47,9 @@ enum class BoardSearch {
 /// (the only one of a quick search), then the first on an enlarged picture; then each corner is
 /// refined by a fit of two blurred edges that cross, inside its own, possibly foreshortened,
 /// squares: a window that reaches into the neighbouring squares is the best-known trap of oblique
-/// views. On rendered boards the corners come out within 0.02 px rms.
+/// views. On rendered boards the corners come out within 0.02 px rms. Of circles the centre of the
+/// dark area is found: seen obliquely, it is not where the circle's centre is, and the adjustment
+/// compares it with the centre of the area that it predicts.
 /// @param image CV_8U or CV_16U, one or three channels.
 /// @throws Error{kBadValue} where the image is empty or of another type. A picture without a board
 /// is no error: see `reason`. Cost: see BoardSearch. Thread-safe.
