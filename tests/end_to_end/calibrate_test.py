@@ -65,6 +65,20 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(0, again.returncode, again.stderr)
         self.assertEqual(0, run("diff", self.model, self.out / "again.yaml").returncode)
 
+    def test_takes_a_camera_of_opencv_and_a_picture_in_both_lists(self):
+        info = (self.out / "camera_info.yaml").read_text()
+        numbers = [line.split("[")[1].rstrip("]") for line in info.splitlines() if "data: [" in line]
+        (self.out / "opencv.yaml").write_text(
+            "%YAML:1.0\n---\nimage_width: 480\nimage_height: 360\n"
+            f"camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {numbers[0]} ]\n"
+            f"distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   data: [ {numbers[1]} ]\n")
+        again = run("calibrate", *BOARD, "--boards", SESSION, "--lasers", SESSION, "--intrinsics",
+                    self.out / "opencv.yaml", "-o", self.out / "opencv_model.yaml", "--json")
+        self.assertEqual(0, again.returncode, again.stderr)
+        self.assertEqual(10, json.loads(again.stdout)["views"])
+        self.assertIn("carry no covariance", again.stderr)
+        self.assertEqual(0, run("diff", self.model, self.out / "opencv_model.yaml").returncode)
+
     def test_refuses_two_pictures_and_says_what_is_missing(self):
         pictures = sorted(SESSION.glob("*.png"))[:2]
         refused = run("calibrate", *BOARD, "--lasers", *pictures, "-o", self.out / "two.yaml")
@@ -92,6 +106,33 @@ class Calibrate(unittest.TestCase):
         figures = json.loads(good.stdout)
         self.assertAlmostEqual(2.0, figures["distance_m"], delta=0.01)
         self.assertLess(figures["flatness_rms_m"], 0.02)
+
+
+class CalibratePairs(unittest.TestCase):
+    def test_takes_the_laser_off_and_on(self):
+        """The same poses without and with the laser: what is taken off leaves the stripe alone."""
+        scene = (SOURCE / "data/scenes/calibration.yaml").read_text()
+        lit, noise = "pulse_uj: 10.4", "seed: 1991"
+        self.assertIn(lit, scene)
+        self.assertIn(noise, scene)
+        scenes = {"on": scene, "off": scene.replace(lit, "pulse_uj: 1e-9").replace(noise, "seed: 1992")}
+        with tempfile.TemporaryDirectory() as directory:
+            out = pathlib.Path(directory)
+            for name, text in scenes.items():
+                (out / f"{name}.yaml").write_text(text)
+                made = run("simulate", out / f"{name}.yaml", "-o", out / name, "--frames", "10")
+                self.assertEqual(0, made.returncode, made.stderr)
+            result = run("calibrate", *BOARD, "--pairs", out / "off/*.png", out / "on/*.png", "-o",
+                         out / "striper.yaml", "--json")
+            self.assertEqual(0, result.returncode, result.stderr)
+            summary = json.loads(result.stdout)
+            self.assertEqual(10, summary["stripes"])
+            sigma_m = {s["range_m"]: s["sigma_m"] for s in summary["range_sigmas"][0]}[2.0]
+            difference = run("diff", SESSION / "truth.yaml", out / "striper.yaml", "--max-range", "3",
+                             "--json")
+            for pixel in json.loads(difference.stdout)["pixels"]:
+                if 1.6 < pixel["range_m"] < 2.0 and 100 < pixel["u_px"] < 380:
+                    self.assertLess(abs(pixel["difference_m"]), 4.0 * sigma_m)
 
 
 class BoardFile(unittest.TestCase):
