@@ -49,6 +49,31 @@ inline std::optional<double> board_reflectance(const Board& board, const Eigen::
   return parity % 2 == 0 ? 0.0 : 1.0;
 }
 
+/// The pixels in which a board can be, from the outline of its paper.
+inline cv::Rect box_of_board(const CameraModel& camera, const Board& board,
+                             const Eigen::Isometry3d& T_cam_board, double margin_squares) {
+  const double out = board.print_border_m() + margin_squares * board.square_m;
+  const Eigen::Vector2d low(-out, -out);
+  const Eigen::Vector2d size = 2.0 * board.half_extent_m() - 2.0 * low;
+  constexpr int kSteps = 16;
+  Eigen::Vector2d first(camera.width(), camera.height());
+  Eigen::Vector2d last(0.0, 0.0);
+  for (int i = 0; i <= kSteps; ++i)
+    for (int k = 0; k <= kSteps; ++k) {
+      const Eigen::Vector2d p = low + size.cwiseProduct(Eigen::Vector2d(i, k) / kSteps);
+      const auto at = camera.project(T_cam_board * Eigen::Vector3d(p.x(), p.y(), 0.0));
+      if (at.status != CameraStatus::kOk) return {0, 0, camera.width(), camera.height()};
+      first = first.cwiseMin(at.pixel);
+      last = last.cwiseMax(at.pixel);
+    }
+  constexpr int kCurvaturePx = 8;  // Of an edge between two of the points.
+  return cv::Rect(cv::Point(static_cast<int>(first.x()) - kCurvaturePx,
+                            static_cast<int>(first.y()) - kCurvaturePx),
+                  cv::Point(static_cast<int>(last.x()) + kCurvaturePx,
+                            static_cast<int>(last.y()) + kCurvaturePx)) &
+         cv::Rect(0, 0, camera.width(), camera.height());
+}
+
 /// Renders a board by sampling every pixel: slow and plain, its pixel (0, 0) is the centre of the
 /// top-left pixel by construction.
 inline cv::Mat render_board(const CameraModel& camera, const Board& board,
@@ -57,10 +82,11 @@ inline cv::Mat render_board(const CameraModel& camera, const Board& board,
   const Eigen::Isometry3d T_board_cam = T_cam_board.inverse();
   const Eigen::Vector3d centre = T_board_cam.translation();
   cv::Mat picture(camera.height(), camera.width(), CV_8UC1);
-  const int n = options.samples;
+  const cv::Rect box = box_of_board(camera, board, T_cam_board, options.margin_squares);
   for (int row = 0; row < picture.rows; ++row)
     for (int column = 0; column < picture.cols; ++column) {
       double sum = 0.0;
+      const int n = box.contains({column, row}) ? options.samples : 1;
       for (int k = 0; k < n * n; ++k) {
         const Eigen::Vector2d pixel(column - 0.5 + (k % n + 0.5) / n,
                                     row - 0.5 + (k / n + 0.5) / n);
