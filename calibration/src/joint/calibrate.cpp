@@ -143,8 +143,10 @@ class Calibrator {
                   fmt::format("laser {}: no stripe was found on the board in any of its pictures",
                               result_.observations.laser_count()));
     if (!result_.observations.stripes.empty()) {
+      const JointSolution from_corners = std::move(result_.solution);
       result_.solution = solve_joint(result_.observations, result_.options);
       detail::leave_out_bad_stripes(result_);
+      if (!options_.known_camera) detail::compare_cameras(from_corners, result_);
     }
     result_.options.start = nullptr;
     fill_model();

@@ -24,6 +24,10 @@ void find_boards(const CalibrationInput& input, const CalibrationOptions& option
 void leave_out_bad_views(Calibration& calibration);
 void leave_out_bad_stripes(Calibration& calibration);
 
+/// Warns where the stripes have moved the camera further from where the corners alone put it than
+/// the corners' own error allows: then the board is not what it is taken for where the stripe lies.
+void compare_cameras(const JointSolution& from_corners, Calibration& calibration);
+
 /// Cross-validates, widens the covariance if it must be, collects the findings, predicts ranges.
 void judge(const CalibrationOptions& options, Calibration& calibration);
 

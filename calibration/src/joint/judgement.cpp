@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
 #include <striper/geometry/triangulator.hpp>
@@ -92,6 +94,28 @@ void predict_ranges(Calibration& calibration) {
 }
 
 }  // namespace
+
+// With more information an estimate moves by no more than it was uncertain before (Hausman 1978,
+// with the covariance of the difference bounded by that of the corners).
+void compare_cameras(const JointSolution& from_corners, Calibration& calibration) {
+  const JointSolution& joint = calibration.solution;
+  if (from_corners.covariance.size() == 0 || joint.covariance.size() == 0) return;
+  const Eigen::VectorXd moved = joint.camera.parameters() - from_corners.camera.parameters();
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < moved.size(); ++i)
+    if (from_corners.covariance(i, i) > 0.0) free.push_back(i);
+  const Eigen::MatrixXd covariance = from_corners.covariance(free, free);
+  const Eigen::VectorXd e = moved(free);
+  const double distance = e.dot(covariance.ldlt().solve(e));
+  if (!(distance > chi2_quantile(0.9999, static_cast<double>(free.size())))) return;
+  note(calibration, Severity::kWarning, "stripes_move_camera",
+       fmt::format("the stripes move the camera from where the corners put it: fx from {:.1f} "
+                   "+- {:.1f} to {:.1f}",
+                   from_corners.camera.fx(), std::sqrt(from_corners.covariance(0, 0)),
+                   joint.camera.fx()),
+       "the board is not flat where the stripe lies on it, or gives way from picture to picture; "
+       "calibrate the camera from pictures of a stiff board and give it with --intrinsics");
+}
 
 void judge(const CalibrationOptions& options, Calibration& calibration) {
   report_progress(options, "cross-validating", 0.85);
