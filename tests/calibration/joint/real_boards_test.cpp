@@ -145,6 +145,14 @@ TEST(RealBoards, OpenCvsLeftCameraIsAsPublishedWithTheCornersThatItsWindowMoved)
   EXPECT_NEAR(cleaned.camera.cy(), ours.model.camera.cy(), 1.0);
 }
 
+// A bent print, whose corners no camera explains: the adjustment has far to go.
+TEST(RealBoards, CornersOfABentBoardAreFittedNoWorseThanByOpenCv) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("b33-handheld-known-distance");
+  expect_not_worse_than_opencv(testing::corners_from_csv(
+      testing::real_data("b33-handheld-known-distance") / "opencv_corners_cal_in.csv",
+      parse_board("9x7", 0.025), 640, 480));
+}
+
 TEST(RealBoards, NearlyParallelBoardsAreRefused) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("anugrah-step-scans");
   const Calibration c = calibrate(boards_of("anugrah-step-scans", "5x5", 0.005, "calibration"), {});
