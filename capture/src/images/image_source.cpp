@@ -16,6 +16,7 @@
 #include "common_keys.hpp"
 #include "images/decode.hpp"
 #include "images/frame_table.hpp"
+#include "images/picture_numbers.hpp"
 
 namespace striper {
 namespace {
@@ -39,11 +40,13 @@ bool is_held_here_only(const cv::Mat& image) {
 }
 
 std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double rate_hz) {
+  const std::vector<fs::path> files = picture_files(pattern);
+  const std::vector<std::uint64_t> numbers = detail::picture_numbers(files);
   std::vector<FrameRow> rows;
-  for (const fs::path& file : picture_files(pattern)) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
     FrameRow& row = rows.emplace_back();
-    row.file = file.string();
-    row.frame.sequence = rows.size() - 1;
+    row.file = files[i].string();
+    row.frame.sequence = numbers[i];
     row.frame.time.monotonic_ns =
         std::llround(static_cast<double>(row.frame.sequence) * kNsPerSecond / rate_hz);
   }

@@ -77,6 +77,41 @@ TEST_F(ImagesOfADirectory, AreNumberedAndTimedInNaturalOrder) {
   EXPECT_EQ(frames[2].image.at<std::uint8_t>(0, 0), 10);
 }
 
+class NumbersInNames : public ImagesOfADirectory {
+ protected:
+  std::vector<std::uint64_t> numbers_of(const std::vector<std::string>& names) {
+    for (const std::string& name : names) put(name);
+    std::vector<std::uint64_t> numbers;
+    for (const Frame& frame : read_all("?fps=10")) {
+      numbers.push_back(frame.sequence);
+      EXPECT_EQ(frame.time.monotonic_ns, static_cast<std::int64_t>(frame.sequence) * 100'000'000);
+    }
+    return numbers;
+  }
+};
+using Numbers = std::vector<std::uint64_t>;
+
+TEST_F(NumbersInNames, TellWhichPicturesAreLost) {
+  EXPECT_EQ(numbers_of({"shot_007.png", "shot_008.png", "shot_010.png", "shot_011.png"}),
+            (Numbers{0, 1, 3, 4}));
+  const auto source = open();
+  read_all(*source);
+  EXPECT_EQ(source->statistics().dropped, 1U);
+}
+
+TEST_F(NumbersInNames, CountInTheirOwnStep) {
+  EXPECT_EQ(numbers_of({"a20_left.png", "a30_left.png", "a40_left.png", "a70_left.png"}),
+            (Numbers{0, 1, 2, 5}));
+}
+
+TEST_F(NumbersInNames, ThatAreChosenPicturesOrTimesAreNone) {
+  EXPECT_EQ(numbers_of({"p1.png", "p7.png", "p19.png", "p100.png"}), (Numbers{0, 1, 2, 3}));
+}
+
+TEST_F(NumbersInNames, BesideOtherNamesAreNone) {
+  EXPECT_EQ(numbers_of({"b1.png", "b2.png", "b4.png", "c5.png"}), (Numbers{0, 1, 2, 3}));
+}
+
 TEST_F(ImagesOfADirectory, InfoSaysWhatTheFirstPictureIs) {
   put("a.png", 7, CV_16UC3, {20, 10});
   put("b.png", 7, CV_16UC3, {20, 10});
