@@ -11,6 +11,7 @@
 #include <striper/ambient/cadence_finder.hpp>
 
 #include "ambient/band_profiles.hpp"
+#include "ambient/field_order.hpp"
 
 namespace striper {
 namespace {
@@ -36,6 +37,11 @@ constexpr double kBetterFit = 0.6;
 // White noise, once interpolated between rows, differs by up to 2.2 times what its second
 // differences say.
 constexpr double kLeastMotion = 3.0;
+
+// What moves along the road does so along the columns' bands, or the samples of rows.
+constexpr detail::OrderSearch kSearchColumns{18, 4};
+constexpr detail::OrderSearch kSearchRows{4, 40};
+constexpr int kLeastVotes = 8;
 
 constexpr double kSteepestLine = 0.4;
 constexpr int kLeastJump = 3;
@@ -395,6 +401,8 @@ bool CadenceFinder::shows_another_line(std::size_t p, std::size_t q,
 }
 
 std::optional<double> CadenceFinder::field_disorder() const {
+  const detail::OrderSearch search = axis_ == StripeAxis::kColumns ? kSearchColumns : kSearchRows;
+  detail::OrderVotes votes;
   std::vector<double> disorders;
   for (std::size_t i = 0; i + 2 < profiles_.size(); ++i) {
     const Profile& first = profiles_[i];
@@ -409,8 +417,13 @@ std::optional<double> CadenceFinder::field_disorder() const {
     const double noise = detail::white_variance_of_difference(first.bands.plain, next.bands.plain);
     if (moved <= kLeastMotion * noise || moved == 0.0) continue;
     disorders.push_back((difference(second, next) - difference(first, second)) / (moved - noise));
+    const detail::OrderVotes these =
+        detail::vote_on_order(first.bands.plain, second.bands.plain, next.bands.plain, search);
+    votes.right += these.right;
+    votes.wrong += these.wrong;
   }
   if (disorders.empty()) return std::nullopt;
+  if (votes.all() >= kLeastVotes) return 2.0 * votes.wrong / votes.all();
   // Of a picture in which something comes into view, the second field is no more like one
   // neighbour than like the other: it takes most of the pictures.
   const auto middle = disorders.begin() + static_cast<std::ptrdiff_t>(disorders.size() / 2);

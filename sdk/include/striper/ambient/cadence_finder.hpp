@@ -64,12 +64,15 @@ class CadenceFinder {
 
   Finding find() const;
 
-  /// How wrongly the two fields of the median picture are ordered: near 0 where the order given is
-  /// right, near 2 where it is the other way round (less, down to about a half, where things move
-  /// by more than their own size); empty where nothing moves or no fields were seen.
+  /// How wrongly the two fields of pictures are ordered: near 0 where the order given is right,
+  /// near 2 where it is the other way round (down to about a half where little can be told); empty
+  /// where nothing moves or no fields were seen.
   ///
-  /// In the right order the second field of a picture is as far in time from the first field of the
-  /// next one as from the first of its own; in the wrong order it is three times as far.
+  /// Things that are found again in the first field of the next picture were half-way in the second
+  /// field of this one; in the wrong order they were as far on the other side. Where nothing is
+  /// found again, as where things move by less than a few pixels: in the right order the second
+  /// field is as far in time from the next first field as from its own; in the wrong order it is
+  /// three times as far.
   std::optional<double> field_disorder() const;
 
   void clear() noexcept;
