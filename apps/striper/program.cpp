@@ -85,7 +85,8 @@ ExitCode execute(const CLI::App& striper, const Action& action) {
 
 const char* const kSourceHelp =
     "SOURCE names where the pictures come from (quote it: the shell knows ? & and * too):\n"
-    "  images:DIR  images:'shots/*.png'   pictures in natural order, or a recording\n"
+    "  images:DIR  images:'shots/*.png'   pictures in natural order (a number that is missing in\n"
+    "                                     their names is a lost picture), or a recording\n"
     "      ?fps=30  ?bits=12              their rate; significant bits of 16-bit pictures\n"
     "  sim:SCENE.yaml                     the simulated striper\n"
     "  v4l2:/dev/video0?standard=ntsc     a V4L2 camera or grabber\n"
@@ -93,7 +94,13 @@ const char* const kSourceHelp =
     "  and for all of them\n"
     "      ?laser=0,dark                  the lasers' cadence, an entry per exposure; 'auto' finds "
     "it\n"
-    "      ?fields=split-top              each picture is two fields, top (or split-bottom) first";
+    "      ?fields=split-top              each picture is two fields, top (or split-bottom) "
+    "first:\n"
+    "                                     NTSC has the bottom field first, PAL the top one. A "
+    "wrong\n"
+    "                                     order is reported while something moves; at rest the "
+    "two\n"
+    "                                     orders look the same";
 
 void prepare_process() {
   handle(SIGINT, request_stop, SA_RESTART | SA_RESETHAND);

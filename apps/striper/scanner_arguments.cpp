@@ -73,6 +73,16 @@ void apply(const ScannerArguments& arguments, ScannerOptions& options) {
   if (arguments.max_range_m) options.scan.max_range_m = *arguments.max_range_m;
 }
 
+void require_fields(AmbientMethod method, const SourceInfo& source) {
+  if (method != AmbientMethod::kFields || source.field != Field::kProgressive) return;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("--ambient fields needs pictures of two fields, and source '{}' gives "
+                          "whole ones; if they are woven of two, say so in its address with "
+                          "fields=split-top or fields=split-bottom (the field exposed first; NTSC "
+                          "has the bottom one first, PAL the top one)",
+                          source.uri));
+}
+
 }  // namespace
 
 void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
@@ -111,8 +121,9 @@ void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
   command
       .add_option("--ambient", arguments.ambient,
                   "How daylight is taken off: auto (the default: what the lasers' cadence allows), "
-                  "none, alternate (dark pictures), fields (dark fields) or temporal (a standing "
-                  "sensor)")
+                  "none, alternate (dark pictures), fields (dark fields; the source must have "
+                  "fields, see fields= below) or temporal (a standing sensor before a stripe that "
+                  "wanders)")
       ->type_name("NAME")
       ->check(one_of({"auto", "none", "alternate", "fields", "temporal"}));
   command
@@ -139,6 +150,7 @@ Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source
   }
   apply(arguments, options);
   options.ambient.cadence = source.cadence;
+  require_fields(options.ambient.method, source);
   return model ? Scanner(std::move(*model), options) : Scanner(options);
 }
 

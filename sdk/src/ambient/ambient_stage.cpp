@@ -1,37 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <memory>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
 #include <striper/ambient/ambient_stage.hpp>
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/ambient/channel_choice.hpp>
 #include <striper/ambient/fields.hpp>
-#include <striper/core/log.hpp>
 
-#include "ambient/background.hpp"
-#include "ambient/exposure_numbers.hpp"
-#include "ambient/exposure_queue.hpp"
-#include "ambient/temporal_background.hpp"
+#include "ambient/ambient_state.hpp"
 
 namespace striper {
 namespace {
 
-// Exposures between two checks of a cadence that was found, or of a scene that showed no line.
-constexpr int kBetweenChecks = 250;
-constexpr int kBetweenLooks = 12;
+// A scene moves where more than this part of it does, in so many pictures in a row.
+constexpr double kMovingPart = 0.4;
+constexpr int kMovingPictures = 3;
 
-// Where pictures are lost, those that come tell less.
-constexpr std::size_t kMostPictures = 2 * CadenceFinder::kPictures;
-
-// Fields in the right order give about 0, in the wrong one 2, or less where a lot moves.
-constexpr double kWrongFieldOrder = 0.35;
+constexpr const char* kMoves =
+    "ambient temporal is for a sensor that stands still, and most of what it sees moves: such "
+    "parts of the picture count for little, and scans are not to be trusted";
 
 // A difference of colours is not needed where dark exposures take the white light off.
 Channel without_difference(Channel channel) {
@@ -40,178 +31,7 @@ Channel without_difference(Channel channel) {
   return channel;
 }
 
-// Whether two cadences call the same exposures dark.
-bool agree(const Cadence& a, const Cadence& b) {
-  const std::uint64_t whole = a.pattern().size() * b.pattern().size();
-  for (std::uint64_t n = 0; n < whole; ++n) {
-    if (a.at(n).is_dark() != b.at(n).is_dark()) return false;
-  }
-  return true;
-}
-
-// The shortest pattern that the exposures' own illumination follows; automatic if there is none.
-Cadence pattern_of_labels(const std::vector<std::unique_ptr<detail::HeldExposure>>& held) {
-  constexpr std::size_t kLongest = 8;
-  for (std::size_t period = 1; period <= kLongest && period < held.size(); ++period) {
-    std::vector<Illumination> pattern(period);
-    bool is_consistent = true;
-    for (const auto& exposure : held) {
-      Illumination& entry = pattern[exposure->number % period];
-      const Illumination own = exposure->frame.illumination;
-      if (own.is_unknown() || !(entry.is_unknown() || entry == own)) is_consistent = false;
-      entry = own;
-    }
-    const auto is_lit = [](Illumination entry) { return entry.is_lit(); };
-    const auto is_unknown = [](Illumination entry) { return entry.is_unknown(); };
-    const bool is_whole = std::none_of(pattern.begin(), pattern.end(), is_unknown) &&
-                          std::any_of(pattern.begin(), pattern.end(), is_lit);
-    if (is_consistent && is_whole) return Cadence(std::move(pattern));
-  }
-  return {};
-}
-
 }  // namespace
-
-struct AmbientStage::State {
-  explicit State(const AmbientOptions& options_in)
-      : options(options_in),
-        finder(options_in.axis, options_in.lasers),
-        background(options_in.noise) {
-    if (!options.cadence.is_automatic()) settle(options.cadence, "given");
-    if (options.channel != Channel::kAuto) channel = options.channel;
-  }
-
-  // ---- What comes in.
-  void push_exposure(const Frame& exposure);
-  void look(const Frame& exposure, std::uint64_t number);
-  void conclude(const CadenceFinder::Finding& finding);
-  void conclude_from_labels();
-  void check_field_order();
-  void settle(const Cadence& cadence, const char* how);
-  void warn(const std::string& message);
-
-  // ---- What goes out.
-  detail::DarkChoice choice() const noexcept;
-  void give(detail::HeldExposure& exposure, const detail::Neighbours& darks);
-  void subtract(detail::HeldExposure& exposure, const detail::Neighbours& darks);
-  void subtract_background(detail::HeldExposure& exposure);
-  void choose_channel_from(const detail::HeldExposure& exposure, const detail::HeldExposure* dark);
-  void take_channel(detail::HeldExposure& exposure, Channel wanted) const;
-  bool background_waits(const detail::HeldExposure& exposure);
-  detail::TemporalBackground& background_of(const detail::HeldExposure& exposure);
-
-  AmbientOptions options;
-  detail::ExposureNumbers numbers;
-  detail::ExposureQueue queue;
-
-  CadenceFinder finder;
-  bool is_looking = true;
-  int until_next_look = 0;
-  bool is_settled = false;
-  bool has_own_illumination = false;
-  const char* cadence_origin = "";
-  std::vector<std::string> warnings;
-
-  std::optional<Channel> channel;
-  bool is_finished = false;
-  detail::Background background;
-  std::vector<detail::TemporalBackground> temporal;  // Per laser and parity.
-  bool subtracts_fields = false;
-  bool subtracts_pictures = false;
-
-  LitFrame lit;
-  std::uint64_t unpaired = 0;
-};
-
-void AmbientStage::State::push_exposure(const Frame& exposure) {
-  const auto [number, is_restart] = numbers.next(exposure);
-  if (is_restart && options.cadence.is_automatic() && !has_own_illumination) {
-    // The laser's phase may be another one now: hold what comes until it is known again.
-    is_settled = false;
-    queue.hold_unlabelled();
-    finder.clear();
-    is_looking = true;
-  }
-  is_finished = false;
-  const Illumination own = exposure.illumination;
-  if (!own.is_unknown()) {
-    has_own_illumination = true;
-    const Illumination expected = queue.cadence().at(number);
-    // What the frames say wins; they follow no pattern that could tell what is to come.
-    if (is_settled && !expected.is_unknown() && own != expected) settle({}, "from the frames");
-  }
-  queue.add(exposure, number);
-  const bool is_always_on = !options.cadence.is_automatic() && !options.cadence.has_dark();
-  if (is_always_on && exposure.exposures_per_picture == 1) is_looking = false;
-  if (is_looking) {
-    look(exposure, number);
-  } else if (until_next_look > 0 && --until_next_look == 0) {
-    is_looking = true;
-  }
-}
-
-void AmbientStage::State::look(const Frame& exposure, std::uint64_t number) {
-  finder.add(exposure, number);
-  if (finder.pictures() < CadenceFinder::kPictures) return;
-  if (has_own_illumination) {
-    if (!is_settled) conclude_from_labels();
-  } else {
-    const CadenceFinder::Finding finding = finder.find();
-    const bool is_unclear = finding.cadence.is_automatic() && !finding.always_lit;
-    const bool may_wait = finder.has_gaps() && finder.pictures() < kMostPictures;
-    if (is_unclear && may_wait) return;
-    conclude(finding);
-  }
-  check_field_order();
-  finder.clear();
-  is_looking = false;
-}
-
-void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
-  const bool found = !finding.cadence.is_automatic();
-  if (!options.cadence.is_automatic()) {
-    if (found && !agree(finding.cadence, options.cadence)) {
-      warn(fmt::format("the cadence '{}' was given, but the pictures show '{}'",
-                       options.cadence.to_string(), finding.cadence.to_string()));
-    }
-    return;
-  }
-  if (found) {
-    if (is_settled && queue.cadence().has_dark() && !agree(finding.cadence, queue.cadence())) {
-      warn("the cadence slipped and was found again: pictures were lost without being counted");
-    }
-    if (!is_settled || !agree(finding.cadence, queue.cadence())) settle(finding.cadence, "found");
-    until_next_look = kBetweenChecks;
-    return;
-  }
-  if (!is_settled) settle(Cadence({Illumination::laser(0)}), "no dark exposure seen");
-  const bool is_sure = finding.always_lit || queue.cadence().has_dark();
-  until_next_look = is_sure ? kBetweenChecks : kBetweenLooks;
-}
-
-// The frames say themselves which laser fired; a pattern says in advance what is to come.
-void AmbientStage::State::conclude_from_labels() {
-  settle(pattern_of_labels(queue.held()), "from the frames");
-}
-
-void AmbientStage::State::check_field_order() {
-  const std::optional<double> disorder = finder.field_disorder();
-  if (disorder && *disorder > kWrongFieldOrder) {
-    warn("the fields seem to be in the wrong order: in time, the second one comes first");
-  }
-}
-
-void AmbientStage::State::settle(const Cadence& cadence, const char* how) {
-  queue.set_cadence(cadence);
-  is_settled = true;
-  cadence_origin = how;
-}
-
-void AmbientStage::State::warn(const std::string& message) {
-  if (std::find(warnings.begin(), warnings.end(), message) != warnings.end()) return;
-  log(LogLevel::kWarning, message);
-  warnings.push_back(message);
-}
 
 detail::DarkChoice AmbientStage::State::choice() const noexcept {
   const Cadence& cadence = queue.cadence();
@@ -242,7 +62,40 @@ void AmbientStage::State::give(detail::HeldExposure& exposure, const detail::Nei
   lit.laser = exposure.light.laser_index();
   lit.field = frame.field;
   subtract(exposure, darks);
-  exposure.is_done = true;
+}
+
+// Whether a cadence that was found cannot be: the line is dark in `lit - dark`, or was plain and is
+// gone, or shows in one dark exposure and not in the other.
+bool AmbientStage::State::is_refuted(const detail::Neighbours& darks) {
+  const bool is_found = options.cadence.is_automatic() && !has_own_illumination;
+  const bool is_compared = darks.before != nullptr || darks.after != nullptr;
+  if (!is_found || !is_compared || until_next_doubt > 0) return false;
+  // Between rows edges leave a line of either sign, which the variance knows of.
+  const cv::Mat edges = darks.is_between_rows ? lit.variance : cv::Mat();
+  const auto line = line_sign.of(lit.lit, lit.dark, edges, options.axis);
+  const auto laser = static_cast<std::size_t>(lit.laser);
+  if (was_plain.size() <= laser) was_plain.resize(laser + 1);
+  const bool is_gone = was_plain[laser] && line.is_nothing();
+  was_plain[laser] = line.is_plainly_bright();
+  if (line.is_dark() || is_gone) return true;
+  if (darks.before == nullptr || darks.after == nullptr) return false;
+  const auto between =
+      line_sign.of(darks.after->channel.lit, darks.before->channel.lit, {}, options.axis);
+  return between.is_dark() || between.is_bright();
+}
+
+// Pictures were lost before it or with it: what follows is held until the cadence is known again,
+// as after a restart.
+void AmbientStage::State::look_again_after(const detail::HeldExposure& refuted) {
+  ++unpaired;
+  is_settled = false;
+  is_in_doubt = true;
+  is_looking = true;
+  until_next_look = 0;
+  queue.hold_from(refuted.number + 1);
+  finder.clear();
+  for (const auto& held : queue.held()) finder.add(held->frame, held->number);
+  if (is_finished) conclude(finder.find());
 }
 
 void AmbientStage::State::subtract(detail::HeldExposure& exposure,
@@ -284,8 +137,11 @@ void AmbientStage::State::subtract_background(detail::HeldExposure& exposure) {
     }
     slow.begin(first);
   }
-  lit.dark = slow.follow(lit.lit, std::max(1, lit.full_scale_dn / 255));
-  lit.dark_noise_gain = detail::TemporalBackground::kNoiseGain;
+  const cv::Mat& slow_background = slow.follow(lit.lit, std::max(1, lit.full_scale_dn / 255));
+  const double moving =
+      background.subtract_standing(slow_background, detail::TemporalBackground::kNoiseGain, lit);
+  moving_pictures = moving > kMovingPart ? moving_pictures + 1 : 0;
+  if (moving_pictures >= kMovingPictures) warn(kMoves);
 }
 
 // A background begins with a few pictures.
@@ -362,9 +218,15 @@ const LitFrame* AmbientStage::next() {
     if (is_unpaired && s.queue.cadence().has_dark()) {
       exposure->is_done = true;
       ++s.unpaired;
+      s.check_rows(*exposure);
       continue;
     }
     s.give(*exposure, darks);
+    if (s.is_refuted(darks)) {
+      s.look_again_after(*exposure);
+      continue;
+    }
+    exposure->is_done = true;
     return &s.lit;
   }
   s.queue.forget(s.choice());
@@ -378,13 +240,15 @@ std::uint64_t AmbientStage::unpaired_exposures() const noexcept { return state_-
 
 std::string AmbientStage::decisions() const {
   const State& s = *state_;
-  if (!s.is_settled || !s.channel) return {};
   const char* method = s.options.method == AmbientMethod::kTemporal ? "temporal"
                        : s.subtracts_fields                         ? "fields"
                        : s.subtracts_pictures                       ? "alternate"
                                                                     : "none";
-  std::string text = fmt::format("channel {}\ncadence {} ({})\nambient {}\n", to_string(*s.channel),
-                                 s.queue.cadence().to_string(), s.cadence_origin, method);
+  std::string text;
+  if (s.is_settled && s.channel) {
+    text = fmt::format("channel {}\ncadence {} ({})\nambient {}\n", to_string(*s.channel),
+                       s.queue.cadence().to_string(), s.cadence_origin, method);
+  }
   if (s.unpaired > 0) {
     text +=
         fmt::format("{} lit exposures gave no scan: every dark neighbour was lost\n", s.unpaired);

@@ -69,6 +69,46 @@ void Background::subtract(const DarkPair& pair, LitFrame& frame) {
   }
 }
 
+double Background::subtract_standing(const cv::Mat& standing, float noise_gain, LitFrame& frame) {
+  prepare(frame.lit.size());
+  DarkPair pair;
+  pair.before = &standing;
+  if (frame.lit.depth() == CV_8U) {
+    read_standing<std::uint8_t>(pair, frame);
+  } else {
+    read_standing<std::uint16_t>(pair, frame);
+  }
+  frame.dark = standing;
+  frame.dark_noise_gain = noise_gain;
+  const bool moves = add_motion(pair, 1.0, frame);
+  frame.variance = moves ? variance_ : cv::Mat();
+  frame.blind = blind_.find(frame.lit, &standing, nullptr, frame.full_scale_dn);
+  return moves ? moving_part() : 0.0;
+}
+
+// The noise of an exposure is the lit one's: what stands has less.
+template <typename Pixel>
+void Background::read_standing(const DarkPair& pair, const LitFrame& frame) {
+  read_strips<Pixel>(pair, frame);
+  DarkPair exposure;
+  exposure.before = &frame.lit;
+  if (!is_noise_given_) measure_noise<Pixel>(exposure, frame.full_scale_dn);
+}
+
+// Of the blocks, those with variance.
+double Background::moving_part() const {
+  int blocks = 0;
+  int moving = 0;
+  for (int row = 0; row < variance_.rows; row += Motion::kRows) {
+    const auto* const variance = variance_.ptr<float>(row);
+    for (int col = 0; col < variance_.cols; col += Motion::kCols) {
+      ++blocks;
+      if (variance[col] > 0.0F) ++moving;
+    }
+  }
+  return static_cast<double>(moving) / std::max(1, blocks);
+}
+
 void Background::prepare(cv::Size size) {
   motion_.prepare(size);
   blind_.prepare(size);
@@ -87,9 +127,9 @@ void Background::subtract_pixels(const DarkPair& pair, LitFrame& frame) {
   frame.dark = is_written ? dark_ : pair.any();
   frame.dark_noise_gain = static_cast<float>(averaging * (pair.is_between_rows ? kTapsNoise : 1.0));
   frame.dark_noise_correlation = pair.is_between_rows ? kTapsCorrelation : std::array<float, 3>{};
+  frame.blind = blind_.find(frame.lit, pair.before, pair.after, frame.full_scale_dn);
   const bool has_motion = add_motion(pair, averaging, frame);
   frame.variance = has_motion || pair.is_between_rows ? variance_ : cv::Mat();
-  frame.blind = blind_.find(frame.lit, pair.before, pair.after, frame.full_scale_dn);
 }
 
 // Returns whether there is any.
@@ -104,6 +144,7 @@ bool Background::add_motion(const DarkPair& pair, double averaging, const LitFra
     motion_.keep_beyond(noise_, static_cast<double>(frame.dark_noise_gain));
     return motion_.add_to(variance_, 1.0);
   }
+  if (!frame.blind.empty()) motion_.leave_out(*pair.before, *pair.after, frame.blind);
   motion_.keep_beyond(noise_, 1.0);
   // Texture that passes by differs between before and after by twice its variance; lit less their
   // mean has what this factor makes of it.

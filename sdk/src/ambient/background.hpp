@@ -52,6 +52,11 @@ class Background {
   /// images of `pair` until the next call.
   void subtract(const DarkPair& pair, LitFrame& frame);
 
+  /// The same with what stands still before a sensor that does. @param standing as long as `frame`
+  /// is used. @param noise_gain its noise variance, in parts of an exposure's.
+  /// @return the part of the picture that does not stand still.
+  double subtract_standing(const cv::Mat& standing, float noise_gain, LitFrame& frame);
+
  private:
   // The least squared third difference that is an edge.
   struct EdgeLimit {
@@ -64,6 +69,8 @@ class Background {
   template <typename Pixel>
   void subtract_pixels(const DarkPair& pair, LitFrame& frame);
   template <typename Pixel>
+  void read_standing(const DarkPair& pair, const LitFrame& frame);
+  template <typename Pixel>
   void read_strips(const DarkPair& pair, const LitFrame& frame);
   template <typename Pixel>
   void measure_noise(const DarkPair& pair, int full_scale_dn);
@@ -73,6 +80,7 @@ class Background {
   void interpolate_between_rows(const DarkPair& pair, double averaging, cv::Size size);
   void write_edges(const EdgeLimit& limit, const std::int32_t* level, float* variance, int cols);
   bool add_motion(const DarkPair& pair, double averaging, const LitFrame& frame);
+  double moving_part() const;
 
   NoiseModel noise_;  // Of an exposure.
   bool is_noise_given_;

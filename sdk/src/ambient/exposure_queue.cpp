@@ -64,6 +64,28 @@ void ExposureQueue::label(HeldExposure& exposure) noexcept {
   if (exposure.light.is_dark() && !was_dark) ++dark_exposures_;
 }
 
+void ExposureQueue::hold_from(std::uint64_t number) noexcept {
+  is_labelled_ = false;
+  std::size_t kept = 0;
+  for (auto& exposure : held_) {
+    if (exposure->number < number) continue;
+    if (exposure->light.is_dark()) --dark_exposures_;
+    exposure->light = Illumination::unknown();
+    std::swap(held_[kept++], exposure);
+  }
+  while (held_.size() > kept) release_newest();
+}
+
+std::uint64_t ExposureQueue::give_up() noexcept {
+  std::uint64_t lit = 0;
+  for (const auto& exposure : held_) {
+    if (exposure->is_done || !exposure->light.is_lit()) continue;
+    exposure->is_done = true;
+    ++lit;
+  }
+  return lit;
+}
+
 HeldExposure* ExposureQueue::next_lit() noexcept {
   for (const auto& exposure : held_) {
     if (exposure->light.is_unknown()) return nullptr;

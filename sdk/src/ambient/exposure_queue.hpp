@@ -52,6 +52,12 @@ class ExposureQueue {
   /// What comes from now on is unknown until the next `set_cadence`.
   void hold_unlabelled() noexcept { is_labelled_ = false; }
 
+  /// So is what is held, from this exposure on; what is older is let go.
+  void hold_from(std::uint64_t number) noexcept;
+
+  /// Gives up the lit exposures that have not been handed out, and returns how many.
+  std::uint64_t give_up() noexcept;
+
   /// Labels what is held and what will come. @param cadence automatic where the exposures' own
   /// illumination follows no pattern.
   void set_cadence(const Cadence& cadence);

@@ -134,6 +134,38 @@ float Motion::mean_of(const cv::Mat& variance, int row, int col) const {
   return sum / static_cast<float>(std::max(1, pixels));
 }
 
+void Motion::leave_out(const cv::Mat& before, const cv::Mat& after, const cv::Mat& blind) {
+  if (before.depth() == CV_8U) {
+    compare_seen<std::uint8_t>(before, after, blind);
+  } else {
+    compare_seen<std::uint16_t>(before, after, blind);
+  }
+}
+
+template <typename Pixel>
+void Motion::compare_seen(const cv::Mat& a, const cv::Mat& b, const cv::Mat& blind) {
+  for (int row = 0; row < rows_; ++row) {
+    const int last = std::min({(row + 1) * kRows, a.rows, b.rows, blind.rows});
+    for (int col = 0; col < cols_; ++col) {
+      float squares = 0.0F;
+      int seen = 0;
+      int hidden = 0;
+      for (int r = row * kRows; r < last; ++r) {
+        const auto* const p = a.ptr<Pixel>(r);
+        const auto* const q = b.ptr<Pixel>(r);
+        const auto* const mask = blind.ptr<std::uint8_t>(r);
+        for (int i = col * kCols; i < std::min(a.cols, (col + 1) * kCols); ++i) {
+          const auto d = static_cast<float>(p[i]) - static_cast<float>(q[i]);
+          squares += mask[i] == 0 ? d * d : 0.0F;
+          ++(mask[i] == 0 ? seen : hidden);
+        }
+      }
+      if (hidden == 0) continue;
+      squares_[index(row, col)] = seen < hidden ? 0.0F : squares / static_cast<float>(seen);
+    }
+  }
+}
+
 double Motion::noise_of_quietest_blocks() {
   const std::size_t stride = std::max<std::size_t>(1, squares_.size() / kMostSampledBlocks);
   sorted_.clear();
@@ -159,15 +191,17 @@ void Motion::keep_beyond(const NoiseModel& noise, double dark_noise_gain) {
   }
 }
 
-// The mean excess of a block and those beside it, where it is more than noise makes.
+// The mean excess of a block and those beside it, where it is more than noise makes. What is plain
+// in one block counts there alone.
 float Motion::excess_around(int row, int col) const {
   float excess = 0.0F;
   float expected = 0.0F;
   float blocks = 0.0F;
   for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
     for (int c = std::max(0, col - 1); c <= std::min(cols_ - 1, col + 1); ++c) {
-      excess += excess_[index(r, c)];
-      expected += expected_[index(r, c)];
+      const std::size_t i = index(r, c);
+      excess += std::min(excess_[i], (kMotionRatio - 1.0F) * expected_[i]);
+      expected += expected_[i];
       blocks += 1.0F;
     }
   }

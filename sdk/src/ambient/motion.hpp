@@ -28,6 +28,10 @@ class Motion {
   /// Compares `kRows` rows of two dark exposures, strip by strip.
   void compare_strip(const cv::Mat& before, const cv::Mat& after, int strip);
 
+  /// After all strips: leaves out what is blind, which no variance needs to hide. @param blind
+  /// CV_8UC1, non-zero where it is so.
+  void leave_out(const cv::Mat& before, const cv::Mat& after, const cv::Mat& blind);
+
   /// Compares a lit exposure with what is taken off it. @param known variance of the difference
   /// beyond noise that is no motion's, CV_32FC1; may be empty.
   void compare_with_lit(const cv::Mat& lit, const cv::Mat& dark, const cv::Mat& known);
@@ -49,6 +53,8 @@ class Motion {
  private:
   template <typename Pixel>
   void compare_pixels(const cv::Mat& a, const cv::Mat& b, int strip);
+  template <typename Pixel>
+  void compare_seen(const cv::Mat& a, const cv::Mat& b, const cv::Mat& blind);
   template <typename Matrix, typename Action>
   void for_rows_of(Matrix& variance, int row, int col, const Action& action) const;
   std::size_t index(int row, int col) const noexcept {

@@ -2,6 +2,8 @@
 // Proves that lit and dark exposures are paired right whatever is lost on the way, that what comes
 // out is lit minus dark with the variance and the blind mask that belong to it, and that every
 // decision is reported. The search for the stripe itself is not part of it.
+#include <functional>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -272,6 +274,156 @@ TEST(AmbientStage, WrongFieldOrderIsReported) {
       EXPECT_THAT(stage.decisions(), HasSubstr(complaint));
     } else {
       EXPECT_THAT(stage.decisions(), Not(HasSubstr(complaint)));
+    }
+  }
+}
+
+// Pictures whose source does not count those that it loses.
+struct SilentLoss {
+  std::vector<std::uint64_t> scanned;  // True numbers.
+  std::string decisions;
+};
+
+SilentLoss scan_with_loss(const char* cadence, std::uint64_t lost, std::uint64_t count) {
+  testing::reseed();
+  Street street;
+  street.cadence = Cadence::parse(cadence);
+  street.speed_px = 3.0;
+  street.texture_dn = 8.0;
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<std::uint64_t> true_number;
+  SilentLoss result;
+  const auto take_true = [&] {
+    while (const LitFrame* const lit = stage.next()) {
+      result.scanned.push_back(true_number[lit->sequence]);
+    }
+  };
+  for (std::uint64_t number = 0; number < count; ++number) {
+    if (number == lost) continue;
+    Frame frame = street.picture(number);
+    frame.sequence = true_number.size();
+    true_number.push_back(number);
+    stage.push(frame);
+    take_true();
+  }
+  stage.finish();
+  take_true();
+  result.decisions = stage.decisions();
+  return result;
+}
+
+TEST(AmbientStage, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
+  constexpr std::uint64_t kCount = 30;
+  for (const char* const cadence : {"0,dark", "0,dark,dark"}) {
+    for (const std::uint64_t lost : {12U, 13U, 14U}) {
+      SCOPED_TRACE(::testing::Message() << cadence << ", lost " << lost);
+      const SilentLoss loss = scan_with_loss(cadence, lost, kCount);
+      const Cadence pattern = Cadence::parse(cadence);
+      std::size_t lit = 0;
+      for (std::uint64_t n = 0; n < kCount; ++n) lit += pattern.at(n).is_lit() ? 1 : 0;
+      for (const std::uint64_t number : loss.scanned) {
+        EXPECT_TRUE(pattern.at(number).is_lit()) << number;
+      }
+      EXPECT_GE(loss.scanned.size() + 4, lit);
+      EXPECT_THAT(loss.decisions, HasSubstr("the cadence slipped and was found again"));
+    }
+  }
+}
+
+TEST(AmbientStage, NothingLostIsNoSlip) {
+  const SilentLoss none = scan_with_loss("0,0,dark", 1000, 30);
+  EXPECT_EQ(none.scanned.size(), 20U);
+  EXPECT_THAT(none.decisions, Not(HasSubstr("slipped")));
+  EXPECT_THAT(none.decisions, Not(HasSubstr("gave no scan")));
+}
+
+// ---- What people are told.
+
+std::string decisions_on(
+    Street& street, const AmbientOptions& options,
+    const std::function<void(Frame&)>& change = [](Frame&) {}) {
+  testing::reseed();
+  street.build();
+  AmbientStage stage(options);
+  for (std::uint64_t sequence = 0; sequence < 12; ++sequence) {
+    Frame frame = street.picture(sequence);
+    change(frame);
+    stage.push(frame);
+    while (stage.next() != nullptr) {
+    }
+  }
+  stage.finish();
+  while (stage.next() != nullptr) {
+  }
+  return stage.decisions();
+}
+
+AmbientOptions with_method(AmbientMethod method) {
+  AmbientOptions options;
+  options.method = method;
+  return options;
+}
+
+TEST(Advice, AutoSaysThatItSawNoLaserAndTakesNothingOff) {
+  Street street;
+  street.amplitude_dn = 0.0;
+  street.field = Field::kInterlacedBottomFirst;
+  const std::string said = decisions_on(street, {});
+  EXPECT_THAT(said, HasSubstr("no exposure without the laser could be told from the others"));
+  EXPECT_THAT(said, HasSubstr("laser=0,dark"));
+  EXPECT_THAT(said, HasSubstr("ambient none"));
+}
+
+TEST(Advice, LaserThatIsPlainlyAlwaysOnNeedsNone) {
+  Street street;
+  street.cadence = Cadence::parse("0");
+  street.texture_dn = 2.0;
+  EXPECT_THAT(decisions_on(street, {}), Not(HasSubstr("could be told")));
+  EXPECT_THAT(decisions_on(street, with_method(AmbientMethod::kAlternate)),
+              HasSubstr("ambient alternate needs exposures without the laser"));
+}
+
+TEST(Advice, FieldsOfWholePicturesAreMissed) {
+  Street street;
+  const std::string said = decisions_on(street, with_method(AmbientMethod::kFields));
+  EXPECT_THAT(said, HasSubstr("ambient fields needs pictures of two fields"));
+  EXPECT_THAT(said, HasSubstr("fields=split-top"));
+  EXPECT_THAT(said, Not(HasSubstr("look woven")));
+}
+
+TEST(Advice, WovenPicturesTakenForWholeOnesAreRecognised) {
+  Street street;
+  street.texture_dn = 8.0;
+  street.field = Field::kInterlacedBottomFirst;
+  const auto as_whole = [](Frame& frame) {
+    frame.field = Field::kProgressive;
+    frame.exposures_per_picture = 1;
+  };
+  for (const double speed_px : {0.0, 6.0}) {
+    street.speed_px = speed_px;
+    EXPECT_THAT(decisions_on(street, {}, as_whole), HasSubstr("look woven of two fields"));
+  }
+}
+
+TEST(Advice, AlternateOfFieldsThatAreNeverDarkSaysSo) {
+  Street street;
+  street.field = Field::kInterlacedTopFirst;
+  const std::string said = decisions_on(street, with_method(AmbientMethod::kAlternate));
+  EXPECT_THAT(said, HasSubstr("a field that is lit is never dark"));
+}
+
+TEST(Advice, TemporalOfASceneThatMovesSaysSo) {
+  Street street;
+  street.cadence = Cadence::parse("0");
+  for (const double speed_px : {0.0, 5.0}) {
+    street.speed_px = speed_px;
+    const std::string said = decisions_on(street, with_method(AmbientMethod::kTemporal));
+    const auto complaint = HasSubstr("ambient temporal is for a sensor that stands still");
+    if (speed_px > 0.0) {
+      EXPECT_THAT(said, complaint);
+    } else {
+      EXPECT_THAT(said, Not(complaint));
     }
   }
 }

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an AmbientStage makes of the exposures that come in: which are lit, and what is wrong with
+// them or with what was said of them.
+#include <algorithm>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+#include <striper/core/log.hpp>
+
+#include "ambient/ambient_state.hpp"
+#include "ambient/cadence_rules.hpp"
+#include "ambient/woven_picture.hpp"
+
+namespace striper {
+namespace {
+
+// Exposures between two checks of a cadence that was found, or of a scene that showed no line.
+constexpr int kBetweenChecks = 250;
+constexpr int kBetweenLooks = 12;
+
+// Where pictures are lost, those that come tell less.
+constexpr std::size_t kMostPictures = 2 * CadenceFinder::kPictures;
+
+// Fields in the right order give about 0, in the wrong one 2, or less where a lot moves.
+constexpr double kWrongFieldOrder = 0.35;
+
+// Words of what was or was not found out; what to do about it is part of each.
+constexpr const char* kNoDarkSeen =
+    "no exposure without the laser could be told from the others: all are scanned as if lit, and "
+    "no "
+    "daylight is taken off; if the laser is off in some, say in which with laser= (for example "
+    "laser=0,dark), else ambient none is meant";
+constexpr const char* kAlwaysLit =
+    "ambient {} needs exposures without the laser, and it shows in every one: nothing is taken off";
+constexpr const char* kNoFields =
+    "ambient fields needs pictures of two fields, and these are whole: if they are woven of two, "
+    "say so with fields=split-top or fields=split-bottom (the field exposed first)";
+constexpr const char* kWoven =
+    "the pictures look woven of two fields: every other row differs; if they are, say so with "
+    "fields=split-top or fields=split-bottom (the field exposed first; NTSC has the bottom one "
+    "first, PAL the top one)";
+constexpr const char* kRowsNeverDark =
+    "ambient alternate needs dark exposures of the same rows, and with the cadence '{}' a field "
+    "that is lit is never dark: nothing is scanned; ambient fields takes the other field";
+constexpr const char* kSlipped =
+    "the cadence slipped and was found again: pictures were lost without being counted";
+constexpr const char* kWrongOrder =
+    "the fields seem to be in the wrong order: in time, the second one comes first";
+
+}  // namespace
+
+void AmbientStage::State::push_exposure(const Frame& exposure) {
+  const auto [number, is_restart] = numbers.next(exposure);
+  if (is_restart && options.cadence.is_automatic() && !has_own_illumination) {
+    // The laser's phase may be another one now: hold what comes until it is known again.
+    is_settled = is_in_doubt = false;
+    queue.hold_unlabelled();
+    finder.clear();
+    is_looking = true;
+  }
+  is_finished = false;
+  const Illumination own = exposure.illumination;
+  if (!own.is_unknown()) {
+    has_own_illumination = true;
+    const Illumination expected = queue.cadence().at(number);
+    // What the frames say wins; they follow no pattern that could tell what is to come.
+    if (is_settled && !expected.is_unknown() && own != expected) settle({}, "from the frames");
+  }
+  queue.add(exposure, number);
+  if (until_next_doubt > 0) --until_next_doubt;
+  if (looks_for_weave > 0) check_method(exposure);
+  const bool is_always_on = !options.cadence.is_automatic() && !options.cadence.has_dark();
+  if (is_always_on && exposure.exposures_per_picture == 1) is_looking = false;
+  if (is_looking) {
+    look(exposure, number);
+  } else if (until_next_look > 0 && --until_next_look == 0) {
+    is_looking = true;
+  }
+}
+
+void AmbientStage::State::look(const Frame& exposure, std::uint64_t number) {
+  finder.add(exposure, number);
+  if (finder.pictures() < CadenceFinder::kPictures) return;
+  if (has_own_illumination) {
+    if (!is_settled) conclude_from_labels();
+  } else {
+    const CadenceFinder::Finding finding = finder.find();
+    const bool is_unclear = finding.cadence.is_automatic() && !finding.always_lit;
+    const bool may_wait = finder.has_gaps() && finder.pictures() < kMostPictures;
+    if (is_unclear && may_wait) return;
+    conclude(finding);
+  }
+  check_field_order();
+  finder.clear();
+  is_looking = false;
+}
+
+void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
+  const bool found = !finding.cadence.is_automatic();
+  if (!options.cadence.is_automatic()) {
+    if (found && !detail::agree(finding.cadence, options.cadence)) {
+      warn(fmt::format("the cadence '{}' was given, but the pictures show '{}'",
+                       options.cadence.to_string(), finding.cadence.to_string()));
+    }
+    return;
+  }
+  if (found) {
+    const bool is_other =
+        queue.cadence().is_automatic() || !detail::agree(finding.cadence, queue.cadence());
+    const bool was_found = is_settled || is_in_doubt;
+    if (was_found && is_other && queue.cadence().has_dark()) warn(kSlipped);
+    // What looked like a line was something else, and may again.
+    if (is_in_doubt && !is_other) until_next_doubt = kBetweenChecks;
+    if (!is_settled || is_other) settle(finding.cadence, "found");
+    until_next_look = kBetweenChecks;
+    return;
+  }
+  if (is_in_doubt) {
+    settle(queue.cadence(), "found");
+    if (is_finished) unpaired += queue.give_up();
+  }
+  if (!is_settled) {
+    settle(Cadence({Illumination::laser(0)}), "no dark exposure seen");
+    say_nothing_is_taken_off(finding);
+  }
+  const bool is_sure = finding.always_lit || queue.cadence().has_dark();
+  until_next_look = is_sure ? kBetweenChecks : kBetweenLooks;
+}
+
+// One exposure shows nothing of others.
+void AmbientStage::State::say_nothing_is_taken_off(const CadenceFinder::Finding& finding) {
+  const bool is_asked_for =
+      options.method == AmbientMethod::kFields || options.method == AmbientMethod::kAlternate;
+  if (finding.always_lit) {
+    if (is_asked_for) warn(fmt::format(kAlwaysLit, to_string(options.method)));
+  } else if (finder.exposures() > 1 && (is_asked_for || options.method == AmbientMethod::kAuto)) {
+    warn(kNoDarkSeen);
+  }
+}
+
+// The frames say themselves which laser fired; a pattern says in advance what is to come.
+void AmbientStage::State::conclude_from_labels() {
+  settle(detail::pattern_of_labels(queue.held()), "from the frames");
+}
+
+void AmbientStage::State::check_field_order() {
+  const std::optional<double> disorder = finder.field_disorder();
+  if (disorder && *disorder > kWrongFieldOrder) warn(kWrongOrder);
+}
+
+// What was asked for, or not, and the pictures.
+void AmbientStage::State::check_method(const Frame& exposure) {
+  --looks_for_weave;
+  if (exposure.field != Field::kProgressive) return;
+  if (options.method == AmbientMethod::kFields) warn(kNoFields);
+  if (detail::looks_woven(exposure.image)) warn(kWoven);
+}
+
+// Whether a lit field could ever have got dark rows of its own.
+void AmbientStage::State::check_rows(const detail::HeldExposure& unpaired_exposure) {
+  const bool is_field = unpaired_exposure.frame.exposures_per_picture == 2;
+  if (!is_field || choice() != detail::DarkChoice::kSameRows) return;
+  if (detail::has_dark_of_same_rows(queue.cadence())) return;
+  warn(fmt::format(kRowsNeverDark, queue.cadence().to_string()));
+}
+
+void AmbientStage::State::settle(const Cadence& cadence, const char* how) {
+  queue.set_cadence(cadence);
+  is_settled = true;
+  is_in_doubt = false;
+  cadence_origin = how;
+}
+
+void AmbientStage::State::warn(const std::string& message) {
+  if (std::find(warnings.begin(), warnings.end(), message) != warnings.end()) return;
+  log(LogLevel::kWarning, message);
+  warnings.push_back(message);
+}
+
+}  // namespace striper

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <striper/ambient/ambient_stage.hpp>
+#include <striper/ambient/cadence_finder.hpp>
+
+#include "ambient/background.hpp"
+#include "ambient/exposure_numbers.hpp"
+#include "ambient/exposure_queue.hpp"
+#include "ambient/line_sign.hpp"
+#include "ambient/temporal_background.hpp"
+
+namespace striper {
+
+/// What an AmbientStage knows of its stream. What comes in, and what is made of it (cadence, field
+/// order, warnings), is in ambient_decisions.cpp; what goes out (pairs, channel, subtraction) in
+/// ambient_stage.cpp.
+struct AmbientStage::State {
+  explicit State(const AmbientOptions& options_in)
+      : options(options_in),
+        finder(options_in.axis, options_in.lasers),
+        background(options_in.noise) {
+    if (!options.cadence.is_automatic()) settle(options.cadence, "given");
+    if (options.channel != Channel::kAuto) channel = options.channel;
+  }
+
+  // ---- What comes in.
+  void push_exposure(const Frame& exposure);
+  void look(const Frame& exposure, std::uint64_t number);
+  void conclude(const CadenceFinder::Finding& finding);
+  void say_nothing_is_taken_off(const CadenceFinder::Finding& finding);
+  void conclude_from_labels();
+  void check_field_order();
+  void check_method(const Frame& exposure);
+  void check_rows(const detail::HeldExposure& unpaired_exposure);
+  void settle(const Cadence& cadence, const char* how);
+  void warn(const std::string& message);
+
+  // ---- What goes out.
+  detail::DarkChoice choice() const noexcept;
+  void give(detail::HeldExposure& exposure, const detail::Neighbours& darks);
+  bool is_refuted(const detail::Neighbours& darks);
+  void look_again_after(const detail::HeldExposure& refuted);
+  void subtract(detail::HeldExposure& exposure, const detail::Neighbours& darks);
+  void subtract_background(detail::HeldExposure& exposure);
+  void choose_channel_from(const detail::HeldExposure& exposure, const detail::HeldExposure* dark);
+  void take_channel(detail::HeldExposure& exposure, Channel wanted) const;
+  bool background_waits(const detail::HeldExposure& exposure);
+  detail::TemporalBackground& background_of(const detail::HeldExposure& exposure);
+
+  AmbientOptions options;
+  detail::ExposureNumbers numbers;
+  detail::ExposureQueue queue;
+
+  CadenceFinder finder;
+  bool is_looking = true;
+  int until_next_look = 0;
+  bool is_settled = false;
+  bool has_own_illumination = false;
+  const char* cadence_origin = "";
+  detail::LineSign line_sign;
+  std::vector<bool> was_plain;  // Per laser: its line, in the last exposure that it lit.
+  bool is_in_doubt = false;     // The cadence that was found does not fit what came.
+  int until_next_doubt = 0;
+  int looks_for_weave =
+      3;  // So many of the first pictures are looked at for whether they are woven.
+  int moving_pictures = 0;  // In a row.
+  std::vector<std::string> warnings;
+
+  std::optional<Channel> channel;
+  bool is_finished = false;
+  detail::Background background;
+  std::vector<detail::TemporalBackground> temporal;  // Per laser and parity.
+  bool subtracts_fields = false;
+  bool subtracts_pictures = false;
+
+  LitFrame lit;
+  std::uint64_t unpaired = 0;
+};
+
+}  // namespace striper
