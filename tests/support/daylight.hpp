@@ -23,12 +23,14 @@ struct DaylightScore {
   std::size_t scans_of_dark = 0;  ///< Made of an exposure that no laser lit: all of it is false.
   std::size_t countable = 0;      ///< Columns whose stripe is no edge and not under a lamp.
   std::size_t found = 0;
+  std::size_t blind = 0;  ///< Of the countable columns: not found, and said to be blind.
   std::size_t columns = 0;
   std::size_t false_points = 0;  ///< Good returns that are no stripe's.
   std::vector<double> errors_mm;
   std::vector<double> pulls;  ///< Range error over `sigma_m`.
 
   double found_fraction() const { return ratio(found, countable); }
+  double blind_fraction() const { return ratio(blind, countable); }
   double false_per_column() const { return ratio(false_points, columns); }
   double error_mm() const { return robust_deviation(errors_mm); }
   double pull() const { return robust_deviation(pulls); }
@@ -85,6 +87,7 @@ struct DaylightScore {
 
   void count(const Return& r, const TrueReturn& truth) {
     ++countable;
+    if (r.status == ReturnStatus::kBlind) ++blind;
     if (r.status != ReturnStatus::kOk || !is_at(truth, r)) return;
     ++found;
     const double error_m = r.range_m - truth.range_m;
@@ -150,6 +153,24 @@ inline void drive(Scene& scene, double speed_m_s) {
     if (auto* const box = std::get_if<Box>(&object.shape)) box->size_m.y() *= 10.0;
     if (auto* const sweep = std::get_if<Sweep>(&object.shape)) sweep->length_m = 80.0;
   }
+}
+
+/// The same where what shines stands in the world and passes by too, again and again: as far apart
+/// as a picture is wide at 2 m.
+inline void drive_past_lamps(Scene& scene, double speed_m_s, int pictures) {
+  constexpr double kApart_m = 2.1;
+  drive(scene, speed_m_s);
+  const double way_m = speed_m_s * pictures / scene.timing.picture_rate_hz;
+  std::vector<SceneObject> lamps;
+  for (SceneObject& object : scene.objects) {
+    if (object.material.radiance_w_m2_sr_nm <= 0.0) continue;
+    object.motion.velocity_m_s.setZero();
+    for (int n = 1; n <= static_cast<int>(std::ceil(way_m / kApart_m)); ++n) {
+      lamps.push_back(object);
+      lamps.back().T_world_object.translation().y() += n * kApart_m;
+    }
+  }
+  scene.objects.insert(scene.objects.end(), lamps.begin(), lamps.end());
 }
 
 }  // namespace striper::testing

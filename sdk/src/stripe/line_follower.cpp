@@ -51,6 +51,7 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
   const auto lines = static_cast<int>(candidates.firsts.size());
   followed_.make_room(candidates.firsts.size());
   followed_.seeds.clear();
+  leans_.assign(candidates.firsts.size(), 0);
   for (int line = 0; line < lines; ++line) {
     const ContinuousTracker::Answer& answer = tracker_.of_line(line);
     const bool is_probable = answer.probability >= kProbable;
@@ -75,7 +76,7 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
 }
 
 bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
-                                  const WidthModel& width, Stripe& stripe) const {
+                                  const WidthModel& width, Stripe& stripe) {
   const ContinuousTracker::Answer& answer = tracker_.of_line(line);
   const LinePeaks peaks = peaks_of_line(candidates, line, candidates.first_extra(line), width);
   const double near = kFollowedReach * width.at(answer.across) + 1.0;
@@ -83,6 +84,7 @@ bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
     if (std::abs(peak.position - answer.across) > near) continue;
     const auto i = static_cast<std::size_t>(line);
     put_peak(peak, i, stripe);
+    leans_[i] = peak.status() == ReturnStatus::kWeak ? 1 : 0;
     const bool is_sure = answer.probability >= kCertain && peak.status() == ReturnStatus::kWeak;
     if (is_sure) stripe.status[i] = ReturnStatus::kOk;
     stripe.confidence[i] = answer.probability;
@@ -112,7 +114,7 @@ bool LineFollower::lacks_stripe(std::size_t n, const Stripe& stripe) const {
   return is_plain && own < kLeastOfBeside * *middle;
 }
 
-void LineFollower::put_followed(int length, Stripe& stripe) const {
+void LineFollower::put_followed(int length, Stripe& stripe) {
   for (std::size_t first = 0; first < followed_.size();) {
     std::size_t end = first + 1;
     while (end < followed_.size() && goes_on(end)) ++end;
@@ -135,7 +137,7 @@ bool LineFollower::shows_on_the_whole(std::size_t first, std::size_t end) const 
   return sum >= kLeastMeanFollowed * static_cast<float>(end - first);
 }
 
-void LineFollower::put_run(std::size_t first, std::size_t end, int length, Stripe& stripe) const {
+void LineFollower::put_run(std::size_t first, std::size_t end, int length, Stripe& stripe) {
   std::size_t bridged = 0;
   for (std::size_t n = first; n < end; ++n) {
     const bool shows = followed_.significance[n] > kLeastFollowed;
@@ -146,10 +148,40 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
     const int line = followed_.seeds[n].line;
     const auto i = static_cast<std::size_t>(line);
     put_peak(peak, i, stripe);
+    leans_[i] = 1;
     const float probability = tracker_.of_line(line).probability;
     stripe.status[i] = probability >= kCertain ? ReturnStatus::kOk : ReturnStatus::kWeak;
     stripe.confidence[i] = probability;
   }
+}
+
+void LineFollower::drop_strays(const ChunkMaxima& chunks, Stripe& stripe) const {
+  const auto hangs = [&](std::size_t i) {
+    return leans_[i] != 0 && chunks.is_partly_blind(stripe.line[i]);
+  };
+  for (std::size_t first = 0; first < leans_.size(); ++first) {
+    if (!hangs(first)) continue;
+    std::size_t end = first + 1;
+    while (end < leans_.size() && hangs(end)) ++end;
+    if (!goes_on_from(first, -1, stripe) && !goes_on_from(end - 1, 1, stripe)) {
+      for (std::size_t i = first; i < end; ++i) stripe.drop(i, ReturnStatus::kNoStripe);
+    }
+    first = end - 1;
+  }
+}
+
+// Whether the next line with a return on that side, a few lines off at most, has it about there.
+bool LineFollower::goes_on_from(std::size_t i, int direction, const Stripe& stripe) const {
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
+  for (int n = 1; n <= kBeside; ++n) {
+    const std::ptrdiff_t beside = static_cast<std::ptrdiff_t>(i) + n * direction;
+    if (beside < 0 || beside >= static_cast<std::ptrdiff_t>(leans_.size())) return false;
+    const auto other = static_cast<std::size_t>(beside);
+    if (verdict(stripe.status[other]) == Verdict::kMissing) continue;
+    const double step = across.index(stripe.across_px[other]) - across.index(stripe.across_px[i]);
+    return std::abs(step) <= kSteepestBeside * (n + 1);
+  }
+  return false;
 }
 
 }  // namespace striper::detail

@@ -3,6 +3,7 @@
 
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
+#include <striper/stripe/candidates.hpp>
 
 #include "stripe/continuous_tracker.hpp"
 #include "stripe/line_choice.hpp"
@@ -21,17 +22,24 @@ class LineFollower {
               const WidthModel& width, ProfilePlan plan, const PeakLimits& limits,
               const PlanNoise& noise, Stripe& stripe);
 
+  /// After `follow`: of lines side by side that are partly blind, drops what the chain alone made a
+  /// return of, unless it goes on in a line that is not. Where the stripe is hidden the chain finds
+  /// what else there is.
+  void drop_strays(const ChunkMaxima& chunks, Stripe& stripe) const;
+
  private:
   bool take_candidate(int line, const PeakCandidates& candidates, const WidthModel& width,
-                      Stripe& stripe) const;
+                      Stripe& stripe);
+  bool goes_on_from(std::size_t i, int direction, const Stripe& stripe) const;
   bool lacks_stripe(std::size_t n, const Stripe& stripe) const;
   bool goes_on(std::size_t n) const;
   bool shows_on_the_whole(std::size_t first, std::size_t end) const;
-  void put_run(std::size_t first, std::size_t end, int length, Stripe& stripe) const;
-  void put_followed(int length, Stripe& stripe) const;
+  void put_run(std::size_t first, std::size_t end, int length, Stripe& stripe);
+  void put_followed(int length, Stripe& stripe);
 
   ContinuousTracker tracker_;
   PeakList followed_;
+  std::vector<std::uint8_t> leans_;  // Per line: on the chain, the line alone shows too little.
 };
 
 }  // namespace striper::detail

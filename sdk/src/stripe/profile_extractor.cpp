@@ -197,6 +197,7 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
     follower_.follow(current.frame, current.images, candidates_, width,
                      plan_profile(width, current.noise, false, true), limits, current.noise,
                      stripe);
+    follower_.drop_strays(chunks_, stripe);
   }
   if (!current.frame.blind.empty()) mark_blind_lines(stripe);
 }
