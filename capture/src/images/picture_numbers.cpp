@@ -15,6 +15,9 @@ namespace {
 
 constexpr std::string_view kDigits = "0123456789";
 
+// Of fewer pictures the numbers may as well be a choice of somebody's.
+constexpr std::size_t kLeastPictures = 6;
+
 // A picture's name with the last number taken out of it.
 struct NumberedName {
   std::string around;
@@ -54,11 +57,12 @@ std::vector<std::uint64_t> steps_between(const std::vector<std::filesystem::path
 
 // The step from one picture to the next where none is lost; 0 if there is no such thing.
 std::uint64_t step_of(const std::vector<std::uint64_t>& steps) {
+  if (steps.size() + 1 < kLeastPictures) return 0;
   std::map<std::uint64_t, std::size_t> times;
   for (const std::uint64_t step : steps) ++times[step];
   const auto usual = std::max_element(
       times.begin(), times.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (usual == times.end() || 2 * usual->second <= steps.size()) return 0;
+  if (2 * usual->second <= steps.size()) return 0;
   const bool is_regular = std::all_of(steps.begin(), steps.end(),
                                       [&](std::uint64_t step) { return step % usual->first == 0; });
   return is_regular ? usual->first : 0;

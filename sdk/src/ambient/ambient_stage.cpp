@@ -16,13 +16,16 @@
 namespace striper {
 namespace {
 
-// A scene moves where more than this part of it does, in so many pictures in a row.
-constexpr double kMovingPart = 0.4;
+// A scene moves where more than this part of it is darker than what stands, in so many pictures in
+// a row; where a stripe was long, less is.
+constexpr double kMovingPart = 0.08;
 constexpr int kMovingPictures = 3;
 
+constexpr const char* kTemporal =
+    "temporal (for a sensor that stands still: what does so too, a stripe included, is taken off)";
 constexpr const char* kMoves =
-    "ambient temporal is for a sensor that stands still, and most of what it sees moves: such "
-    "parts of the picture count for little, and scans are not to be trusted";
+    "ambient temporal is for a sensor that stands still, and what it sees moves: the scans are not "
+    "to be trusted";
 
 // A difference of colours is not needed where dark exposures take the white light off.
 Channel without_difference(Channel channel) {
@@ -240,7 +243,7 @@ std::uint64_t AmbientStage::unpaired_exposures() const noexcept { return state_-
 
 std::string AmbientStage::decisions() const {
   const State& s = *state_;
-  const char* method = s.options.method == AmbientMethod::kTemporal ? "temporal"
+  const char* method = s.options.method == AmbientMethod::kTemporal ? kTemporal
                        : s.subtracts_fields                         ? "fields"
                        : s.subtracts_pictures                       ? "alternate"
                                                                     : "none";
@@ -250,8 +253,8 @@ std::string AmbientStage::decisions() const {
                        s.queue.cadence().to_string(), s.cadence_origin, method);
   }
   if (s.unpaired > 0) {
-    text +=
-        fmt::format("{} lit exposures gave no scan: every dark neighbour was lost\n", s.unpaired);
+    text += fmt::format("{} lit exposures gave no scan: no dark neighbour was left that fits\n",
+                        s.unpaired);
   }
   for (const std::string& warning : s.warnings) text += warning + '\n';
   return text;

@@ -25,6 +25,11 @@ constexpr double kTapsNoise = 164.0 / 256.0;
 // Of rows one, two and three apart, which share taps: (-1, 9, 9, -1) with itself, shifted.
 constexpr std::array<float, 3> kTapsCorrelation{63.0F / 164.0F, -18.0F / 164.0F, 1.0F / 164.0F};
 
+// A block is darker than what stands by so many sigmas, squared, of its mean, and by more than
+// rounding makes of that.
+constexpr double kDarkerSigmas2 = 25.0;
+constexpr double kRoundedMean = 0.3;
+
 template <typename Pixel>
 void mix_rows(const Pixel* a, const Pixel* b, double weight_b, Pixel* out, int n) {
   const auto wb = static_cast<std::int32_t>(std::lround(256.0 * weight_b));
@@ -83,7 +88,9 @@ double Background::subtract_standing(const cv::Mat& standing, float noise_gain, 
   const bool moves = add_motion(pair, 1.0, frame);
   frame.variance = moves ? variance_ : cv::Mat();
   frame.blind = blind_.find(frame.lit, &standing, nullptr, frame.full_scale_dn);
-  return moves ? moving_part() : 0.0;
+  return frame.lit.depth() == CV_8U
+             ? darker_part<std::uint8_t>(frame.lit, standing, static_cast<double>(noise_gain))
+             : darker_part<std::uint16_t>(frame.lit, standing, static_cast<double>(noise_gain));
 }
 
 // The noise of an exposure is the lit one's: what stands has less.
@@ -95,18 +102,34 @@ void Background::read_standing(const DarkPair& pair, const LitFrame& frame) {
   if (!is_noise_given_) measure_noise<Pixel>(exposure, frame.full_scale_dn);
 }
 
-// Of the blocks, those with variance.
-double Background::moving_part() const {
+// Of the blocks, those darker in the mean than what stands: no stripe makes them so, which is seen
+// but where it was long.
+template <typename Pixel>
+double Background::darker_part(const cv::Mat& lit, const cv::Mat& standing,
+                               double noise_gain) const {
   int blocks = 0;
-  int moving = 0;
-  for (int row = 0; row < variance_.rows; row += Motion::kRows) {
-    const auto* const variance = variance_.ptr<float>(row);
-    for (int col = 0; col < variance_.cols; col += Motion::kCols) {
+  int darker = 0;
+  for (int row = 0; row + Motion::kRows <= lit.rows; row += Motion::kRows) {
+    for (int col = 0; col + Motion::kCols <= lit.cols; col += Motion::kCols) {
+      std::int64_t sum = 0;
+      std::int64_t level = 0;
+      for (int r = row; r < row + Motion::kRows; ++r) {
+        const auto* const p = lit.ptr<Pixel>(r) + col;
+        const auto* const q = standing.ptr<Pixel>(r) + col;
+        for (int i = 0; i < Motion::kCols; ++i) {
+          sum += p[i] - q[i];
+          level += q[i];
+        }
+      }
+      constexpr double kPixels = Motion::kRows * Motion::kCols;
+      const double variance =
+          (1.0 + noise_gain) * noise_.variance_dn2(static_cast<double>(level) / kPixels) / kPixels;
       ++blocks;
-      if (variance[col] > 0.0F) ++moving;
+      const double below = -static_cast<double>(sum) / kPixels;
+      if (below > kRoundedMean && below * below > kDarkerSigmas2 * variance) ++darker;
     }
   }
-  return static_cast<double>(moving) / std::max(1, blocks);
+  return static_cast<double>(darker) / std::max(1, blocks);
 }
 
 void Background::prepare(cv::Size size) {

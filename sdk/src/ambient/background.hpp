@@ -54,7 +54,8 @@ class Background {
 
   /// The same with what stands still before a sensor that does. @param standing as long as `frame`
   /// is used. @param noise_gain its noise variance, in parts of an exposure's.
-  /// @return the part of the picture that does not stand still.
+  /// @return the part of the picture that is darker than what stands: of a standing scene none,
+  /// or a few per cent where a stripe was long.
   double subtract_standing(const cv::Mat& standing, float noise_gain, LitFrame& frame);
 
  private:
@@ -80,7 +81,8 @@ class Background {
   void interpolate_between_rows(const DarkPair& pair, double averaging, cv::Size size);
   void write_edges(const EdgeLimit& limit, const std::int32_t* level, float* variance, int cols);
   bool add_motion(const DarkPair& pair, double averaging, const LitFrame& frame);
-  double moving_part() const;
+  template <typename Pixel>
+  double darker_part(const cv::Mat& lit, const cv::Mat& standing, double noise_gain) const;
 
   NoiseModel noise_;  // Of an exposure.
   bool is_noise_given_;

@@ -92,24 +92,32 @@ class NumbersInNames : public ImagesOfADirectory {
 using Numbers = std::vector<std::uint64_t>;
 
 TEST_F(NumbersInNames, TellWhichPicturesAreLost) {
-  EXPECT_EQ(numbers_of({"shot_007.png", "shot_008.png", "shot_010.png", "shot_011.png"}),
-            (Numbers{0, 1, 3, 4}));
+  EXPECT_EQ(numbers_of({"shot_007.png", "shot_008.png", "shot_010.png", "shot_011.png",
+                        "shot_012.png", "shot_013.png"}),
+            (Numbers{0, 1, 3, 4, 5, 6}));
   const auto source = open();
   read_all(*source);
   EXPECT_EQ(source->statistics().dropped, 1U);
 }
 
 TEST_F(NumbersInNames, CountInTheirOwnStep) {
-  EXPECT_EQ(numbers_of({"a20_left.png", "a30_left.png", "a40_left.png", "a70_left.png"}),
-            (Numbers{0, 1, 2, 5}));
+  EXPECT_EQ(numbers_of({"a20_left.png", "a30_left.png", "a40_left.png", "a70_left.png",
+                        "a80_left.png", "a90_left.png", "a100_left.png"}),
+            (Numbers{0, 1, 2, 5, 6, 7, 8}));
 }
 
 TEST_F(NumbersInNames, ThatAreChosenPicturesOrTimesAreNone) {
-  EXPECT_EQ(numbers_of({"p1.png", "p7.png", "p19.png", "p100.png"}), (Numbers{0, 1, 2, 3}));
+  EXPECT_EQ(numbers_of({"p1.png", "p7.png", "p19.png", "p23.png", "p24.png", "p100.png"}),
+            (Numbers{0, 1, 2, 3, 4, 5}));
+}
+
+TEST_F(NumbersInNames, OfAFewPicturesAreNone) {
+  EXPECT_EQ(numbers_of({"f1.png", "f2.png", "f3.png", "f10.png"}), (Numbers{0, 1, 2, 3}));
 }
 
 TEST_F(NumbersInNames, BesideOtherNamesAreNone) {
-  EXPECT_EQ(numbers_of({"b1.png", "b2.png", "b4.png", "c5.png"}), (Numbers{0, 1, 2, 3}));
+  EXPECT_EQ(numbers_of({"b1.png", "b2.png", "b4.png", "b5.png", "b6.png", "c7.png"}),
+            (Numbers{0, 1, 2, 3, 4, 5}));
 }
 
 TEST_F(ImagesOfADirectory, InfoSaysWhatTheFirstPictureIs) {

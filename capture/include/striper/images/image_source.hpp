@@ -20,8 +20,8 @@ namespace striper {
 ///
 /// What a Recorder wrote is replayed exactly (`frames.csv` in the directory): pixels, numbers,
 /// times, illumination, field, grid, bit depth and status. Without it pictures are numbered from 0
-/// and timed by `fps`; where their names count (`shot_007, shot_008, shot_010`), a number that is
-/// missing is a lost picture, so that the laser's cadence goes on across it.
+/// and timed by `fps`; where the names of six or more count (`shot_007, shot_008, shot_010, ...`),
+/// a number that is missing is a lost picture, so that the laser's cadence goes on across it.
 ///
 /// A picture that is missing, does not decode to its end or is unreadable is a frame with status
 /// kCorrupt, one of another size or pixel type than the first that decodes has kWrongSize; both

@@ -18,8 +18,10 @@ namespace striper {
 ///     while (const LitFrame* lit = stage.next()) ...
 ///
 /// A lit exposure is given when the dark one after it has arrived or is known to be lost; while the
-/// cadence is unknown all are held, at most six pictures, twelve where some are lost. A lit
-/// exposure whose dark neighbours are all lost gives nothing and is counted in
+/// cadence is unknown all are held, at most six pictures, twelve where some are lost. A cadence
+/// that was found is doubted where a line shows dark instead of bright, or in one dark exposure and
+/// not in the other: that lit exposure gives nothing and what follows is held again. A lit exposure
+/// whose dark neighbours are all lost gives nothing either; both are counted in
 /// `unpaired_exposures`.
 ///
 /// Frames are kept by reference where cv::Mat or a lease keeps their pixels, so those must not be
@@ -45,7 +47,8 @@ class AmbientStage {
 
   std::uint64_t dark_exposures() const noexcept;
 
-  /// Lit exposures that could not be given because every dark neighbour was lost.
+  /// Lit exposures that could not be given because no dark neighbour was left: lost, or, as the
+  /// pictures show, not dark.
   std::uint64_t unpaired_exposures() const noexcept;
 
   /// What was decided, for people: channel, cadence, method, and what is wrong with what was given.

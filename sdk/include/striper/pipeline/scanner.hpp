@@ -29,10 +29,11 @@ struct ScannerOptions {
 
 /// Counts since the scanner was made.
 struct ScannerStatistics {
-  std::uint64_t frames = 0;    ///< Given to `process`.
-  std::uint64_t scans = 0;     ///< Returned.
-  std::uint64_t dark = 0;      ///< Exposures without a laser.
-  std::uint64_t unpaired = 0;  ///< Lit exposures without a scan: every dark neighbour was lost.
+  std::uint64_t frames = 0;  ///< Given to `process`.
+  std::uint64_t scans = 0;   ///< Returned.
+  std::uint64_t dark = 0;    ///< Exposures without a laser.
+  std::uint64_t unpaired =
+      0;  ///< Lit exposures without a scan: no dark neighbour was left that fits.
   /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3
   /// channels of 8 or 16 bits), or that are of another sensor than the model's.
   std::uint64_t refused = 0;
