@@ -106,6 +106,11 @@ TEST_F(NumbersInNames, CountInTheirOwnStep) {
             (Numbers{0, 1, 2, 5, 6, 7, 8}));
 }
 
+TEST_F(NumbersInNames, OfWhichManyAreMissingAreNone) {
+  EXPECT_EQ(numbers_of({"m1.png", "m2.png", "m3.png", "m8.png", "m9.png", "m10.png"}),
+            (Numbers{0, 1, 2, 3, 4, 5}));
+}
+
 TEST_F(NumbersInNames, ThatAreChosenPicturesOrTimesAreNone) {
   EXPECT_EQ(numbers_of({"p1.png", "p7.png", "p19.png", "p23.png", "p24.png", "p100.png"}),
             (Numbers{0, 1, 2, 3, 4, 5}));
