@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -23,42 +24,46 @@ using testing::DaylightWay;
 struct Column {
   const char* name;
   DaylightWay way;
-  ScanMode scan;
-  const char* cadence;
 };
 
-const Column kColumns[] = {
-    {"none (`paper`)",
-     {ExtractMethod::kPaper, PeakRule::kBrightest, AmbientMethod::kNone},
-     ScanMode::kBottomFirst,
-     "0,dark"},
-    {"fields, `paper`",
-     {ExtractMethod::kPaper, PeakRule::kBrightest, AmbientMethod::kAuto},
-     ScanMode::kBottomFirst,
-     "0,dark"},
-    {"spatial only",
-     {ExtractMethod::kRefined, PeakRule::kBrightest, AmbientMethod::kNone},
-     ScanMode::kBottomFirst,
-     "0,dark"},
-    {"fields", {}, ScanMode::kBottomFirst, "0,dark"},
-    {"alternate", {}, ScanMode::kProgressive, "0,dark"},
-    {"temporal",
-     {ExtractMethod::kRefined, PeakRule::kContinuous, AmbientMethod::kTemporal},
-     ScanMode::kProgressive,
-     "0"},
+// A camera, and the ways to use its pictures.
+struct Camera {
+  ScanMode scan;
+  const char* cadence;
+  std::vector<Column> columns;
+};
+
+const Camera kCameras[] = {
+    {ScanMode::kBottomFirst,
+     "0,dark",
+     {{"none (`paper`)", {ExtractMethod::kPaper, PeakRule::kBrightest, AmbientMethod::kNone}},
+      {"fields, `paper`", {ExtractMethod::kPaper, PeakRule::kBrightest, AmbientMethod::kAuto}},
+      {"spatial only", {ExtractMethod::kRefined, PeakRule::kBrightest, AmbientMethod::kNone}},
+      {"fields", {}}}},
+    {ScanMode::kProgressive, "0,dark", {{"alternate", {}}}},
+    {ScanMode::kProgressive,
+     "0",
+     {{"temporal", {ExtractMethod::kRefined, PeakRule::kContinuous, AmbientMethod::kTemporal}}}},
 };
 
 // The case itself is measured with more pictures.
 constexpr int kMoreOfTheCase = 4;
 
-DaylightScore measure(Scene scene, const Column& column, int pictures) {
-  scene.timing.scan = column.scan;
-  scene.timing.cadence = Cadence::parse(column.cadence);
-  if (scene.timing.cadence.has_dark() && column.scan == ScanMode::kProgressive) {
+std::vector<DaylightScore> measure(Scene scene, const Camera& camera, int pictures) {
+  scene.timing.scan = camera.scan;
+  scene.timing.cadence = Cadence::parse(camera.cadence);
+  if (scene.timing.cadence.has_dark() && camera.scan == ScanMode::kProgressive) {
     scene.timing.picture_rate_hz *= 2.0;  // As many scans a second as the fields give.
     pictures *= 2;
   }
-  return testing::scan_in_daylight(scene, column.way, pictures);
+  std::vector<DaylightWay> ways;
+  for (const Column& column : camera.columns) ways.push_back(column.way);
+  Simulator simulator(scene);
+  std::vector<DaylightScore> scores;
+  for (const auto& trial : testing::try_in_daylight(simulator, ways, pictures)) {
+    scores.push_back(trial.score());
+  }
+  return scores;
 }
 
 // "-" where nothing was found to be judged.
@@ -66,14 +71,20 @@ std::string figure(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
 }
 
+void print_row(const std::string& name, const char* way, const DaylightScore& score) {
+  std::cout << fmt::format("| {} | {} | {:.2f} | {:.2f} | {:.5f} | {} | {} |\n", name, way,
+                           100.0 * score.found_fraction(), 100.0 * score.blind_fraction(),
+                           score.false_per_column(), figure(score.error_mm(), 1),
+                           figure(score.pull(), 2))
+            << std::flush;
+}
+
 void print_rows(const std::string& name, const Scene& scene, int pictures) {
-  for (const Column& column : kColumns) {
-    const DaylightScore score = measure(scene, column, pictures);
-    std::cout << fmt::format("| {} | {} | {:.2f} | {:.2f} | {:.5f} | {} | {} |\n", name,
-                             column.name, 100.0 * score.found_fraction(),
-                             100.0 * score.blind_fraction(), score.false_per_column(),
-                             figure(score.error_mm(), 1), figure(score.pull(), 2))
-              << std::flush;
+  for (const Camera& camera : kCameras) {
+    const std::vector<DaylightScore> scores = measure(scene, camera, pictures);
+    for (std::size_t i = 0; i < scores.size(); ++i) {
+      print_row(name, camera.columns[i].name, scores[i]);
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -111,36 +112,67 @@ struct DaylightWay {
   AmbientMethod ambient = AmbientMethod::kAuto;
 };
 
-/// Scans those frames of a scene that `is_kept`; nobody tells which exposures are lit. What begins
-/// the stream has a dark exposure on one side only and is not counted.
-inline DaylightScore scan_in_daylight(
-    const Scene& scene, const DaylightWay& way, int pictures,
-    const std::function<bool(int)>& is_kept = [](int) { return true; },
-    std::string* decisions = nullptr) {
-  Simulator simulator(scene);
-  const StriperModel model = simulator.model();
-  ScannerOptions options = ScannerOptions::for_model(model);
-  options.stripe.method = way.extract;
-  options.stripe.peak = way.peak;
-  options.ambient.method = way.ambient;
-  Scanner scanner(model, options);
-  DaylightScore score;
-  const auto keep = [&](std::span<const PolarScan> scans) {
+/// One way at work on frames of a scene; nobody tells which exposures are lit. What begins the
+/// stream has a dark exposure on one side only and is not counted.
+class DaylightTrial {
+ public:
+  DaylightTrial(Simulator& simulator, const DaylightWay& way)
+      : simulator_(&simulator), scanner_(simulator.model(), options_of(simulator.model(), way)) {}
+
+  void take(const Frame& frame) { keep(scanner_.process(frame)); }
+  void finish() { keep(scanner_.finish()); }
+
+  const DaylightScore& score() const { return score_; }
+  std::string decisions() const { return scanner_.decisions(); }
+
+ private:
+  static ScannerOptions options_of(const StriperModel& model, const DaylightWay& way) {
+    ScannerOptions options = ScannerOptions::for_model(model);
+    options.stripe.method = way.extract;
+    options.stripe.peak = way.peak;
+    options.ambient.method = way.ambient;
+    return options;
+  }
+
+  void keep(std::span<const PolarScan> scans) {
     for (const PolarScan& scan : scans) {
-      if (scan.sequence != 0) add_scan(scan, simulator, score);
+      if (scan.sequence != 0) add_scan(scan, *simulator_, score_);
     }
-  };
+  }
+
+  Simulator* simulator_;
+  Scanner scanner_;
+  DaylightScore score_;
+};
+
+/// Scans those frames of a scene that `is_kept`, rendered once, in each of several ways.
+inline std::vector<DaylightTrial> try_in_daylight(
+    Simulator& simulator, std::span<const DaylightWay> ways, int pictures,
+    const std::function<bool(int)>& is_kept = [](int) { return true; }) {
+  std::vector<DaylightTrial> trials;
+  for (const DaylightWay& way : ways) trials.emplace_back(simulator, way);
   for (int picture = 0; picture < pictures; ++picture) {
     for (int part = 0; part < simulator.frames_per_picture(); ++part) {
       if (!is_kept(picture * simulator.frames_per_picture() + part)) continue;
       Frame frame = simulator.render(static_cast<std::uint64_t>(picture), part);
       frame.illumination = Illumination::unknown();
-      keep(scanner.process(frame));
+      for (DaylightTrial& trial : trials) trial.take(frame);
     }
   }
-  keep(scanner.finish());
-  if (decisions != nullptr) *decisions = scanner.decisions();
-  return score;
+  for (DaylightTrial& trial : trials) trial.finish();
+  return trials;
+}
+
+/// The same in one way.
+inline DaylightScore scan_in_daylight(
+    const Scene& scene, const DaylightWay& way, int pictures,
+    const std::function<bool(int)>& is_kept = [](int) { return true; },
+    std::string* decisions = nullptr) {
+  Simulator simulator(scene);
+  const std::vector<DaylightTrial> trials =
+      try_in_daylight(simulator, {&way, 1}, pictures, is_kept);
+  if (decisions != nullptr) *decisions = trials.front().decisions();
+  return trials.front().score();
 }
 
 /// Lets a scene pass by. What shines belongs to a vehicle ahead and stays where it is seen; what
