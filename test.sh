@@ -56,6 +56,7 @@ stage_asan() {
 
 stage_tsan() {
   configure_and_build tsan
+  export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan_suppressions.txt"
   ctest --test-dir "$build/tsan" --output-on-failure -L quick -LE device --no-tests=error
 }
 
