@@ -5,6 +5,7 @@ truth that the scans agree with; and that the first example runs.
 
 Run by ctest; by hand: STRIPER=.../striper STRIPER_EXAMPLE=.../01_stream_scans python3 simulated_test.py
 """
+import collections
 import csv
 import json
 import os
@@ -149,33 +150,36 @@ class Ntsc(Simulated):
             if name.endswith(".png"):
                 os.rename(os.path.join(cls.room, name), os.path.join(cls.pictures, name))
 
-    def check(self, query, *options, least):
+    def check(self, query, *options, least, in_first):
         with open(os.path.join(self.room, "truth.csv"), encoding="utf-8") as file:
             truth = {(r["frame"], r["u_px"]): r for r in csv.DictReader(file)}
-        visible = [r for r in truth.values() if r["status"] == "ok"]
+        visible = collections.Counter(r["frame"] for r in truth.values() if r["status"] == "ok")
         done = run(STRIPER, "capture", self.pictures + query, "-m", self.model, *options)
         scans = list(csv.DictReader(done.stdout.splitlines()))
-        right = 0
+        right = collections.Counter()
         for row in scans:
             true = truth[row["frame"], row["u_px"]]
             if true["status"] != "ok":
                 continue
-            right += abs(float(row["range_m"]) - float(true["range_m"])) < 0.05
-        self.assertGreater(len(visible), 6 * 550)
-        self.assertGreater(right, least * len(visible))
-        self.assertLess(len(scans) - right, 0.001 * len(scans))
+            right[row["frame"]] += abs(float(row["range_m"]) - float(true["range_m"])) < 0.05
+        self.assertGreater(min(visible.values()), 550)
+        found = {frame: right[frame] / count for frame, count in visible.items()}
+        self.assertGreater(found.pop("0"), in_first)
+        self.assertGreater(min(found.values()), least)
+        self.assertLess(len(scans) - right.total(), 0.001 * len(scans))
         self.assertIn("ambient fields", done.stderr)
         return done.stderr
 
     def test_fields_and_nothing_else_is_said(self):
-        # The lamps cover 3 % of the columns; in the first scan there is no dark field before.
-        self.assertIn("cadence 0,dark (found)", self.check("?fields=split-top", least=0.9))
+        # The lamps cover 3 % of the columns, in 3 % the stripe is too weak for a column by itself: more
+        # in the first scan, which has no dark field before it.
+        self.assertIn("cadence 0,dark (found)", self.check("?fields=split-top", least=0.9, in_first=0.65))
 
     def test_the_tracker_finds_all_that_no_lamp_covers(self):
-        self.check("?fields=split-top", "--peak", "continuous", least=0.96)
+        self.check("?fields=split-top", "--peak", "continuous", least=0.96, in_first=0.9)
 
     def test_the_cadence_may_be_said_too(self):
-        self.check("?fields=split-top&laser=0,dark", least=0.9)
+        self.check("?fields=split-top&laser=0,dark", least=0.9, in_first=0.65)
 
 
 class WhenBoard(Simulated):
