@@ -31,6 +31,13 @@ constexpr auto kStreamFor = 60s;
 constexpr auto kStreamFor = 20s;
 #endif
 
+// A sanitizer keeps records of its own; AddressSanitizer says by itself what leaks.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMeasuresMemory = false;
+#else
+constexpr bool kMeasuresMemory = true;
+#endif
+
 struct Stream {
   const char* name;
   int width;
@@ -227,7 +234,9 @@ TEST(GigeReconnection, TwentyTimesKilledAndStartedAgain) {
   const double grown_mb = resident_mb() - resident_before_mb;
   fmt::print("resident memory after 5 reconnections {:.2f} MB, after 20 {:+.2f} MB\n",
              resident_before_mb, grown_mb);
-  EXPECT_LT(grown_mb, 1.0) << "memory leaks";
+  if (kMeasuresMemory) {
+    EXPECT_LT(grown_mb, 1.0) << "memory leaks";
+  }
   EXPECT_EQ(source->stream_statistics().losses, 20u);
   source->stop();
   const std::vector<RegisterWrite> writes = striper.camera->register_writes();
