@@ -124,9 +124,13 @@ float LineSign::strength(const std::vector<float>& heights, float noise, const c
   const int places = (length_ + fold - 1) / fold;
   const float climb = kSteepest * static_cast<float>(lines) / static_cast<float>(bands_);
   const int jump = std::max(kLeastJump, static_cast<int>(std::ceil(climb)) / fold);
-  path_.assign(2 * static_cast<std::size_t>(places), 0.0F);
-  float* best = path_.data();
-  float* next = best + places;
+  // Nothing comes from beyond either end.
+  constexpr float kNever = -1e6F;
+  const auto row = static_cast<std::size_t>(places + 2 * jump);
+  path_.assign(2 * row, kNever);
+  float* best = path_.data() + jump;
+  float* next = best + row;
+  std::fill(best, best + places, 0.0F);
   for (int band = 0; band < bands_; ++band) {
     const int line = first_line(band, bands_, lines) + std::min(kBand, lines) / 2;
     const float* const own = heights.data() + static_cast<std::ptrdiff_t>(band) * length_;
@@ -136,18 +140,19 @@ float LineSign::strength(const std::vector<float>& heights, float noise, const c
       const float extra = columns ? variance.ptr<float>(at)[line] : variance.ptr<float>(line)[at];
       return own[k] / std::sqrt(noise * noise + extra);
     };
-    for (int place = 0; place < places; ++place) {
+    std::copy(best, best + places, next);
+    for (int j = 1; j <= jump; ++j) {
+      const float toll = kTollPerJump * static_cast<float>(j);
+      for (int i = 0; i < places; ++i) {
+        next[i] = std::max(next[i], std::max(best[i - j], best[i + j]) - toll);
+      }
+    }
+    for (int i = 0; i < places; ++i) {
       float highest = kGap;
-      for (int k = place * fold; k < std::min(length_, (place + 1) * fold); ++k) {
+      for (int k = i * fold; k < std::min(length_, (i + 1) * fold); ++k) {
         highest = std::max(highest, sigmas(k));
       }
-      float from = best[place];
-      for (int j = 1; j <= jump; ++j) {
-        const float toll = kTollPerJump * static_cast<float>(j);
-        if (place - j >= 0) from = std::max(from, best[place - j] - toll);
-        if (place + j < places) from = std::max(from, best[place + j] - toll);
-      }
-      next[place] = from + std::min(highest, kClear);
+      next[i] += std::min(highest, kClear);
     }
     std::swap(best, next);
   }
