@@ -68,9 +68,12 @@ void AmbientStage::State::give(detail::HeldExposure& exposure, const detail::Nei
 }
 
 // Whether a cadence that was found cannot be: the line is dark in `lit - dark`, or was plain and is
-// gone, or shows in one dark exposure and not in the other.
+// gone, or shows in one dark exposure and not in the other. Fields are lost in twos, and an even
+// cadence goes on across that.
 bool AmbientStage::State::is_refuted(const detail::Neighbours& darks) {
   const bool is_found = options.cadence.is_automatic() && !has_own_illumination;
+  const bool is_field = queue.held().back()->frame.exposures_per_picture == 2;
+  if (is_field && queue.cadence().pattern().size() % 2 == 0) return false;
   const bool is_compared = darks.before != nullptr || darks.after != nullptr;
   if (!is_found || !is_compared || until_next_doubt > 0) return false;
   // Between rows edges leave a line of either sign, which the variance knows of.

@@ -67,8 +67,7 @@ struct AmbientStage::State {
   std::vector<bool> was_plain;  // Per laser: its line, in the last exposure that it lit.
   bool is_in_doubt = false;     // The cadence that was found does not fit what came.
   int until_next_doubt = 0;
-  int looks_for_weave =
-      3;  // So many of the first pictures are looked at for whether they are woven.
+  int looks_for_weave = 3;  // First pictures still to be looked at: may they be woven?
   int moving_pictures = 0;  // In a row.
   std::vector<std::string> warnings;
 

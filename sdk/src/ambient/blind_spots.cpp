@@ -14,8 +14,13 @@ constexpr int kBlindRows = 4;  // Saturated pixels spoil their neighbours: bloom
 constexpr int kBlindCols = 2;
 // No stripe is clipped over so many rows.
 constexpr int kLongestStripeRun = 15;
-// A lamp that moves saturates the lit exposure at most so many blocks from where it did the dark.
+// A lamp saturates the lit exposure at most so many blocks from where it did the dark; one that is
+// elsewhere in the other dark exposure, so many: 25 m/s across the view at 2 m.
 constexpr int kLampReachBlocks = 4;
+constexpr int kMovingLampReachBlocks = 10;
+
+constexpr std::uint8_t kBefore = 1;
+constexpr std::uint8_t kAfter = 2;
 
 constexpr std::uint8_t kLitSaturated = 1;
 constexpr std::uint8_t kDarkSaturated = 2;
@@ -60,23 +65,28 @@ bool BlindSpots::mark(const cv::Mat& lit, const cv::Mat* before, const cv::Mat* 
   bool any = false;
   for (int row = 0; row < lit.rows; ++row) {
     if ((saturated_[static_cast<std::size_t>(row)] & kDarkSaturated) == 0) continue;
-    for (const cv::Mat* const image : {before, after}) {
-      if (image == nullptr || row >= image->rows) continue;
-      mark_dark_row(image->ptr<Pixel>(row), row, full_scale_dn);
+    if (before != nullptr && row < before->rows) {
+      mark_dark_row(before->ptr<Pixel>(row), row, kBefore, full_scale_dn);
+    }
+    if (after != nullptr && row < after->rows) {
+      mark_dark_row(after->ptr<Pixel>(row), row, kAfter, full_scale_dn);
     }
     any = true;
   }
+  const bool moves = before != nullptr && after != nullptr && have_lamps_moved();
+  lamp_reach_ = moves ? kMovingLampReachBlocks : kLampReachBlocks;
   return mark_lit_rows<Pixel>(lit, full_scale_dn) || any;
 }
 
 template <typename Pixel>
-void BlindSpots::mark_dark_row(const Pixel* pixels, int row, int full_scale_dn) {
+void BlindSpots::mark_dark_row(const Pixel* pixels, int row, std::uint8_t exposure,
+                               int full_scale_dn) {
   auto* const marks = marked_.ptr<std::uint8_t>(row);
   std::uint8_t* const lamps = lamps_.data() + (row / kBlockRows) * block_cols_;
   for (int col = 0; col < marked_.cols; ++col) {
     if (pixels[col] < full_scale_dn) continue;
     marks[col] = 1;
-    lamps[col / kBlockCols] = 1;
+    lamps[col / kBlockCols] |= exposure;
   }
 }
 
@@ -108,9 +118,26 @@ bool BlindSpots::is_near_lamp(int row, int col) const {
   const int block_row = row / kBlockRows;
   const int block_col = col / kBlockCols;
   for (int r = std::max(0, block_row - 1); r <= std::min(block_rows_ - 1, block_row + 1); ++r) {
-    const int last = std::min(block_cols_ - 1, block_col + kLampReachBlocks);
-    for (int c = std::max(0, block_col - kLampReachBlocks); c <= last; ++c) {
+    const int last = std::min(block_cols_ - 1, block_col + lamp_reach_);
+    for (int c = std::max(0, block_col - lamp_reach_); c <= last; ++c) {
       if (lamps_[static_cast<std::size_t>(r * block_cols_ + c)] != 0) return true;
+    }
+  }
+  return false;
+}
+
+// Whether a lamp of one dark exposure is not where the other one has any.
+bool BlindSpots::have_lamps_moved() const {
+  for (int row = 0; row < block_rows_; ++row) {
+    for (int col = 0; col < block_cols_; ++col) {
+      if (lamps_[static_cast<std::size_t>(row * block_cols_ + col)] == 0) continue;
+      std::uint8_t about = 0;
+      for (int r = std::max(0, row - 1); r <= std::min(block_rows_ - 1, row + 1); ++r) {
+        for (int c = std::max(0, col - 1); c <= std::min(block_cols_ - 1, col + 1); ++c) {
+          about |= lamps_[static_cast<std::size_t>(r * block_cols_ + c)];
+        }
+      }
+      if (about != (kBefore | kAfter)) return true;
     }
   }
   return false;

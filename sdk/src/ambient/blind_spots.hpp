@@ -28,17 +28,19 @@ class BlindSpots {
   template <typename Pixel>
   bool mark(const cv::Mat& lit, const cv::Mat* before, const cv::Mat* after, int full_scale_dn);
   template <typename Pixel>
-  void mark_dark_row(const Pixel* pixels, int row, int full_scale_dn);
+  void mark_dark_row(const Pixel* pixels, int row, std::uint8_t exposure, int full_scale_dn);
   template <typename Pixel>
   bool mark_lit_rows(const cv::Mat& lit, int full_scale_dn);
   bool is_near_lamp(int row, int col) const;
+  bool have_lamps_moved() const;
   void dilate();
 
   int block_rows_ = 0;
   int block_cols_ = 0;
   cv::Mat blind_;
   cv::Mat marked_;                       // Saturated pixels before dilation.
-  std::vector<std::uint8_t> lamps_;      // Per block: a dark exposure saturates.
+  int lamp_reach_ = 0;                   // In blocks.
+  std::vector<std::uint8_t> lamps_;      // Per block: which dark exposures saturate.
   std::vector<std::uint8_t> saturated_;  // Per row: in the lit, in a dark exposure.
   std::vector<int> run_;                 // Per column: length of the saturated run that ends here.
 };

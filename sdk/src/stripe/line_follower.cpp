@@ -170,18 +170,19 @@ void LineFollower::drop_strays(const ChunkMaxima& chunks, Stripe& stripe) const 
   }
 }
 
-// Whether the next line with a return on that side, a few lines off at most, has it about there.
+// Whether most of the next lines on that side have a good return about there.
 bool LineFollower::goes_on_from(std::size_t i, int direction, const Stripe& stripe) const {
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
+  int near = 0;
   for (int n = 1; n <= kBeside; ++n) {
     const std::ptrdiff_t beside = static_cast<std::ptrdiff_t>(i) + n * direction;
-    if (beside < 0 || beside >= static_cast<std::ptrdiff_t>(leans_.size())) return false;
+    if (beside < 0 || beside >= static_cast<std::ptrdiff_t>(leans_.size())) break;
     const auto other = static_cast<std::size_t>(beside);
-    if (verdict(stripe.status[other]) == Verdict::kMissing) continue;
+    if (stripe.status[other] != ReturnStatus::kOk) continue;
     const double step = across.index(stripe.across_px[other]) - across.index(stripe.across_px[i]);
-    return std::abs(step) <= kSteepestBeside * (n + 1);
+    if (std::abs(step) <= kSteepestBeside * (n + 1)) ++near;
   }
-  return false;
+  return 2 * near > kBeside;
 }
 
 }  // namespace striper::detail

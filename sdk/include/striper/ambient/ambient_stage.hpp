@@ -20,9 +20,9 @@ namespace striper {
 /// A lit exposure is given when the dark one after it has arrived or is known to be lost; while the
 /// cadence is unknown all are held, at most six pictures, twelve where some are lost. A cadence
 /// that was found is doubted where a line shows dark instead of bright, or in one dark exposure and
-/// not in the other: that lit exposure gives nothing and what follows is held again. A lit exposure
-/// whose dark neighbours are all lost gives nothing either; both are counted in
-/// `unpaired_exposures`.
+/// not in the other (but for fields, whose order goes on across a lost picture): that lit exposure
+/// gives nothing and what follows is held again. A lit exposure whose dark neighbours are all lost
+/// gives nothing either; both are counted in `unpaired_exposures`.
 ///
 /// Frames are kept by reference where cv::Mat or a lease keeps their pixels, so those must not be
 /// written to later on; other pixels are copied. One stage serves one stream, in order; not
