@@ -46,7 +46,8 @@ double time_of(double seconds_per_run, const std::function<void(int)>& call) {
   return runs[kRuns / 2];
 }
 
-#if defined(__x86_64__)
+// The clone is chosen while the program is loaded, before ThreadSanitizer is there to be called.
+#if defined(__x86_64__) && !defined(__SANITIZE_THREAD__)
 __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
 std::uint64_t
