@@ -44,6 +44,7 @@ void run(int width, int height, double bound_s) {
 }  // namespace striper
 
 int main() {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);  // A line as soon as it is known, in a file too.
   striper::run(640, 480, 20.0);
   striper::run(2048, 1536, 90.0);
 }
