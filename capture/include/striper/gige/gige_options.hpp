@@ -62,7 +62,7 @@ struct GigeOptions {
   std::optional<double> packet_delay_us;
   bool resend = true;
   std::chrono::milliseconds frame_timeout{100};  ///< A picture whose packets pause longer is lost.
-  /// That hold pictures until they are asked for. Not given: for a quarter of a second, which the
+  /// That hold pictures until they are asked for. Not given: for half a second, which the
   /// reader may be late; at least 16, and beyond those no more than 256 MB.
   std::optional<int> buffers;
   int socket_buffer_mb = 32;
