@@ -32,6 +32,12 @@ void handle(int signal, void (*handler)(int), int flags) {
   ::sigaction(signal, &action, nullptr);
 }
 
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  ::sigaction(signal, nullptr, &action);
+  return action.sa_handler == SIG_IGN;
+}
+
 void show_library_message(LogLevel level, std::string_view message) {
   if (level < LogLevel::kWarning) return;
   say(fmt::format("{}: {}", level == LogLevel::kError ? "error" : "warning", message));
@@ -103,8 +109,10 @@ const char* const kSourceHelp =
     "                                     orders look the same";
 
 void prepare_process() {
-  handle(SIGINT, request_stop, SA_RESTART | SA_RESETHAND);
-  handle(SIGTERM, request_stop, SA_RESTART | SA_RESETHAND);
+  for (const int signal : {SIGINT, SIGTERM, SIGQUIT}) {
+    handle(signal, request_stop, SA_RESTART | SA_RESETHAND);
+  }
+  if (!is_ignored(SIGHUP)) handle(SIGHUP, request_stop, SA_RESTART | SA_RESETHAND);  // Else nohup.
   handle(SIGPIPE, SIG_IGN, 0);
   handle(SIGXFSZ, SIG_IGN, 0);
   set_log_callback(show_library_message);

@@ -415,7 +415,7 @@ class Output(EndToEnd):
         self.assertIn("none/scans.csv': No such file or directory", done.stderr)
 
     def test_interrupt_ends_cleanly_with_whole_lines(self):
-        for signal_number in (signal.SIGINT, signal.SIGTERM):
+        for signal_number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             with self.subTest(signal=signal_number):
                 output = self.path(f"scans{int(signal_number)}.csv")
                 source = self.path("long")

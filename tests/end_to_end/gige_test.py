@@ -258,7 +258,7 @@ class LaserOff(Gige):
         self.assertLess(stopped, len(writes) - 2)
 
     def test_after_ctrl_c_and_sigterm(self):
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             for way in ("", "&switching=host"):
                 with self.subTest(signal=number.name, way=way):
                     scene = self.write("small.yaml", small_scene())
