@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper capture: from a source of pictures to polar scans as CSV.
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <sstream>
 #include <string>
@@ -76,11 +77,11 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
-                         const ReturnCounts& returns, const CsvSink& sink,
+                         const ReturnCounts& returns, std::uint64_t lines,
                          const std::string& output) {
   nlohmann::json summary = to_json(result);
   summary["output"] = output;
-  summary["lines"] = sink.lines();
+  summary["lines"] = lines;
   summary["scans"] = scanner.statistics().scans;
   summary["dark"] = scanner.statistics().dark;
   summary["refused"] = scanner.statistics().refused;
@@ -97,13 +98,13 @@ std::uint64_t misfits(const FrameLoopResult& result, const Scanner& scanner) {
 }
 
 void say_summary(const FrameLoopResult& result, const Scanner& scanner, const ReturnCounts& returns,
-                 const CsvSink& sink, const std::string& output) {
+                 std::uint64_t lines, const std::string& output) {
   say(fmt::format("read {}", describe(result)));
   if (const std::uint64_t refused = misfits(result, scanner); refused > 0) {
     say(fmt::format("refused {}: see above", count(refused, "frame")));
   }
   say(fmt::format("wrote {}, {}, to {}", count(scanner.statistics().scans, "scan"),
-                  count(sink.lines(), "line"), output == "-" ? "the standard output" : output));
+                  count(lines, "line"), output == "-" ? "the standard output" : output));
   say(fmt::format("returns: {}", returns.describe()));
   for (const std::string& line : lines_of(scanner.decisions())) say("decided: " + line);
 }
@@ -128,27 +129,28 @@ ExitCode capture(const CaptureArguments& arguments) {
   Scanner scanner = make_scanner(arguments.scanner, source->info());
   CsvOptions csv = arguments.csv;
   csv.doubtful = csv.doubtful || csv.missing;  // A line for every column.
-  source->start();                             // Before an old file gives way to nothing.
-  CsvSink sink(arguments.output, csv);
+  std::optional<CsvSink> sink;  // From the first picture on: no old file gives way to nothing.
 
   ReturnCounts returns;
   const auto keep = [&](std::span<const PolarScan> scans) {
     for (const PolarScan& scan : scans) {
-      sink.write(scan);
+      sink->write(scan);
       returns.add(scan);
     }
   };
   const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
+    if (!sink) sink.emplace(arguments.output, csv);
     const std::uint64_t refused_before = scanner.statistics().refused;
     keep(scanner.process(frame));
     say_refusal(frame, scanner, refused_before);
   });
   keep(scanner.finish());
-  sink.close();
+  if (sink) sink->close();
+  const std::uint64_t lines = sink ? sink->lines() : 0;
 
-  say_summary(result, scanner, returns, sink, arguments.output);
+  say_summary(result, scanner, returns, lines, arguments.output);
   if (arguments.json) {
-    print_json(summarize(result, scanner, returns, sink, arguments.output));
+    print_json(summarize(result, scanner, returns, lines, arguments.output));
   }
   const bool is_clean = !result.has_bad_pictures() && misfits(result, scanner) == 0;
   return is_clean ? ExitCode::kDone : ExitCode::kFailed;
