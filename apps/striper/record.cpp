@@ -71,15 +71,18 @@ class Spacing {
  public:
   explicit Spacing(double every_s) : every_ns_(static_cast<std::int64_t>(every_s * 1e9)) {}
 
-  bool lets_through(const Frame& frame) {
-    if (has_any_ && frame.sequence == sequence_) return true;
+  bool lets_through(const Frame& frame) const {
+    if (!has_any_ || frame.sequence == sequence_) return true;
     // Half a field's tolerance would be too clever: the clock's own rounding is all there is.
     constexpr std::int64_t kRounding_ns = 1000;
-    if (has_any_ && frame.time.monotonic_ns < time_ns_ + every_ns_ - kRounding_ns) return false;
+    return frame.time.monotonic_ns >= time_ns_ + every_ns_ - kRounding_ns;
+  }
+
+  void note_kept(const Frame& frame) {
+    if (has_any_ && frame.sequence == sequence_) return;
     has_any_ = true;
     sequence_ = frame.sequence;
     time_ns_ = frame.time.monotonic_ns;
-    return true;
   }
 
  private:
@@ -97,12 +100,18 @@ ExitCode record(const RecordArguments& arguments) {
   Recorder recorder(arguments.directory, source->info());
   const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
     const bool is_wanted = spacing.lets_through(frame) && (!poses || poses->lets_through(frame));
-    if (is_wanted) recorder.write(frame);
+    if (!is_wanted) return;
+    spacing.note_kept(frame);
+    recorder.write(frame);
   });
 
   say(fmt::format("read {}", describe(result)));
-  say(fmt::format("recorded {} in {}; replay: striper capture images:{}",
-                  count(recorder.frames(), "frame"), arguments.directory, arguments.directory));
+  if (recorder.frames() > 0) {
+    say(fmt::format("recorded {} in {}; replay: striper capture images:{}",
+                    count(recorder.frames(), "frame"), arguments.directory, arguments.directory));
+  } else {
+    say(fmt::format("recorded nothing in {}", arguments.directory));
+  }
   if (arguments.json) {
     nlohmann::json summary = to_json(result);
     summary["output"] = arguments.directory;
