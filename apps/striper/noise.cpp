@@ -194,12 +194,16 @@ nlohmann::json to_json(const PhotonTransferFit& fit) {
           {"pictures", fit.pictures}};
 }
 
-void report(const NoiseArguments& arguments, const PhotonTransferFit& fit) {
+void report(const NoiseArguments& arguments, const PhotonTransferFit& fit, bool is_black_assumed) {
   say(fmt::format("{} pictures, light from {:.0f} to {:.0f} DN, off the line by {:.1f} %",
                   fit.pictures, fit.lowest_dn, fit.highest_dn, 100.0 * fit.misfit));
   say(fmt::format("read noise {:.3f} +- {:.3f} DN, {:.4f} +- {:.4f} DN per electron",
                   fit.noise.read_noise_dn, fit.read_noise_sigma_dn, fit.noise.dn_per_electron,
                   fit.dn_per_electron_sigma));
+  if (is_black_assumed) {
+    say("the black level was taken to be 0, and the read noise is only as right as that: "
+        "--covered or --black gives it");
+  }
   if (arguments.json) {
     print_json(to_json(fit));
   } else if (!arguments.model) {
@@ -211,12 +215,14 @@ void report(const NoiseArguments& arguments, const PhotonTransferFit& fit) {
 ExitCode noise(const NoiseArguments& arguments) {
   std::optional<StriperModel> model;
   if (arguments.model) model = load_model(*arguments.model);
+  const bool is_black_assumed =
+      !arguments.black_dn && !arguments.covered && !(model && model->noise);
   const PhotonTransferFit fit = measure(arguments, model);
   if (model) {
     model->noise = fit.noise;
     save_model(*model, arguments.out.value_or(*arguments.model));
   }
-  report(arguments, fit);
+  report(arguments, fit, is_black_assumed);
   return ExitCode::kDone;
 }
 
