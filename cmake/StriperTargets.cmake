@@ -51,7 +51,8 @@ function(striper_depends name)
 endfunction()
 
 # striper_test(name LABELS quick SOURCES ... LIBRARIES ...): one GoogleTest program, a ctest test per TEST.
-# Labels: quick (default), slow (run by ./test.sh --full), device (needs the virtual machine).
+# Labels: quick (default), slow (run by ./test.sh --full), device (the virtual machine, and
+# streams at full rate: wants the machine to itself).
 function(striper_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;SOURCES;LIBRARIES" ${ARGN})
   if(NOT ARG_LABELS)
