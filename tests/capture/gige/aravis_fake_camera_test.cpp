@@ -115,7 +115,7 @@ bool is_whole(const cv::Mat& picture) {
 }
 
 TEST_F(AravisFakeCamera, PicturesThatLostPacketsAreCountedAndThoseDeliveredAreExact) {
-  std::atomic<unsigned> count = 0;
+  static std::atomic<unsigned> count = 0;  // Static: the camera's thread may outlive this function.
   ArvFakeCamera* const inside = arv_gv_fake_camera_get_fake_camera(camera_);
   arv_fake_camera_set_fill_pattern(inside, fill_counted, &count);
   for (const double ratio : {0.001, 0.01, 0.05}) {
