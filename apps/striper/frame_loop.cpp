@@ -33,6 +33,7 @@ class FrameLoop {
 
   FrameLoopResult read(const std::function<void(const Frame&)>& on_frame) {
     source_.start();
+    if (info_.is_live) say(info_.description);  // What was chosen where the address says nothing.
     Frame frame;
     while (!is_finished() && receive(frame) && !begins_beyond_limit(frame)) {
       note(frame);

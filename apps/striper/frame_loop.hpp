@@ -40,8 +40,9 @@ struct FrameLoopResult {
 };
 
 /// Starts the source and hands every frame, good or bad, to `on_frame` until the source ends, a
-/// limit is reached or Ctrl-C comes; stops the source. Shows progress, says what is wrong with bad
-/// frames (the first ten of them) and that a camera keeps silent.
+/// limit is reached or Ctrl-C comes; stops the source. Says what a live source is and how it was
+/// set up, shows progress, says what is wrong with bad frames (the first ten of them) and that a
+/// camera keeps silent.
 ///
 /// @throws Error what `on_frame` and `start` throw; NoPicture where a source gave no frame.
 FrameLoopResult read_frames(FrameSource& source, const FrameLimits& limits,
