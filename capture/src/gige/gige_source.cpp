@@ -338,6 +338,7 @@ void GigeSource::State::supervise() {
     if (camera) {
       look_after(*camera);
       retry_after = kRound;
+      if (camera->is_lost()) camera->darken();
       if (camera->is_lost() && options.reconnect) lay_to_rest(camera);
     } else if (!try_reopen()) {
       if (!pause(retry_after)) return;

@@ -116,6 +116,15 @@ void Session::start(std::function<void()> wake) {
     const std::lock_guard lock(mutex_);
     wake_ = std::move(wake);
   }
+  try {
+    begin_streaming();
+  } catch (...) {
+    stop();  // a sequencer that was half programmed may fire already
+    throw;
+  }
+}
+
+void Session::begin_streaming() {
   CallError error;
   const guint payload = arv_camera_get_payload(opened_.camera.get(), error.slot());
   if (!error) {
@@ -133,10 +142,8 @@ void Session::start(std::function<void()> wake) {
   lasers_.arm();
   arv_camera_start_acquisition(opened_.camera.get(), error.slot());
   if (error) {
-    const std::string message = error.message();
-    stop();
     throw Error(ErrorKind::kDevice,
-                fmt::format("camera {}: cannot start: {}", description(), message));
+                fmt::format("camera {}: cannot start: {}", description(), error.message()));
   }
   if (is_triggered_by_host_) {
     is_conducting_ = true;
@@ -179,12 +186,14 @@ void Session::stop() noexcept {
   }
   buffer_done_.notify_all();
   if (conductor_.joinable()) conductor_.join();
+  bool is_off = false;
   if (!is_lost_) {
     // Both are tried whatever becomes of the other: no exposure, and no line that follows one.
     CallError error;
     if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), error.slot());
-    lasers_.try_off();
+    is_off = lasers_.try_off();
   }
+  if (!is_off) darken();  // lost, or it is now seen to be
   if (stream_) {
     counted_ = {};
     count_stream(counted_);
@@ -193,6 +202,44 @@ void Session::stop() noexcept {
   // Ends its thread, which calls us and finds `stream_` as it was.
   if (stream_) g_object_unref(stream_.get());
   static_cast<void>(stream_.release());
+}
+
+void Session::darken() noexcept {
+  if (!lasers_.is_used() || tries_to_darken_ == 0) return;
+  try {
+    Access access;
+    if (opened_.address != 0) {
+      // Aravis asks a silent camera for seconds.
+      access = access_of(opened_.address, kProbeWithin);
+      if (access.state == AccessState::kSilent) return;
+    }
+    --tries_to_darken_;
+    if (!may_command(access)) return;
+    const std::lock_guard one_at_a_time(features_mutex_);
+    const bool is_free = opened_.address != 0 && access.state == AccessState::kFree;
+    ArvGvDevice* const device = is_free ? ARV_GV_DEVICE(features_.device()) : nullptr;
+    if (is_free) arv_gv_device_take_control(device, nullptr);
+    if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), nullptr);
+    if (lasers_.try_off()) {
+      tries_to_darken_ = 0;
+      log(LogLevel::kInfo,
+          fmt::format("camera {} is lost but answers: its lasers were commanded off",
+                      description()));
+    }
+    if (is_free) arv_gv_device_leave_control(device, nullptr);
+  } catch (const std::exception& failure) {
+    log(LogLevel::kError,
+        fmt::format("camera {}: cannot command the laser off: {}", description(), failure.what()));
+  }
+}
+
+bool Session::may_command(const Access& access) {
+  if (access.holder.empty() || access.holder == holder_) return true;
+  tries_to_darken_ = 0;
+  log(LogLevel::kWarning,
+      fmt::format("camera {}: its lasers cannot be commanded off: another program ({}) holds it",
+                  description(), access.holder));
+  return false;
 }
 
 PoolSlot* Session::pop() {
@@ -394,6 +441,7 @@ Illumination Session::illumination(const PoolSlot& slot, std::uint64_t since_sta
 void Session::trigger_once(std::uint64_t number) {
   const Illumination light = options_.cadence.at(number);
   const std::lock_guard one_at_a_time(features_mutex_);
+  if (is_lost_) return;  // the lasers may have been turned off for good
   if (lasers_.is_host_switched()) lasers_.command(light);
   {
     const std::lock_guard lock(mutex_);

@@ -41,8 +41,13 @@ class Session {
   /// any thread. @throws Error.
   void start(std::function<void()> wake);
 
-  /// Stops streaming and turns the lasers off, unless the camera is lost.
+  /// Stops streaming and turns the lasers off; those of a lost camera as `darken` does.
   void stop() noexcept;
+
+  /// Turns the lasers off of a camera that is lost but answers: with our control of it, or taking
+  /// that for a moment where nobody has it. Tells where another program has it. Does nothing where
+  /// that is done; blocks for half a second where the camera is silent.
+  void darken() noexcept;
 
   /// The next buffer, whatever is in it; nullptr if there is none. The caller gives it back to the
   /// pool or leases it.
@@ -90,6 +95,8 @@ class Session {
   void conduct();
   void trigger_once(std::uint64_t number);
   void lose(const std::string& why);
+  bool may_command(const Access& access);
+  void begin_streaming();
   void close_device() noexcept;
 
   GigeOptions options_;
@@ -102,6 +109,7 @@ class Session {
   bool has_line_chunk_ = false;
   int packet_bytes_ = 0;
   gulong control_lost_handler_ = 0;
+  int tries_to_darken_ = 3;  // so often a camera that answers may refuse to
 
   std::shared_ptr<FramePool> pool_;
   GPtr<ArvStream> stream_;

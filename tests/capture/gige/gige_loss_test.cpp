@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that a camera which is gone is noticed within 3 s, however it went, that it is counted
-// once and opened again with its settings, and that another program's hold on it is told. The
+// once and opened again with its settings, that its lasers are commanded off where it answers, and
+// that another program's hold on it is told. The
 // camera and the reader share one machine: nothing is said of a switch that goes on sending.
 #include <chrono>
 #include <functional>
+#include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
 
@@ -109,6 +115,105 @@ TEST(GigeLossNoticedAt, AnotherProgramThatTookTheCamera) {
   ASSERT_TRUE(comes_back(*source, 1));
   read(*source, 3);
   EXPECT_EQ(source->stream_statistics().losses, 1u);
+}
+
+/// Whether that controller, the first is 1, left every line off that it has set.
+bool commanded_off(const VirtualCamera& camera, std::uint64_t controller) {
+  bool is_off = false;
+  for (const RegisterWrite& write : camera.register_writes()) {
+    if (write.controller != controller) continue;
+    if (write.name == "LineSource") is_off = write.value == 0;
+  }
+  return is_off;
+}
+
+bool comes_true(const std::function<bool()>& condition) {
+  const auto end = Clock::now() + 5s;
+  while (!condition() && Clock::now() < end) std::this_thread::sleep_for(10ms);
+  return condition();
+}
+
+/// Everything that is logged while it lives.
+class Told {
+ public:
+  Told() {
+    set_log_callback([this](LogLevel, std::string_view message) {
+      const std::lock_guard lock(mutex_);
+      text_ += message;
+      text_ += '\n';
+    });
+  }
+  ~Told() { set_log_callback(nullptr); }
+  std::string text() const {
+    const std::lock_guard lock(mutex_);
+    return text_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::string text_;
+};
+
+class GigeLaserAfterLoss : public ::testing::TestWithParam<Loss> {};
+
+TEST_P(GigeLaserAfterLoss, IsCommandedOffWhereTheCameraHasForgottenUs) {
+  const VirtualStriper striper = lit_striper();
+  const auto source =
+      striper.open(std::string("exposure_us=300&reconnect=no&strobe=Line2&") + GetParam().query);
+  source->start();
+  read(*source, 10);
+  striper.camera->forget_controller();
+  const auto let_go = [&] {
+    return commanded_off(*striper.camera, 2) && !striper.camera->statistics().is_controlled;
+  };
+  EXPECT_TRUE(comes_true(let_go)) << "nobody stops or reads the source";
+  source->stop();
+  EXPECT_EQ(striper.camera->statistics().controllers, 2u) << "once is enough";
+  EXPECT_FALSE(striper.camera->statistics().is_laser_armed);
+}
+
+TEST_P(GigeLaserAfterLoss, IsCommandedOffWhenASilentCameraAnswersAgain) {
+  const VirtualStriper striper = lit_striper();
+  const auto source =
+      striper.open(std::string("exposure_us=300&heartbeat_ms=20000&reconnect=no&strobe=Line2&") +
+                   GetParam().query);
+  source->start();
+  read(*source, 10);
+  striper.camera->set_silent(true);
+  EXPECT_LT(seconds_to_loss(*source, 1), 3.0);
+  striper.camera->set_silent(false);
+  EXPECT_TRUE(comes_true([&] { return !striper.camera->statistics().is_laser_armed; }));
+}
+
+INSTANTIATE_TEST_SUITE_P(Switched, GigeLaserAfterLoss,
+                         ::testing::Values(Loss{"not_at_all", "laser=0"},
+                                           Loss{"by_sequencer", "laser=0,dark"},
+                                           Loss{"by_host", "laser=0,dark&switching=host&fps=50"}),
+                         [](const auto& tried) { return std::string(tried.param.name); });
+
+TEST(GigeLaserAfterALoss, IsLeftToAnotherProgramAndThatIsTold) {
+  const VirtualStriper striper = lit_striper();
+  const auto source = striper.open("exposure_us=300&reconnect=no&strobe=Line2");
+  source->start();
+  read(*source, 10);
+  const Told told;
+  striper.camera->forget_controller();
+  const auto thief = striper.open("strobe=Line2");
+  thief->start();
+  EXPECT_TRUE(comes_true([&] {
+    return told.text().find("cannot be commanded off: another program") != std::string::npos;
+  })) << told.text();
+  source->stop();
+  EXPECT_TRUE(striper.camera->statistics().is_laser_armed) << "the other's laser";
+}
+
+TEST(GigeLaserAfterALoss, IsOffWhereTheSequencerTookHalfOfItsProgram) {
+  VirtualCameraOptions options;
+  options.stuck = {"SequencerMode"};
+  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 50.0), options);
+  const auto source = striper.open("strobe=Line2&laser=dark,0");
+  EXPECT_THROW(source->start(), Error);
+  EXPECT_TRUE(commanded_off(*striper.camera, 1));
 }
 
 TEST(GigeLossNoticedAt, TheEndWhereItIsNotToBeOpenedAgain) {

@@ -51,7 +51,8 @@ struct GigeStatistics {
 /// follows the network's time, and while it does the time of day is PTP's; before, the host's.
 ///
 /// Lasers are commanded off when the camera is opened, before streaming, after `stop`, after every
-/// loss and in the destructor. A program that a signal ends must let the destructor run.
+/// loss and in the destructor: after a loss as soon as the camera answers, unless another program
+/// has taken it, which is logged. A program that a signal ends must let the destructor run.
 ///
 /// A camera that is lost (no answer, control lost or taken by another program) is noticed within
 /// 3 s and opened again with growing pauses, its settings put back; `next` times out meanwhile, the
