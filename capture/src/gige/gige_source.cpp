@@ -143,6 +143,7 @@ void GigeSource::State::begin() {
   numbers = detail::FrameNumbers(std::max<std::size_t>(common.cadence.pattern().size(), 1));
   next_arrival = 0;
   is_parity_known = true;
+  completed_ns = 0;
   statistics = {};
   causes = {};
   session->start([this] { wake(); });
@@ -361,9 +362,14 @@ void GigeSource::State::look_after(Session& camera) {
 void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
   log(LogLevel::kWarning, fmt::format("camera {} is lost: {}; trying to open it again",
                                       camera->description(), camera->loss()));
-  lost_at_ns = detail::monotonic_now_ns();
+  const bool is_timed_by_others =
+      !camera->numbers_by_trigger() && !options.trigger.empty() && options.trigger != "off";
   {
     const std::lock_guard lock(mutex);
+    // The numbering goes on from the last picture that was given. Where pictures come when somebody
+    // else wants them the time since then tells nothing of their number.
+    lost_at_ns =
+        completed_ns == 0 || is_timed_by_others ? detail::monotonic_now_ns() : completed_ns;
     statistics.overrun += session->overrun();
     session->add_to(causes);
     ++causes.losses;

@@ -89,6 +89,31 @@ INSTANTIATE_TEST_SUITE_P(
                       Loss{"trigger_that_never_comes", "trigger=Line1", false}),
     [](const auto& tried) { return std::string(tried.param.name); });
 
+TEST(GigeLossNumbering, CountsThePicturesOfTheWholeOutage) {
+  const VirtualStriper striper = lit_striper();
+  const auto source = striper.open("exposure_us=300");
+  source->start();
+  Frame before;
+  Frame frame;
+  for (int n = 0; n < 10; ++n) ASSERT_EQ(source->next(before, 5000ms), NextStatus::kFrame);
+  striper.camera->set_silent(true);
+  const auto end = Clock::now() + 20s;
+  while (source->statistics().reconnects == 0 && Clock::now() < end) {
+    if (source->stream_statistics().losses == 1) striper.camera->set_silent(false);
+    const bool is_given = source->next(frame, 10ms) == NextStatus::kFrame;
+    if (is_given && source->statistics().reconnects == 0) before = frame;
+  }
+  ASSERT_EQ(source->statistics().reconnects, 1u);
+  if (frame.sequence == before.sequence) {
+    ASSERT_EQ(source->next(frame, 5000ms), NextStatus::kFrame);
+  }
+  const double seconds =
+      1e-9 * static_cast<double>(frame.time.monotonic_ns - before.time.monotonic_ns);
+  const auto pictures = static_cast<double>(frame.sequence - before.sequence);
+  EXPECT_GT(seconds, 1.5);
+  EXPECT_NEAR(pictures, seconds * source->info().picture_rate_hz, 6.0) << "of 50 a second";
+}
+
 TEST(GigeLossNoticedAt, ARestartThatForgetsUsWithinThreeSeconds) {
   const VirtualStriper striper = lit_striper();
   const auto source = striper.open("exposure_us=300");
