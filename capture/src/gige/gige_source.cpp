@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <future>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -375,7 +376,11 @@ void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
     ++causes.losses;
     session.reset();
   }
-  burial = std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });
+  try {
+    burial = std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });
+  } catch (const std::system_error& failure) {  // no thread for it: it was closed here
+    log(LogLevel::kDebug, fmt::format("closing the lost camera: {}", failure.what()));
+  }
 }
 
 bool GigeSource::State::try_reopen() {
@@ -393,7 +398,7 @@ bool GigeSource::State::try_reopen() {
     log(LogLevel::kInfo,
         fmt::format("camera {} is back after {:.1f} s", session->description(), gone_s));
     return true;
-  } catch (const Error& failure) {
+  } catch (const std::exception& failure) {  // a thread that cannot be made is no Error
     log(LogLevel::kDebug, fmt::format("not yet: {}", failure.what()));
     return false;
   }
