@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gige/camera_setup.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -159,12 +161,16 @@ std::string trigger_source(const FeatureAccess& features, const std::string& wan
   return wanted;  // which is refused, naming those that there are
 }
 
+constexpr std::string_view kAction = "Action";
+
 /// @param source the trigger's: `Action1` is the action that ActionSelector calls 1.
 void set_action_keys(const FeatureAccess& features, const ActionKeys& keys,
                      const std::string& source) {
   constexpr const char* kActionKeys = "action keys";
-  const std::size_t digits = source.find_last_not_of("0123456789") + 1;
-  if (digits < source.size()) features.try_set("ActionSelector", source.substr(digits));
+  const std::string number = source.substr(std::min(kAction.size(), source.size()));
+  const bool is_number =
+      !number.empty() && number.find_first_not_of("0123456789") == std::string::npos;
+  if (source.starts_with(kAction) && is_number) features.try_set("ActionSelector", number);
   // The standard lets nobody read it: who knows it may trigger.
   features.write_integer(features.need_one_of(kActionKeys, {"ActionDeviceKey"}), keys.device_key);
   features.set_integer(features.need_one_of(kActionKeys, {"ActionGroupKey"}), keys.group_key);
@@ -206,7 +212,14 @@ PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& o
 void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, bool by_host) {
   features.try_set("TriggerSelector", "FrameStart");
   const std::string source = by_host ? "Software" : trigger_source(features, options.trigger);
-  if (options.action) set_action_keys(features, *options.action, source);
+  if (options.action) {
+    set_action_keys(features, *options.action, source);
+  } else if (source.starts_with(kAction)) {
+    log(LogLevel::kWarning,
+        fmt::format("{}: trigger={} without action=: the camera acts on the keys that it has, "
+                    "whoever set them",
+                    features.device_name(), options.trigger));
+  }
   const bool is_free = !by_host && (options.trigger.empty() || options.trigger == "off");
   if (is_free) {
     features.try_set("TriggerMode", "Off");

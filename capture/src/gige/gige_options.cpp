@@ -164,6 +164,12 @@ void GigeOptions::validate() const {
         ErrorKind::kUsage,
         fmt::format("source '{}': switching= needs strobe=, the line that the laser is on", uri));
   }
+  if (action && !trigger.starts_with("Action")) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("source '{}': action= needs trigger=Action, or which one: Action1; "
+                            "there is {}",
+                            uri, trigger.empty() ? "no trigger=" : "trigger=" + trigger));
+  }
   for (const Illumination light : cadence.pattern()) {
     if (strobe_lines.empty() || !light.is_lit()) continue;
     if (light.laser_index() >= static_cast<int>(strobe_lines.size())) {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
 #include <striper/gige/gige_network.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
@@ -77,15 +78,39 @@ TEST(GigeAction, WithOtherKeysDoesNothing) {
   EXPECT_EQ(pictures_of(*source, 0), Numbers());
 }
 
-TEST(GigeAction, DoesNothingToACameraThatNobodyControlsOrThatRunsFree) {
+TEST(GigeAction, DoesNothingToACameraThatNobodyControls) {
   const VirtualStriper striper = still_camera();
   started(striper, own_keys(1));
   EXPECT_FALSE(striper.camera->statistics().is_controlled);
   EXPECT_EQ(trigger_gige_action(own_keys(1)), 0);
+}
 
-  const auto source = started(striper, own_keys(1), "software&fps=1");
-  EXPECT_EQ(trigger_gige_action(own_keys(1), 1, 3000ms), 1) << "it acts, but not as a trigger";
-  EXPECT_EQ(pictures_of(*source, 1), Numbers({0})) << "the host's own trigger";
+TEST(GigeAction, IsTheOneThatTheTriggerNames) {
+  const VirtualStriper striper = still_camera();
+  const auto source = started(striper, own_keys(1), "Action1");
+  std::vector<std::uint32_t> selected;
+  for (const RegisterWrite& write : striper.camera->register_writes()) {
+    if (write.name == "ActionSelector") selected.push_back(write.value);
+  }
+  EXPECT_EQ(selected, std::vector<std::uint32_t>({1}));
+}
+
+TEST(GigeAction, NeedsNoSelectorInACameraThatHasOneAction) {
+  VirtualCameraOptions options;
+  options.lacking = {"ActionSelector"};
+  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), options);
+  const auto source = started(striper, own_keys(1));
+  EXPECT_EQ(trigger_gige_action(own_keys(1), 1, 3000ms), 1);
+  EXPECT_EQ(pictures_of(*source, 1), Numbers({0}));
+}
+
+TEST(GigeAction, OnTheCamerasOwnKeysIsWarnedOf) {
+  const VirtualStriper striper = still_camera();
+  std::string told;
+  set_log_callback([&](LogLevel, std::string_view message) { told += message; });
+  { const auto source = striper.open("trigger=Action"); }
+  set_log_callback(nullptr);
+  EXPECT_THAT(told, HasSubstr("trigger=Action without action="));
 }
 
 TEST(GigeAction, KeyIsNotForEverybodyToRead) {

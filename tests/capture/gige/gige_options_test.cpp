@@ -36,7 +36,7 @@ std::string refusal(const std::string& text) {
 TEST(GigeOptions, UnderstandEveryKey) {
   const GigeOptions options = options_of(
       "gige:ABC1?roi=8,16,320,240&binning=2x1&exposure_us=20&gain=3.5&black_level=2&fps=200&"
-      "pixel_format=Mono12p&strobe=Line2,Line3&laser=0,1,dark&switching=host&trigger=software&"
+      "pixel_format=Mono12p&strobe=Line2,Line3&laser=0,1,dark&switching=host&trigger=Action2&"
       "action=0xc0ffee,2,4294967295&packet_size=8000&packet_delay_us=2.5&resend=no&"
       "frame_timeout_ms=250&buffers=8&socket_buffer_mb=4&heartbeat_ms=2000&reconnect=no&ptp=yes");
   EXPECT_EQ(options.name, "ABC1");
@@ -49,7 +49,7 @@ TEST(GigeOptions, UnderstandEveryKey) {
   EXPECT_EQ(options.pixel_format, "Mono12p");
   EXPECT_THAT(options.strobe_lines, ElementsAre("Line2", "Line3"));
   EXPECT_EQ(options.switching, LaserSwitching::kHost);
-  EXPECT_EQ(options.trigger, "software");
+  EXPECT_EQ(options.trigger, "Action2");
   EXPECT_EQ(options.action, (ActionKeys{0xc0ffee, 2, 0xffffffff}));
   EXPECT_EQ(options.packet_bytes, 8000);
   EXPECT_EQ(options.packet_delay_us, 2.5);
@@ -78,6 +78,8 @@ TEST(GigeOptions, RefuseQuotingKeyAndValue) {
   EXPECT_THAT(refusal("gige:?action=1,2"), HasSubstr("action=1,2 - expected device key, group"));
   EXPECT_THAT(refusal("gige:?action=1,2,4294967296"), HasSubstr("each below 2^32"));
   EXPECT_THAT(refusal("gige:?action=0x,2,3"), HasSubstr("action=0x,2,3 - expected"));
+  EXPECT_THAT(refusal("gige:?action=1,2,3"), HasSubstr("action= needs trigger=Action"));
+  EXPECT_THAT(refusal("gige:?trigger=Line2&action=1,2,3"), HasSubstr("there is trigger=Line2"));
   EXPECT_THAT(refusal("gige:?switching=magic"), HasSubstr("auto, sequencer or host"));
   EXPECT_THAT(refusal("gige:?exposure=20"), HasSubstr("unknown key 'exposure'"));
   EXPECT_THAT(refusal("gige:?exposure=20"), HasSubstr("exposure_us"));
