@@ -137,6 +137,19 @@ void set_heartbeat(const FeatureAccess& features, const GigeOptions& options) {
                   error ? error.message() : fmt::format("the camera keeps {}", kept_ms)));
 }
 
+/// Before it is written: what Aravis says of a refused register is for its makers.
+void check_packet_size(ArvCamera* camera, const FeatureAccess& features, int packet_bytes) {
+  gint64 low = 0;
+  gint64 high = 0;
+  CallError error;
+  arv_camera_get_integer_bounds(camera, "GevSCPSPacketSize", &low, &high, error.slot());
+  if (error || (packet_bytes >= low && packet_bytes <= high)) return;
+  constexpr gint64 kRegister = 0xffff;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("{}: packet_size={} - the camera allows {} to {}", features.device_name(),
+                          packet_bytes, low, std::min(high, kRegister)));
+}
+
 void set_packet_delay(ArvCamera* camera, const FeatureAccess& features, double delay_us) {
   features.need_one_of("pause between packets", {"GevSCPD"});
   CallError error;
@@ -238,6 +251,7 @@ int set_up_transport(ArvCamera* camera, const FeatureAccess& features, const Gig
   arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
   if (options.packet_bytes > 0) {
+    check_packet_size(camera, features, options.packet_bytes);
     arv_camera_gv_set_packet_size(camera, options.packet_bytes, error.slot());
   } else {
     arv_camera_gv_auto_packet_size(camera, error.slot());

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 
@@ -169,6 +170,12 @@ void GigeOptions::validate() const {
                 fmt::format("source '{}': action= needs trigger=Action, or which one: Action1; "
                             "there is {}",
                             uri, trigger.empty() ? "no trigger=" : "trigger=" + trigger));
+  }
+  for (auto line = strobe_lines.begin(); line != strobe_lines.end(); ++line) {
+    if (std::find(strobe_lines.begin(), line, *line) == line) continue;
+    throw Error(ErrorKind::kUsage,
+                fmt::format("source '{}': strobe= names {} twice - expected a line for each laser",
+                            uri, *line));
   }
   for (const Illumination light : cadence.pattern()) {
     if (strobe_lines.empty() || !light.is_lit()) continue;

@@ -39,7 +39,7 @@ LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options
 
 void LaserLines::add_line(const std::string& line) {
   features_.set("LineSelector", line);
-  if (features_.has("LineMode")) features_.set("LineMode", "Output");
+  make_output(line);
   if (!features_.has_entry("LineSource", "ExposureActive")) {
     throw Error(ErrorKind::kUnsupported,
                 fmt::format("{}: {} cannot be ExposureActive: its LineSource knows only {}",
@@ -48,6 +48,26 @@ void LaserLines::add_line(const std::string& line) {
   }
   dark_sources_.push_back(find_dark_source(line));
   line_bits_.push_back(bit_of_line(line));
+}
+
+/// The line is selected. One that is an output needs no writing, which some cameras refuse.
+void LaserLines::make_output(const std::string& line) const {
+  if (!features_.has("LineMode") || features_.text("LineMode") == "Output") return;
+  try {
+    features_.set("LineMode", "Output");
+  } catch (const Error&) {
+    std::vector<std::string> outputs;
+    for (const std::string& other : features_.entries("LineSelector")) {
+      features_.set("LineSelector", other);
+      if (features_.text("LineMode") == "Output") outputs.push_back(other);
+    }
+    throw Error(
+        ErrorKind::kUsage,
+        fmt::format("{}: strobe={} - this line cannot be an output; {}", features_.device_name(),
+                    line,
+                    outputs.empty() ? "none of its lines is one now"
+                                    : fmt::format("outputs are {}", fmt::join(outputs, ", "))));
+  }
 }
 
 std::string LaserLines::find_dark_source(const std::string& line) const {

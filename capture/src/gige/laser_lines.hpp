@@ -54,6 +54,7 @@ class LaserLines {
   enum class Method { kNone, kConstant, kSequencer, kHost };
 
   void add_line(const std::string& line);
+  void make_output(const std::string& line) const;
   std::string find_dark_source(const std::string& line) const;
   void choose_method(const GigeOptions& options);
   void put(std::size_t line, bool fires);

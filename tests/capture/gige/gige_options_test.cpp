@@ -85,6 +85,7 @@ TEST(GigeOptions, RefuseQuotingKeyAndValue) {
   EXPECT_THAT(refusal("gige:?exposure=20"), HasSubstr("exposure_us"));
   EXPECT_THAT(refusal("gige:?buffers=1"), HasSubstr("3 to 1024"));
   EXPECT_THAT(refusal("gige:?switching=host"), HasSubstr("needs strobe="));
+  EXPECT_THAT(refusal("gige:?strobe=Line2,Line3,Line2"), HasSubstr("strobe= names Line2 twice"));
   EXPECT_THAT(refusal("gige:?strobe=Line2&laser=0,1"), HasSubstr("names laser 1"));
 }
 

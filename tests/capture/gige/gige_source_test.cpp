@@ -131,7 +131,11 @@ TEST(GigeSource, WhatTheCameraDoesNotTakeIsRefusedWithWhatItDoes) {
               HasSubstr("PixelFormat=BayerRG8 - expected"));
   EXPECT_THAT(refusal(striper, "pixel_format=Mono9"), HasSubstr("expected one of Mono8"));
   EXPECT_THAT(refusal(striper, "strobe=Line9"), HasSubstr("LineSelector=Line9 - expected one of"));
-  EXPECT_THAT(refusal(striper, "strobe=Line0"), HasSubstr("LineMode"));
+  EXPECT_THAT(refusal(striper, "strobe=Line1"),
+              HasSubstr("strobe=Line1 - this line cannot be an output; outputs are Line2, Line3"));
+  EXPECT_THAT(refusal(striper, "packet_size=9"),
+              HasSubstr("packet_size=9 - the camera allows 576 to 16000"));
+  EXPECT_THAT(refusal(striper, "packet_size=20000"), HasSubstr("allows 576 to 16000"));
   EXPECT_THAT(refusal(striper, "trigger=Line7"),
               HasSubstr("TriggerSource=Line7 - expected one of"));
   EXPECT_THAT(refusal(striper, "Wibble=1"), HasSubstr("no feature 'Wibble'"));
