@@ -6,7 +6,9 @@
 #include <cstring>
 #include <initializer_list>
 #include <memory>
+#include <set>
 #include <span>
+#include <utility>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -98,7 +100,13 @@ struct Asked {
   NetworkInterface where;
 };
 
-/// Calls `use(packet, size, interface)` for what comes in until the time is over or it returns
+/// Where an answer came in, and from whom.
+struct Origin {
+  const NetworkInterface& where;
+  std::uint32_t sender = 0;
+};
+
+/// Calls `use(packet, size, origin)` for what comes in until the time is over or it returns
 /// true.
 template <typename Use>
 void receive_until(const std::vector<Asked>& asked, std::chrono::milliseconds wait, Use use) {
@@ -111,17 +119,19 @@ void receive_until(const std::vector<Asked>& asked, std::chrono::milliseconds wa
     if (poll(waiting.data(), waiting.size(), static_cast<int>(left.count())) <= 0) continue;
     for (const Asked& a : asked) {
       Packet packet;
-      while (const std::size_t size = a.socket->receive(packet)) {
-        if (use(packet, size, a.where)) return;
+      std::uint32_t sender = 0;
+      while (const std::size_t size = a.socket->receive(packet, sender)) {
+        if (use(packet, size, Origin{a.where, sender})) return;
       }
     }
   }
 }
 
-/// Sends to everybody on every interface, and hears what answers.
-std::vector<Asked> ask_everybody(std::span<const std::uint8_t> request) {
+/// Sends to everybody on these interfaces, and hears what answers.
+std::vector<Asked> ask_everybody(std::span<const std::uint8_t> request,
+                                 const std::vector<NetworkInterface>& interfaces) {
   std::vector<Asked> asked;
-  for (const NetworkInterface& where : network_interfaces()) {
+  for (const NetworkInterface& where : interfaces) {
     auto socket = std::make_unique<UdpSocket>(where.address);
     auto ears = UdpSocket::for_broadcasts(*socket, where.name);
     if (socket->is_open() && socket->send(control_port_of(INADDR_BROADCAST), request)) {
@@ -174,18 +184,27 @@ std::vector<NetworkInterface> network_interfaces() {
   return result;
 }
 
+std::vector<NetworkInterface> one_of_each_subnet(const std::vector<NetworkInterface>& interfaces) {
+  std::vector<NetworkInterface> result;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> subnets;
+  for (const NetworkInterface& one : interfaces) {
+    if (subnets.emplace(one.address & one.mask, one.mask).second) result.push_back(one);
+  }
+  return result;
+}
+
 std::vector<GvcpDevice> discover(std::chrono::milliseconds wait,
                                  const std::function<bool(const GvcpDevice&)>& is_wanted) {
   // A camera of another subnet has no way back but to everybody.
   const std::vector<Asked> asked =
-      ask_everybody(command(gvcp::kDiscovery, {}, gvcp::kMayBroadcastAnswer));
+      ask_everybody(command(gvcp::kDiscovery, {}, gvcp::kMayBroadcastAnswer), network_interfaces());
   std::vector<GvcpDevice> found;
-  receive_until(asked, wait, [&](const Packet& packet, std::size_t size, const auto& where) {
+  receive_until(asked, wait, [&](const Packet& packet, std::size_t size, const Origin& from) {
     if (!is_answer(packet, size, gvcp::kDiscovery) ||
         size < gvcp::kHeaderBytes + gvcp::kDiscoveryEnd) {
       return false;
     }
-    GvcpDevice device = parse_discovery(packet, where);
+    GvcpDevice device = parse_discovery(packet, from.where);
     const bool is_enough = is_wanted(device);
     const auto known = std::find_if(found.begin(), found.end(), [&](const GvcpDevice& other) {
       return other.mac == device.mac && other.address == device.address;
@@ -205,12 +224,12 @@ std::optional<GvcpDevice> discover_at(std::uint32_t address, std::chrono::millis
   const auto request = command(gvcp::kDiscovery);
   for (const Asked& a : asked) a.socket->send(control_port_of(address), request);
   std::optional<GvcpDevice> found;
-  receive_until(asked, wait, [&](const Packet& packet, std::size_t size, const auto& where) {
+  receive_until(asked, wait, [&](const Packet& packet, std::size_t size, const Origin& from) {
     if (!is_answer(packet, size, gvcp::kDiscovery) ||
         size < gvcp::kHeaderBytes + gvcp::kDiscoveryEnd) {
       return false;
     }
-    found = parse_discovery(packet, where);
+    found = parse_discovery(packet, from.where);
     return true;
   });
   return found;
@@ -247,15 +266,16 @@ Access access_of(std::uint32_t address, std::chrono::milliseconds wait) {
 
 int send_action(const ActionKeys& keys, int cameras, std::chrono::milliseconds patience) {
   const std::vector<Asked> asked =
-      ask_everybody(command(gvcp::kAction, {keys.device_key, keys.group_key, keys.group_mask}));
-  int answers = 0;
-  receive_until(asked, patience, [&](const Packet& packet, std::size_t size, const auto&) {
+      ask_everybody(command(gvcp::kAction, {keys.device_key, keys.group_key, keys.group_mask}),
+                    one_of_each_subnet(network_interfaces()));
+  std::set<std::uint32_t> answered;
+  receive_until(asked, patience, [&](const Packet& packet, std::size_t size, const Origin& from) {
     const bool acts =
         is_answer(packet, size, gvcp::kAction) && gvcp::get16(&packet[0]) == gvcp::kSuccess;
-    if (acts) ++answers;
-    return answers >= cameras;
+    if (acts) answered.insert(from.sender);
+    return static_cast<int>(answered.size()) >= cameras;
   });
-  return answers;
+  return static_cast<int>(answered.size());
 }
 
 struct GvcpControl::Way {
@@ -282,7 +302,7 @@ bool GvcpControl::write(std::uint32_t reg, std::uint32_t value) {
   const auto request = command(gvcp::kWriteRegister, {reg, value});
   for (const Asked& a : way_->asked) a.socket->send(control_port_of(way_->address), request);
   bool is_taken = false;
-  const auto take = [&](const Packet& packet, std::size_t size, const NetworkInterface&) {
+  const auto take = [&](const Packet& packet, std::size_t size, const Origin&) {
     if (!is_answer(packet, size, gvcp::kWriteRegister)) return false;
     is_taken = gvcp::get16(&packet[0]) == gvcp::kSuccess;
     return true;

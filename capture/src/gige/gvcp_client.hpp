@@ -47,6 +47,9 @@ struct NetworkInterface {
 
 std::vector<NetworkInterface> network_interfaces();
 
+/// The first of those that share a subnet: what is said to everybody on it is said once.
+std::vector<NetworkInterface> one_of_each_subnet(const std::vector<NetworkInterface>& interfaces);
+
 /// Asks on every interface who is there, and waits, or only until `is_wanted` is true of one that
 /// answers. Never throws: an interface that cannot be asked is left out.
 std::vector<GvcpDevice> discover(

@@ -55,7 +55,17 @@ bool UdpSocket::send(const sockaddr_in& to, std::span<const std::uint8_t> data) 
 }
 
 std::size_t UdpSocket::receive(std::span<std::uint8_t> packet) const noexcept {
-  const ssize_t got = recv(fd_, packet.data(), packet.size(), 0);
+  std::uint32_t sender = 0;
+  return receive(packet, sender);
+}
+
+std::size_t UdpSocket::receive(std::span<std::uint8_t> packet,
+                               std::uint32_t& sender) const noexcept {
+  sockaddr_in from{};
+  socklen_t length = sizeof(from);
+  const ssize_t got =
+      recvfrom(fd_, packet.data(), packet.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
+  sender = ntohl(from.sin_addr.s_addr);
   return got > 0 ? static_cast<std::size_t>(got) : 0;
 }
 

@@ -39,6 +39,7 @@ class UdpSocket {
 
   /// Takes one packet; what does not fit is cut off. @return its bytes; 0 where there is none.
   std::size_t receive(std::span<std::uint8_t> packet) const noexcept;
+  std::size_t receive(std::span<std::uint8_t> packet, std::uint32_t& sender) const noexcept;
 
   /// Waits for a packet. @return false where none came.
   bool wait(std::chrono::milliseconds patience) const noexcept;

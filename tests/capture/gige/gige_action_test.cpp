@@ -2,10 +2,16 @@
 // Proves that an action command triggers, all at once, the cameras that were opened with its keys
 // and no others. The virtual camera answers it as GigE Vision 2.0, 14.3 has it; how much apart the
 // exposures of real cameras begin is their makers' business.
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <chrono>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <striper/core/error.hpp>
 #include <striper/core/log.hpp>
@@ -14,6 +20,7 @@
 #include "capture/gige/virtual_striper.hpp"
 #include "gige/gvcp.hpp"
 #include "gige/gvcp_client.hpp"
+#include "gige/udp_socket.hpp"
 
 namespace striper::testing {
 namespace {
@@ -111,6 +118,84 @@ TEST(GigeAction, OnTheCamerasOwnKeysIsWarnedOf) {
   { const auto source = striper.open("trigger=Action"); }
   set_log_callback(nullptr);
   EXPECT_THAT(told, HasSubstr("trigger=Action without action="));
+}
+
+/// Answers every action command with our keys from each of its addresses, twice.
+class Echo {
+ public:
+  Echo(ActionKeys keys, const std::vector<std::string>& addresses) : keys_(keys) {
+    ears_ = bound("255.255.255.255", detail::gvcp::kPort);
+    for (const std::string& address : addresses) mouths_.push_back(bound(address, 0));
+    thread_ = std::thread([this] { run(); });
+  }
+  ~Echo() {
+    is_ending_ = true;
+    thread_.join();
+    close(ears_);
+    for (const int mouth : mouths_) close(mouth);
+  }
+
+ private:
+  static int bound(const std::string& address, std::uint16_t port) {
+    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    const int yes = 1;
+    const timeval patience{0, 20'000};
+    setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+    std::uint32_t number = 0;
+    EXPECT_TRUE(detail::gvcp::parse_ip(address, number));
+    const sockaddr_in local = detail::socket_address(number, port);
+    EXPECT_EQ(bind(fd, reinterpret_cast<const sockaddr*>(&local), sizeof(local)), 0) << address;
+    return fd;
+  }
+
+  void run() {
+    std::array<std::uint8_t, 64> packet{};
+    while (!is_ending_) {
+      sockaddr_in from{};
+      socklen_t length = sizeof(from);
+      const ssize_t size = recvfrom(ears_, packet.data(), packet.size(), 0,
+                                    reinterpret_cast<sockaddr*>(&from), &length);
+      const bool is_ours = size >= 20 && detail::gvcp::get16(&packet[2]) == detail::gvcp::kAction &&
+                           detail::gvcp::get32(&packet[8]) == keys_.device_key;
+      if (!is_ours) continue;
+      std::array<std::uint8_t, 8> answer{};
+      detail::gvcp::put16(&answer[2], detail::gvcp::kAction + 1U);
+      std::copy_n(&packet[6], 2, &answer[6]);
+      for (int n = 0; n < 2; ++n) {
+        for (const int mouth : mouths_) {
+          sendto(mouth, answer.data(), answer.size(), 0, reinterpret_cast<const sockaddr*>(&from),
+                 sizeof(from));
+        }
+      }
+    }
+  }
+
+  ActionKeys keys_;
+  int ears_ = -1;
+  std::vector<int> mouths_;
+  std::atomic<bool> is_ending_ = false;
+  std::thread thread_;
+};
+
+TEST(GigeAction, CountsACameraThatAnswersTwiceOnce) {
+  const Echo one(own_keys(1), {own_address()});
+  EXPECT_EQ(trigger_gige_action(own_keys(1), 2, 500ms), 1);
+  ActionKeys others = own_keys(1);
+  others.device_key ^= 0x40000000U;
+  const Echo two(others, {own_address(), own_address()});
+  EXPECT_EQ(trigger_gige_action(others, 2, 3000ms), 2);
+}
+
+TEST(GigeAction, IsSentOnceToEachSubnet) {
+  const detail::NetworkInterface left{"eth0", 0x0a000001, 0xffffff00, 1500};
+  const detail::NetworkInterface again{"eth1", 0x0a000002, 0xffffff00, 1500};
+  const detail::NetworkInterface right{"eth2", 0x0a000101, 0xffffff00, 1500};
+  std::vector<std::string> names;
+  for (const auto& one : detail::one_of_each_subnet({left, again, right})) {
+    names.push_back(one.name);
+  }
+  EXPECT_EQ(names, std::vector<std::string>({"eth0", "eth2"}));
 }
 
 TEST(GigeAction, KeyIsNotForEverybodyToRead) {

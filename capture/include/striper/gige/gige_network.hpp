@@ -27,10 +27,11 @@ struct GigeListing {
 std::vector<GigeListing> list_gige_cameras();
 
 /// Triggers every GigE Vision camera at once whose action keys fit (`trigger=Action`), whoever
-/// controls it: broadcasts an action command on every network interface.
+/// controls it: broadcasts an action command on every network interface, once where several are of
+/// one subnet, since a camera that heard it twice would expose twice.
 /// @param cameras how many are to act: it returns when so many have answered.
 /// @param patience until it returns in any case.
-/// @return how many answered that they act.
+/// @return how many addresses answered that they act.
 int trigger_gige_action(const ActionKeys& keys, int cameras = 1,
                         std::chrono::milliseconds patience = std::chrono::milliseconds(100));
 
