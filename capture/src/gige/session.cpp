@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 // time: within 2 s, with a busy computer's delays within 3 s.
 constexpr auto kProbeWithin = 400ms;
 constexpr int kProbes = 3;
-constexpr auto kPictureWithin = 500ms;  // after the exposure, for a software trigger
+constexpr auto kPictureBegins = 500ms;  // after the exposure, for a software trigger
 constexpr std::int64_t kSurelyWrong_ns = 2'000'000'000;
 
 // A late thread loses packets. Without the right to ask for it this does nothing.
@@ -146,6 +146,7 @@ void Session::begin_streaming() {
                 fmt::format("camera {}: cannot start: {}", description(), error.message()));
   }
   if (is_triggered_by_host_) {
+    picture_within_ = picture_patience(payload);
     is_conducting_ = true;
     conductor_ = std::thread(&Session::conduct, this);
   }
@@ -273,9 +274,16 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
     slot.arrival_ns = is_plausible ? first_packet_ns : now_ns;
     slot.completed_ns = now_ns;
     slot.arrival = arrivals_++;
-    slot.trigger = trigger_;
-    slot.commanded = is_awaiting_ ? commanded_ : Illumination::unknown();
-    is_awaiting_ = false;
+    // What began to come before the trigger is the picture of an earlier one.
+    constexpr std::int64_t kClocksDiffer_ns = 1'000'000;
+    const bool is_late = is_awaiting_ && slot.arrival_ns + kClocksDiffer_ns < trigger_.sent_ns;
+    const bool is_overdue = is_late && slot.arrival_ns + kClocksDiffer_ns >= overdue_.sent_ns;
+    const bool is_awaited = is_awaiting_ && !is_late;
+    slot.trigger = is_late ? overdue_.number : trigger_.number;
+    slot.commanded = is_awaited   ? trigger_.commanded
+                     : is_overdue ? overdue_.commanded
+                                  : Illumination::unknown();
+    if (is_awaited) is_awaiting_ = false;
   }
   buffer_done_.notify_all();
 
@@ -445,11 +453,22 @@ void Session::trigger_once(std::uint64_t number) {
   if (lasers_.is_host_switched()) lasers_.command(light);
   {
     const std::lock_guard lock(mutex_);
-    trigger_ = number;
-    commanded_ = light;
+    overdue_ = trigger_;
+    trigger_ = {number, light, monotonic_now_ns()};
     is_awaiting_ = true;
   }
   features_.execute("TriggerSoftware");
+}
+
+/// Until a picture has come whole, on a slow link too, or is given up.
+std::chrono::nanoseconds Session::picture_patience(std::size_t payload_bytes) const {
+  constexpr double kSlowestLink_bytes_s = 100e6 / 8;
+  const auto bytes = static_cast<double>(payload_bytes);
+  const double packets = bytes / std::max(packet_bytes_, 576);
+  const double pauses_s = 1e-6 * packets * options_.packet_delay_us.value_or(0.0);
+  const std::chrono::duration<double> transfer(bytes / kSlowestLink_bytes_s + pauses_s);
+  return std::chrono::nanoseconds(setup_.exposure_ns) + kPictureBegins + options_.frame_timeout +
+         std::chrono::duration_cast<std::chrono::nanoseconds>(transfer);
 }
 
 void Session::conduct() {
@@ -466,8 +485,7 @@ void Session::conduct() {
       }
       trigger_once(number);
       std::unique_lock lock(mutex_);
-      const auto patience = std::chrono::nanoseconds(setup_.exposure_ns) + kPictureWithin;
-      buffer_done_.wait_for(lock, patience,
+      buffer_done_.wait_for(lock, picture_within_,
                             [this] { return !is_awaiting_ || !is_conducting_ || is_lost_; });
       is_awaiting_ = false;
       due += period;

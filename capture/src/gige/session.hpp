@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -93,6 +94,7 @@ class Session {
   bool latch_clock(std::int64_t& device_ns, std::int64_t& host_ns, std::int64_t& uncertainty_ns);
   void follow_ptp();
   void conduct();
+  std::chrono::nanoseconds picture_patience(std::size_t payload_bytes) const;
   void trigger_once(std::uint64_t number);
   void lose(const std::string& why);
   bool may_command(const Access& access);
@@ -125,8 +127,14 @@ class Session {
   bool is_awaiting_ = false;  // a trigger was sent and its picture has not come
   std::uint64_t arrivals_ = 0;
   std::uint64_t popped_ = 0;
-  std::uint64_t trigger_ = 0;
-  Illumination commanded_;
+  struct Trigger {
+    std::uint64_t number = 0;
+    Illumination commanded;
+    std::int64_t sent_ns = 0;
+  };
+  Trigger trigger_;  // the latest
+  Trigger overdue_;  // the one before, whose picture was waited for in vain
+  std::chrono::nanoseconds picture_within_{};  // after a software trigger
   std::string loss_;
 
   std::mutex features_mutex_;  // of the feature tree, while conductor and supervisor both use it

@@ -144,6 +144,34 @@ TEST(GigeSource, WhatTheCameraDoesNotTakeIsRefusedWithWhatItDoes) {
   EXPECT_THAT(refusal(striper, "BlackLevel=x"), HasSubstr("BlackLevel=x - expected a number"));
 }
 
+/// A picture takes 0.84 s. The shorter time is over before that, so the next trigger goes first.
+class SlowPicture : public ::testing::TestWithParam<int> {};
+
+TEST_P(SlowPicture, HasTheLightThatWasCommandedForIt) {
+  VirtualCameraOptions options;
+  options.lacking = {"ChunkModeActive"};
+  options.link_mbit_s = 10.0;
+  const cv::Size size(1024, 1024);
+  const VirtualStriper striper(std::make_shared<PatternScene>(size, 8, 200.0), options);
+  const auto source = open_source(
+      fmt::format("gige:{}?frame_timeout_ms={}&exposure_us=300&strobe=Line2&laser=0,dark,dark&"
+                  "switching=host",
+                  striper.options.address, GetParam()));
+  source->start();
+  Frame frame;
+  for (std::uint64_t n = 0; n < 4; ++n) {
+    ASSERT_EQ(source->next(frame, 5000ms), NextStatus::kFrame);
+    ASSERT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
+    EXPECT_EQ(frame.sequence, n);
+    const Illumination light = n % 3 == 0 ? Illumination::laser(0) : Illumination::dark();
+    EXPECT_EQ(frame.illumination, light) << "of picture " << n;
+    EXPECT_EQ(cv::norm(frame.image, PatternScene::expected(size, 8, n, light), cv::NORM_INF), 0.0)
+        << "of picture " << n;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(FrameTimeout_ms, SlowPicture, ::testing::Values(200, 400));
+
 struct Switching {
   const char* name;
   std::set<std::string> lacking;
