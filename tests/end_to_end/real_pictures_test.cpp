@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
+#include <string>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <striper/capture/open_source.hpp>
@@ -126,6 +130,80 @@ TEST(RealPictures, RoverFindsItsStripeInNearlyEveryColumn) {
   continuous.stripe.peak = PeakRule::kContinuous;
   EXPECT_GE(parts_of_rover_columns(continuous)[ReturnStatus::kOk], 0.96);
 }
+
+// ---- Pictures of a laser that is always on: no dark exposure may be seen in them.
+
+struct AlwaysLitSet {
+  const char* set;       // A folder of real data.
+  const char* pictures;  // Within it.
+};
+void PrintTo(const AlwaysLitSet& set, std::ostream* out) { *out << set.set << '/' << set.pictures; }
+
+constexpr int kFirstPictures = 10;
+
+struct ScannedSet {
+  std::size_t scans = 0;
+  std::size_t ok = 0;
+  std::string decisions;
+};
+
+// Every `stride`-th picture.
+ScannedSet scan_first(const AlwaysLitSet& set, const char* cadence, int stride) {
+  const auto source =
+      open_source("images:" + (testing::real_data(set.set) / set.pictures).string());
+  ScannerOptions options;
+  options.ambient.cadence = Cadence::parse(cadence);
+  Scanner scanner(options);
+  ScannedSet result;
+  const auto count = [&](std::span<const PolarScan> scans) {
+    for (const PolarScan& scan : scans) {
+      ++result.scans;
+      for (const Return& r : scan.returns) result.ok += r.status == ReturnStatus::kOk ? 1 : 0;
+    }
+  };
+  source->start();
+  Frame frame;
+  std::uint64_t scanned = 0;
+  for (int i = 0; scanned < kFirstPictures; ++i) {
+    if (source->next(frame, kTimeout) != NextStatus::kFrame) break;
+    if (i % stride != 0) continue;
+    frame.sequence = scanned++;
+    count(scanner.process(frame));
+  }
+  count(scanner.finish());
+  result.decisions = scanner.decisions();
+  return result;
+}
+
+class AlwaysLit : public ::testing::TestWithParam<AlwaysLitSet> {};
+
+TEST_P(AlwaysLit, NoDarkExposureIsInvented) {
+  const AlwaysLitSet& set = GetParam();
+  STRIPER_SKIP_WITHOUT_REAL_DATA(set.set);
+  for (const int stride : {1, 2, 3}) {
+    SCOPED_TRACE(::testing::Message() << "every " << stride << " pictures");
+    const ScannedSet found = scan_first(set, "auto", stride);
+    const ScannedSet given = scan_first(set, "0", stride);
+    EXPECT_GT(given.ok, 0U);
+    EXPECT_EQ(found.scans, given.scans);
+    EXPECT_EQ(found.ok, given.ok);
+    EXPECT_THAT(found.decisions, ::testing::HasSubstr("cadence 0 (no dark exposure seen)"));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    RealPictures, AlwaysLit,
+    ::testing::Values(AlwaysLitSet{"blaser-cmu", "handheld_1280x720"},
+                      AlwaysLitSet{"anugrah-step-scans", "05.08_Pyramid"},
+                      AlwaysLitSet{"anugrah-step-scans", "1mm_no_object"},
+                      AlwaysLitSet{"anugrah-step-scans", "1mmscan_cube"},
+                      AlwaysLitSet{"anugrah-step-scans", "1mmscan_stairs"},
+                      AlwaysLitSet{"anugrah-step-scans", "New_3level_staris31-07"},
+                      AlwaysLitSet{"anugrah-step-scans", "Reference_31-07"},
+                      AlwaysLitSet{"b33-handheld-known-distance", "cal_theta_in"},
+                      AlwaysLitSet{"srv-green-laser-turntable", "laser_180717"},
+                      AlwaysLitSet{"srv-green-laser-turntable", "turntable_180717_subset"},
+                      AlwaysLitSet{"neil-rover-striper", "*.jpg"}));
 
 }  // namespace
 }  // namespace striper

@@ -117,7 +117,10 @@ void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
     until_next_look = kBetweenChecks;
     return;
   }
-  if (is_in_doubt) {
+  // What came shows that the laser lights what the cadence in doubt calls dark; or nothing at all.
+  if (is_in_doubt && finder.shows_lines_in_dark(queue.cadence())) {
+    is_in_doubt = false;
+  } else if (is_in_doubt) {
     settle(queue.cadence(), "found");
     if (is_finished) unpaired += queue.give_up();
   }

@@ -31,6 +31,14 @@ double clear_of_residual(std::size_t period) { return 0.5 + 0.5 * static_cast<do
 // Texture alone has lines too, if not as clear ones.
 constexpr double kLineAlone = 0.85;
 
+// Exposures between which the same line would be found again, if it were the only one.
+constexpr std::uint64_t kFarthestDark = 2;
+
+// What an exposure without the laser shows over one with it is noise and what moves: in the hardest
+// of simulated daylight a quarter of a clear line, and a third of what the laser's line is.
+constexpr double kLineInDark = 0.35;
+constexpr double kLineInDarkOfLit = 0.55;
+
 // A longer period must explain the pictures this much better than a shorter one.
 constexpr double kBetterFit = 0.6;
 
@@ -251,7 +259,10 @@ CadenceFinder::Strength CadenceFinder::compare(const Profile& before, const Prof
 
 CadenceFinder::Finding CadenceFinder::find() const {
   Finding finding = find_in_triples();
-  if (finding.cadence.is_automatic()) finding = find_in_pairs();
+  if (finding.cadence.is_automatic() || shows_lines_in_dark(finding.cadence)) {
+    finding = find_in_pairs();
+  }
+  if (shows_lines_in_dark(finding.cadence)) finding.cadence = {};
   finding.always_lit = finding.cadence.is_automatic() && every_exposure_shows_a_line();
   return finding;
 }
@@ -328,6 +339,27 @@ CadenceFinder::Finding CadenceFinder::find_in_triples() const {
   }
   finding.cadence = pattern_of(level);
   return finding;
+}
+
+bool CadenceFinder::shows_lines_in_dark(const Cadence& cadence) const {
+  if (cadence.is_automatic()) return false;
+  Strength all;
+  int pairs = 0;
+  for (const Profile& dark : profiles_) {
+    for (const Profile& lit : profiles_) {
+      const auto distance =
+          dark.number > lit.number ? dark.number - lit.number : lit.number - dark.number;
+      if (distance > kFarthestDark) continue;
+      if (!cadence.at(dark.number).is_dark() || !cadence.at(lit.number).is_lit()) continue;
+      const Strength strength = compare(dark, lit);
+      all.forth += strength.forth;
+      all.back += strength.back;
+      ++pairs;
+    }
+  }
+  const double least = kLineInDark * pairs;
+  return pairs > 0 && all.forth > least && all.back > least &&
+         all.forth > kLineInDarkOfLit * all.back;
 }
 
 bool CadenceFinder::every_exposure_shows_a_line() const {

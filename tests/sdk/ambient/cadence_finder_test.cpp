@@ -134,6 +134,26 @@ TEST(CadenceFinder, LaserThatIsAlwaysOnIsNoCadence) {
   EXPECT_TRUE(finding.always_lit);
 }
 
+// As before a sensor in someone's hand.
+TEST(CadenceFinder, StripeThatJumpsIsNoCadence) {
+  for (const bool is_always_lit : {true, false}) {
+    testing::reseed();
+    Street street;
+    street.cadence = Cadence::parse(is_always_lit ? "0" : "0,dark");
+    street.build();
+    double row = 0.0;
+    street.row = [&row](int, int) { return row; };
+    CadenceFinder finder(StripeAxis::kColumns, 1);
+    for (const std::uint64_t sequence : kSixPictures) {
+      row = 20.0 + 13.0 * static_cast<double>(sequence);
+      show(finder, street.picture(sequence));
+    }
+    EXPECT_EQ(finder.find().cadence.is_automatic(), is_always_lit);
+    EXPECT_EQ(finder.shows_lines_in_dark(Cadence::parse("0,dark")), is_always_lit);
+    EXPECT_FALSE(finder.shows_lines_in_dark(Cadence()));
+  }
+}
+
 TEST(CadenceFinder, OneInterlacedPictureIsEnough) {
   Street street;
   street.cadence = Cadence::parse("dark,0");

@@ -25,8 +25,10 @@ namespace striper {
 /// it, and the pattern of one laser that explains these triples best is taken. Where none does
 /// clearly (several lasers, a faint stripe), pairs are asked: a cadence of period P explains the
 /// surplus of i over j by V(i mod P) - V(j mod P); the V follow by least squares, and the shortest
-/// period that explains the pictures wins. The number of the exposure, not the order of arrival, is
-/// the position, so lost pictures do no harm.
+/// period that explains the pictures wins. Whatever was found does not count where the exposures
+/// that would be dark show a line of their own over the lit ones: a stripe that moves from picture
+/// to picture before a sensor in someone's hand is no dark exposure. The number of the exposure,
+/// not the order of arrival, is the position, so lost pictures do no harm.
 ///
 /// Not thread-safe. Cost per exposure: about one reading of the picture.
 class CadenceFinder {
@@ -63,6 +65,10 @@ class CadenceFinder {
   bool has_gaps() const noexcept;
 
   Finding find() const;
+
+  /// Whether the exposures that a cadence calls dark show a line that its lit ones lack, and the
+  /// other way round: the laser lights them all, and its stripe moves.
+  bool shows_lines_in_dark(const Cadence& cadence) const;
 
   /// How wrongly the two fields of pictures are ordered: near 0 where the order given is right,
   /// near 2 where it is the other way round (down to about a half where little can be told); empty
