@@ -20,6 +20,10 @@ namespace {
 constexpr int kBetweenChecks = 250;
 constexpr int kBetweenLooks = 12;
 
+// A source that does not know what lights its exposures may have begun anew where so many are
+// missing.
+constexpr std::uint64_t kLongGap = 3;
+
 // Where pictures are lost, those that come tell less.
 constexpr std::size_t kMostPictures = 2 * CadenceFinder::kPictures;
 
@@ -46,12 +50,16 @@ constexpr const char* kRowsNeverDark =
     "that is lit is never dark: nothing is scanned; ambient fields takes the other field";
 constexpr const char* kSlipped =
     "the cadence slipped and was found again: pictures were lost without being counted";
+constexpr const char* kPhaseUnknown =
+    "the source no longer knows which exposures the laser lights (a camera that was opened again "
+    "begins anywhere in the cadence), and the pictures do not show it: they are not scanned until "
+    "they do";
 constexpr const char* kWrongOrder =
     "the fields seem to be in the wrong order: in time, the second one comes first";
 
 }  // namespace
 
-void AmbientStage::State::push_exposure(const Frame& exposure) {
+void AmbientStage::State::push_exposure(const Frame& exposure, bool is_of_woven_picture) {
   const auto [number, is_restart] = numbers.next(exposure);
   if (is_restart && options.cadence.is_automatic() && !has_own_illumination) {
     // The laser's phase may be another one now: hold what comes until it is known again.
@@ -61,18 +69,17 @@ void AmbientStage::State::push_exposure(const Frame& exposure) {
     is_looking = true;
   }
   is_finished = false;
-  const Illumination own = exposure.illumination;
-  if (!own.is_unknown()) {
-    has_own_illumination = true;
-    const Illumination expected = queue.cadence().at(number);
-    // What the frames say wins; they follow no pattern that could tell what is to come.
-    if (is_settled && !expected.is_unknown() && own != expected) settle({}, "from the frames");
+  if (!exposure.illumination.is_unknown()) {
+    heed_own_illumination(exposure, number);
+  } else if (has_own_illumination && !is_of_woven_picture) {
+    heed_unknown_illumination(number);
   }
+  last_number = number;
   queue.add(exposure, number);
   if (until_next_doubt > 0) --until_next_doubt;
   if (looks_for_weave > 0) check_method(exposure);
   const bool is_always_on = !options.cadence.is_automatic() && !options.cadence.has_dark();
-  if (is_always_on && exposure.exposures_per_picture == 1) is_looking = false;
+  if (is_always_on && !is_source_unsure && exposure.exposures_per_picture == 1) is_looking = false;
   if (is_looking) {
     look(exposure, number);
   } else if (until_next_look > 0 && --until_next_look == 0) {
@@ -80,10 +87,40 @@ void AmbientStage::State::push_exposure(const Frame& exposure) {
   }
 }
 
+void AmbientStage::State::heed_own_illumination(const Frame& exposure, std::uint64_t number) {
+  const Illumination own = exposure.illumination;
+  has_own_illumination = true;
+  if (is_source_unsure) {
+    is_source_unsure = is_in_doubt = false;
+    unpaired += queue.drop_unlabelled();
+    settle(surely, options.cadence.is_automatic() ? "from the frames" : "given");
+  }
+  const Illumination expected = queue.cadence().at(number);
+  // What the frames say wins; they follow no pattern that could tell what is to come.
+  if (is_settled && !expected.is_unknown() && own != expected) settle({}, "from the frames");
+}
+
+// A source that said what lights its exposures does not know any more, as after a camera was lost
+// and opened again: what comes is held until its place in the cadence is known.
+void AmbientStage::State::heed_unknown_illumination(std::uint64_t number) {
+  const bool may_be_another = is_source_unsure && number > last_number + kLongGap + 1;
+  if (is_source_unsure && !may_be_another) return;
+  if (!is_source_unsure) {
+    surely = options.cadence.is_automatic() ? queue.cadence() : options.cadence;
+    if (surely.pattern().size() <= 1) return;  // There is no phase.
+  }
+  if (may_be_another) unpaired += queue.drop_unlabelled();
+  is_source_unsure = true;
+  is_settled = is_in_doubt = false;
+  queue.hold_unlabelled();
+  finder.clear();
+  is_looking = true;
+}
+
 void AmbientStage::State::look(const Frame& exposure, std::uint64_t number) {
   finder.add(exposure, number);
   if (finder.pictures() < CadenceFinder::kPictures) return;
-  if (has_own_illumination) {
+  if (has_own_illumination && !is_source_unsure) {
     if (!is_settled) conclude_from_labels();
   } else {
     const CadenceFinder::Finding finding = finder.find();
@@ -94,10 +131,11 @@ void AmbientStage::State::look(const Frame& exposure, std::uint64_t number) {
   }
   check_field_order();
   finder.clear();
-  is_looking = false;
+  is_looking = is_phase_searched();
 }
 
 void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
+  if (is_source_unsure) return find_phase(finding);
   const bool found = !finding.cadence.is_automatic();
   if (!options.cadence.is_automatic()) {
     if (found && !detail::agree(finding.cadence, options.cadence)) {
@@ -130,6 +168,24 @@ void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
   }
   const bool is_sure = finding.always_lit || queue.cadence().has_dark();
   until_next_look = is_sure ? kBetweenChecks : kBetweenLooks;
+}
+
+// The cadence is known and where it began is not: where the pictures do not show it, none is
+// scanned.
+void AmbientStage::State::find_phase(const CadenceFinder::Finding& finding) {
+  const std::optional<Cadence> turned =
+      finding.cadence.is_automatic() ? std::nullopt : detail::turned_to(surely, finding.cadence);
+  if (turned) {
+    const bool is_same = detail::agree(*turned, queue.cadence());
+    if (is_in_doubt && is_same) until_next_doubt = kBetweenChecks;
+    if (is_in_doubt && !is_same) warn(kSlipped);
+    if (!is_settled || !is_same) settle(*turned, "its phase found in the pictures");
+  } else if (!is_settled) {
+    is_in_doubt = false;
+    unpaired += queue.drop_unlabelled();
+    warn(kPhaseUnknown);
+  }
+  until_next_look = kBetweenChecks;
 }
 
 // One exposure shows nothing of others.

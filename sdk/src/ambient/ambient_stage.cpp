@@ -71,7 +71,8 @@ void AmbientStage::State::give(detail::HeldExposure& exposure, const detail::Nei
 // gone, or shows in one dark exposure and not in the other. Fields are lost in twos, and an even
 // cadence goes on across that.
 bool AmbientStage::State::is_refuted(const detail::Neighbours& darks) {
-  const bool is_found = options.cadence.is_automatic() && !has_own_illumination;
+  const bool is_found =
+      is_source_unsure || (options.cadence.is_automatic() && !has_own_illumination);
   const bool is_field = queue.held().back()->frame.exposures_per_picture == 2;
   if (is_field && queue.cadence().pattern().size() % 2 == 0) return false;
   const bool is_compared = darks.before != nullptr || darks.after != nullptr;
@@ -195,9 +196,9 @@ AmbientStage::~AmbientStage() = default;
 
 void AmbientStage::push(const Frame& frame) {
   if (frame.is_interlaced()) {
-    for (const Frame& field : split_fields(frame)) state_->push_exposure(field);
+    for (const Frame& field : split_fields(frame)) state_->push_exposure(field, true);
   } else {
-    state_->push_exposure(frame);
+    state_->push_exposure(frame, false);
   }
 }
 
@@ -205,7 +206,7 @@ void AmbientStage::finish() {
   State& s = *state_;
   s.is_finished = true;
   if (s.is_settled || s.queue.size() == 0) return;
-  if (s.has_own_illumination) {
+  if (s.has_own_illumination && !s.is_source_unsure) {
     s.conclude_from_labels();
   } else {
     s.conclude(s.finder.find());

@@ -30,7 +30,12 @@ struct AmbientStage::State {
   }
 
   // ---- What comes in.
-  void push_exposure(const Frame& exposure);
+  /// @param is_of_woven_picture it has no illumination of its own where the two fields differ.
+  void push_exposure(const Frame& exposure, bool is_of_woven_picture);
+  void heed_own_illumination(const Frame& exposure, std::uint64_t number);
+  void heed_unknown_illumination(std::uint64_t number);
+  void find_phase(const CadenceFinder::Finding& finding);
+  bool is_phase_searched() const noexcept { return is_source_unsure && !is_settled; }
   void look(const Frame& exposure, std::uint64_t number);
   void conclude(const CadenceFinder::Finding& finding);
   void say_nothing_is_taken_off(const CadenceFinder::Finding& finding);
@@ -62,6 +67,11 @@ struct AmbientStage::State {
   int until_next_look = 0;
   bool is_settled = false;
   bool has_own_illumination = false;
+  // The source said what lights its exposures and no longer does: it is the same cadence, begun
+  // anywhere.
+  bool is_source_unsure = false;
+  Cadence surely;  // What it said, or was given, before.
+  std::uint64_t last_number = 0;
   const char* cadence_origin = "";
   detail::LineSign line_sign;
   std::vector<bool> was_plain;  // Per laser: its line, in the last exposure that it lit.

@@ -16,6 +16,21 @@ bool agree(const Cadence& a, const Cadence& b) {
   return true;
 }
 
+std::optional<Cadence> turned_to(const Cadence& cadence, const Cadence& found) {
+  std::optional<Cadence> only;
+  std::vector<Illumination> pattern = cadence.pattern();
+  for (std::size_t turn = 0; turn < pattern.size(); ++turn) {
+    std::rotate(pattern.begin(), pattern.begin() + 1, pattern.end());
+    const Cadence turned(pattern);
+    if (!agree(turned, found)) continue;
+    for (std::size_t n = 0; only && n < pattern.size(); ++n) {
+      if (turned.at(n) != only->at(n)) return std::nullopt;
+    }
+    only = turned;
+  }
+  return only;
+}
+
 bool has_dark_of_same_rows(const Cadence& cadence) {
   const std::uint64_t whole = 2 * cadence.pattern().size();  // An odd period meets both parities.
   for (std::uint64_t parity = 0; parity < 2; ++parity) {

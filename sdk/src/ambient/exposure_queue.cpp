@@ -76,6 +76,20 @@ void ExposureQueue::hold_from(std::uint64_t number) noexcept {
   while (held_.size() > kept) release_newest();
 }
 
+std::uint64_t ExposureQueue::drop_unlabelled() noexcept {
+  std::uint64_t dropped = 0;
+  std::size_t kept = 0;
+  for (auto& exposure : held_) {
+    if (exposure->frame.illumination.is_unknown()) {
+      if (!exposure->is_done && !exposure->light.is_dark()) ++dropped;
+    } else {
+      std::swap(held_[kept++], exposure);
+    }
+  }
+  while (held_.size() > kept) release_newest();
+  return dropped;
+}
+
 std::uint64_t ExposureQueue::give_up() noexcept {
   std::uint64_t lit = 0;
   for (const auto& exposure : held_) {

@@ -55,6 +55,10 @@ class ExposureQueue {
   /// So is what is held, from this exposure on; what is older is let go.
   void hold_from(std::uint64_t number) noexcept;
 
+  /// Lets go of those whose source does not say what they are, and returns how many were not handed
+  /// out yet and may have been lit.
+  std::uint64_t drop_unlabelled() noexcept;
+
   /// Gives up the lit exposures that have not been handed out, and returns how many.
   std::uint64_t give_up() noexcept;
 

@@ -441,6 +441,83 @@ TEST(AmbientStage, FramesOwnIlluminationWins) {
   EXPECT_EQ(pairs, (Pairs{{1, 1, 1}, {3, 1, 3}, {5, 1, 5}, {7, 1, 7}}));
 }
 
+// ---- A source that was given the cadence, is lost and opened again: where in the cadence it goes
+// on is not known, and it says so.
+
+struct Reopened {
+  Pairs before;
+  Pairs after;
+  std::string decisions;
+};
+
+Reopened reopen(
+    const char* cadence, const char* cadence_after, double amplitude_after_dn = 40.0,
+    const std::function<void(Frame&)>& change = [](Frame&) {}) {
+  testing::reseed();
+  Street street;
+  street.build();
+  AmbientStage stage(with_cadence(cadence));
+  Reopened result;
+  const auto push_all = [&](std::uint64_t first, std::uint64_t count, const char* lit, Pairs& pairs,
+                            bool is_told) {
+    street.cadence = Cadence::parse(lit);
+    for (std::uint64_t sequence = first; sequence < first + count; ++sequence) {
+      Frame frame = street.picture(sequence);
+      frame.illumination = is_told ? street.cadence.at(sequence) : Illumination::unknown();
+      if (!is_told) change(frame);
+      stage.push(frame);
+      take(stage, pairs);
+    }
+  };
+  push_all(0, 20, cadence, result.before, true);
+  street.amplitude_dn = amplitude_after_dn;
+  push_all(60, 24, cadence_after, result.after, false);
+  // And a second time, in the first phase again.
+  street.amplitude_dn = 40.0;
+  push_all(120, 24, cadence, result.after, false);
+  stage.finish();
+  take(stage, result.after);
+  result.decisions = stage.decisions();
+  return result;
+}
+
+TEST(AmbientStage, PhaseIsFoundAgainWhereTheSourceDoesNotKnowIt) {
+  for (const auto& [given, after] : {std::pair{"0,dark", "dark,0"}, std::pair{"0,dark", "0,dark"},
+                                     std::pair{"0,0,dark", "dark,0,0"}}) {
+    SCOPED_TRACE(::testing::Message() << given << ", then " << after);
+    const Reopened reopened = reopen(given, after);
+    const std::size_t lit_part = given == std::string("0,dark") ? 2 : 3;
+    EXPECT_GE(reopened.after.size(), 48 * (lit_part - 1) / lit_part - 3);
+    for (const Pair& pair : reopened.after) {
+      const bool is_after = pair.lit >= 60 && pair.lit < 120;
+      const Cadence truth = Cadence::parse(is_after ? after : given);
+      EXPECT_TRUE(truth.at(pair.lit).is_lit()) << pair.lit;
+    }
+    EXPECT_THAT(reopened.decisions, HasSubstr("its phase found in the pictures"));
+    EXPECT_THAT(reopened.decisions, Not(HasSubstr("no longer knows")));
+  }
+}
+
+TEST(AmbientStage, NothingIsScannedWhereThePhaseCannotBeFound) {
+  const Reopened reopened = reopen("0,dark", "dark,0", 0.0);
+  EXPECT_EQ(reopened.before.size(), 10U);
+  for (const Pair& pair : reopened.after) {
+    EXPECT_GE(pair.lit, 120U);
+    EXPECT_EQ(pair.lit % 2, 0U);
+  }
+  EXPECT_GE(reopened.after.size(), 9U);
+  EXPECT_THAT(reopened.decisions, HasSubstr("the source no longer knows which exposures"));
+}
+
+TEST(AmbientStage, SourceThatKnowsThePhaseAgainIsBelieved) {
+  const Reopened reopened = reopen("0,dark", "dark,0", 40.0, [](Frame& frame) {
+    const bool is_second = frame.sequence >= 120;
+    if (is_second) frame.illumination = Cadence::parse("0,dark").at(frame.sequence);
+  });
+  EXPECT_THAT(reopened.decisions, HasSubstr("cadence 0,dark (given)"));
+  for (const Pair& pair : reopened.after) EXPECT_EQ(pair.lit % 2, pair.lit < 120 ? 1U : 0U);
+}
+
 TEST(AmbientStage, MethodThatNeedsDarkExposuresRefusesACadenceWithoutAny) {
   AmbientOptions options = with_cadence("0");
   options.method = AmbientMethod::kAlternate;

@@ -24,6 +24,11 @@ namespace striper {
 /// gives nothing and what follows is held again. A lit exposure whose dark neighbours are all lost
 /// gives nothing either; both are counted in `unpaired_exposures`.
 ///
+/// A source that said of its frames what lights them and then says `unknown` has lost its place in
+/// the cadence (a camera that was opened again): what comes is held until the pictures show that
+/// place, and counted there too where they do not. A source that never says so is in the phase of
+/// the cadence that was given.
+///
 /// Frames are kept by reference where cv::Mat or a lease keeps their pixels, so those must not be
 /// written to later on; other pixels are copied. One stage serves one stream, in order; not
 /// thread-safe. No allocation after the first frames of a stream.
