@@ -136,7 +136,11 @@ void Session::begin_streaming() {
                 fmt::format("camera {}: cannot stream: {}", description(), error.message()));
   }
   tune_stream();
-  pool_ = std::make_shared<FramePool>(options_.buffers.value_or(enough_buffers(payload)), payload);
+  {
+    const std::lock_guard lock(mutex_);  // Which Aravis' thread takes before it touches a slot.
+    pool_ =
+        std::make_shared<FramePool>(options_.buffers.value_or(enough_buffers(payload)), payload);
+  }
   pool_->attach(stream_.get());
   start_clock();
   lasers_.arm();
