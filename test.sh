@@ -11,9 +11,10 @@ usage: ./test.sh [--deps | --full | --only STAGE]
 
   (nothing)      release build and the quick tests
   --full         all of that and every stage below
-  --only STAGE   one stage: device, format, asan, tsan, tidy, slow or fuzz
+  --only STAGE   one stage: device, gige, format, asan, tsan, tidy, slow or fuzz
                    device  the kernel's video driver in a virtual machine and the virtual GigE camera at
                            full rate, one at a time; wants the machine to itself
+                   gige    of these the virtual GigE camera alone
                    format  clang-format 14 has nothing to change
                    asan    the quick tests under AddressSanitizer and UndefinedBehaviorSanitizer
                    tsan    the quick tests under ThreadSanitizer
@@ -45,8 +46,10 @@ stage_quick() {
 # beside, and a computer that is shared with others does so unasked.
 stage_device() {
   configure_and_build release
-  ctest --test-dir "$build/release" --output-on-failure -L device -j 1 --repeat until-pass:3
+  ctest --test-dir "$build/release" --output-on-failure -L device -j 1 --repeat until-pass:3 "$@"
 }
+
+stage_gige() { stage_device -E v4l2_vm; }
 
 stage_format() { tests/lint/format.sh; }
 
@@ -87,7 +90,7 @@ case "${1:-}" in
     ;;
   --only)
     case "${2:-}" in
-      device | format | asan | tsan | tidy | slow | fuzz) install_packages "${all_packages[@]}"; "stage_$2" ;;
+      device | gige | format | asan | tsan | tidy | slow | fuzz) install_packages "${all_packages[@]}"; "stage_$2" ;;
       *) usage >&2; exit 2 ;;
     esac
     ;;
