@@ -63,9 +63,7 @@ Transmitter::Transmitter(const std::string& path, const Broadcast& broadcast,
       bottom_first_((broadcast.standard & V4L2_STD_525_60) != 0),
       pictures_(std::move(pictures)) {
   configure(broadcast);
-  for (std::uint32_t index = 0; index < buffers_.size(); ++index) fill_and_queue(index);
-  int type = kOutput;
-  require(node_.call(VIDIOC_STREAMON, &type), "start sending");
+  require(start(), "start sending");
   thread_ = std::thread([this] { run(); });
 }
 
@@ -123,6 +121,13 @@ void Transmitter::change(std::vector<std::vector<std::uint8_t>> pictures) {
   for (Buffer& buffer : buffers_) buffer.holds = nullptr;
 }
 
+int Transmitter::start() {
+  next_ = 0;
+  for (std::uint32_t index = 0; index < buffers_.size(); ++index) fill_and_queue(index);
+  int type = kOutput;
+  return node_.call(VIDIOC_STREAMON, &type);
+}
+
 void Transmitter::fill_and_queue(std::uint32_t index) {
   {
     const std::scoped_lock lock(mutex_);
@@ -150,6 +155,11 @@ void Transmitter::run() {
     const int error = node_.call(VIDIOC_DQBUF, &buffer);
     if (error == 0) {
       fill_and_queue(buffer.index);
+    } else if (error == EIO) {  // The driver's fatal error breaks every stream, this one, too.
+      int type = kOutput;
+      node_.call(VIDIOC_STREAMOFF, &type);
+      began_anew_ns_ = std::chrono::steady_clock::now().time_since_epoch().count();
+      start();
     } else {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }

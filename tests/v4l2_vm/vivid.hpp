@@ -77,11 +77,16 @@ class Transmitter {
   /// Sends these from now on; as many and of the same size as before.
   void change(std::vector<std::vector<std::uint8_t>> pictures);
 
+  /// When it last had to begin anew, on CLOCK_MONOTONIC: about then the driver sends its own test
+  /// pattern. 0: it has not.
+  std::int64_t began_anew_ns() const noexcept { return began_anew_ns_; }
+
   std::size_t buffer_bytes() const noexcept { return buffer_bytes_; }
   std::size_t stride() const noexcept { return stride_; }
 
  private:
   void configure(const Broadcast& broadcast);
+  int start();
   void fill_and_queue(std::uint32_t index);
   void run();
 
@@ -99,6 +104,7 @@ class Transmitter {
   std::size_t stride_ = 0;
   std::size_t next_ = 0;
   std::atomic<bool> is_stopping_{false};
+  std::atomic<std::int64_t> began_anew_ns_{0};
   std::thread thread_;
 };
 

@@ -38,6 +38,7 @@ class Streamer {
   void accept(const FilledBuffer& filled);
   void judge(const FilledBuffer& filled, Picture& picture);
   void check_signal();
+  void ask_for_signal();
   void lose(const std::string& reason);
   void try_again();
   void open_again();
@@ -60,8 +61,8 @@ class Streamer {
   std::string last_refusal_;
 
   bool checks_signal_ = false;
-  Clock::duration signal_check_interval_{0};
-  Clock::time_point signal_checked_at_;
+  Clock::duration signal_answer_{0};  ///< What the quickest one took since the device was opened.
+  Clock::time_point signal_asked_at_;
   bool has_signal_ = true;
   std::int64_t signal_since_ns_ = 0;  ///< When it was seen to be back.
 

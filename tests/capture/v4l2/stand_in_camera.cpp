@@ -127,6 +127,11 @@ void StandInCamera::fail_next(unsigned long request, int error, int times) {
   failures_[request] = {error, times};
 }
 
+void StandInCamera::delay_next(unsigned long request, std::chrono::milliseconds by, int times) {
+  const std::scoped_lock lock(mutex_);
+  delays_[request] = {by, times};
+}
+
 void StandInCamera::skip_sequence(std::uint32_t by) {
   const std::scoped_lock lock(mutex_);
   count_ += by;
@@ -175,6 +180,11 @@ void StandInCamera::close(int fd) noexcept {
 int StandInCamera::control(int fd, unsigned long request, void* argument) noexcept {
   const std::scoped_lock lock(mutex_);
   if (!is_plugged_in_ || !descriptors_.contains(fd)) return ENODEV;
+  if (const auto delay = delays_.find(request);
+      delay != delays_.end() && delay->second.second > 0) {
+    --delay->second.second;
+    std::this_thread::sleep_for(delay->second.first);
+  }
   if (const auto failure = failures_.find(request);
       failure != failures_.end() && failure->second.second > 0) {
     --failure->second.second;

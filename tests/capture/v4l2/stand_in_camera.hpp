@@ -53,6 +53,8 @@ class StandInCamera final : public v4l2::VideoCalls {
   void unplug();
   void plug_in();
   void fail_next(unsigned long request, int error, int times = 1);
+  /// The next answers to a request take so long.
+  void delay_next(unsigned long request, std::chrono::milliseconds by, int times = 1);
   void fail_open(int error) { open_error_ = error; }
   /// Every wait reports an error until the device is opened again.
   void break_stream();
@@ -128,6 +130,7 @@ class StandInCamera final : public v4l2::VideoCalls {
   std::deque<std::uint32_t> filled_;
   std::uint64_t count_ = 0;
   std::map<unsigned long, std::pair<int, int>> failures_;
+  std::map<unsigned long, std::pair<std::chrono::milliseconds, int>> delays_;
   std::map<std::uint32_t, OneControl> controls_;
   std::function<void(std::uint8_t*, std::size_t, std::uint64_t)> fill_;
   std::map<std::uint8_t*, std::unique_ptr<std::uint8_t[]>> memory_;

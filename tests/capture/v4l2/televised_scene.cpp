@@ -209,14 +209,19 @@ std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const 
   return buffers;
 }
 
-bool is_part_of(const Frame& frame, const cv::Mat& picture) {
-  if (frame.image.type() != picture.type() || frame.image.cols != picture.cols) return false;
+int lines_of(const Frame& frame, const cv::Mat& picture) {
+  if (frame.image.type() != picture.type() || frame.image.cols != picture.cols) return 0;
+  int lines = 0;
   for (int line = 0; line < frame.image.rows; ++line) {
     const int row = static_cast<int>(frame.grid.sensor_v(line));
-    if (row >= picture.rows) return false;
-    if (cv::norm(frame.image.row(line), picture.row(row), cv::NORM_INF) != 0.0) return false;
+    if (row >= picture.rows) continue;
+    if (cv::norm(frame.image.row(line), picture.row(row), cv::NORM_INF) == 0.0) ++lines;
   }
-  return true;
+  return lines;
+}
+
+bool is_part_of(const Frame& frame, const cv::Mat& picture) {
+  return lines_of(frame, picture) == frame.image.rows;
 }
 
 std::vector<std::uint64_t> pictures_with_a_pair(const std::vector<Frame>& frames) {

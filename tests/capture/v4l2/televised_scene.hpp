@@ -89,6 +89,9 @@ class SideBySide {
 /// The driver's buffers for a picture: one, or two fields in the order of their exposure.
 std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const Television& way);
 
+/// How many lines of a frame, whichever field it is, are those of the picture, bit for bit.
+int lines_of(const Frame& frame, const cv::Mat& picture);
+
 /// Whether every line of a frame, whichever field it is, is that of the picture, bit for bit.
 bool is_part_of(const Frame& frame, const cv::Mat& picture);
 

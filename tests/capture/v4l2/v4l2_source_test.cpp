@@ -493,6 +493,35 @@ TEST(V4l2Source, PicturesOfNoiseThatWereLyingThereAreNotUsedAfterTheSignalIsBack
   }
 }
 
+// The first answer comes late because something else had the processor; the device itself is quick.
+TEST(V4l2Source, OneLateAnswerAboutTheSignalLetsNoNoisePass) {
+  const Rig rig(television(V4L2_FIELD_ALTERNATE));
+  const auto source = rig.open();
+  rig.camera->delay_next(VIDIOC_ENUMINPUT, milliseconds(30));
+  source->start();
+  rig.camera->expose();
+  EXPECT_EQ(next(*source).status, FrameStatus::kOk);
+  rig.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
+  rig.camera->expose();
+  EXPECT_EQ(next(*source).status, FrameStatus::kCorrupt);
+}
+
+TEST(V4l2Source, SlowGrabberIsAskedForItsSignalTenTimesASecond) {
+  const Rig rig(television(V4L2_FIELD_ALTERNATE));
+  const auto source = rig.open();
+  rig.camera->delay_next(VIDIOC_ENUMINPUT, milliseconds(8), 1000);
+  source->start();
+  rig.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
+  const auto lost_at = steady_clock::now();
+  const auto is_seen = [&] {
+    rig.camera->expose();
+    return next(*source).status == FrameStatus::kCorrupt;
+  };
+  EXPECT_FALSE(is_seen()) << "it was asked just now";
+  EXPECT_TRUE(eventually(is_seen));
+  EXPECT_LT(steady_clock::now() - lost_at, milliseconds(1000));
+}
+
 TEST(V4l2Source, RefusalToStreamIsAnErrorAndTheNextAttemptWorks) {
   const Rig rig;
   const auto source = rig.open();

@@ -80,7 +80,9 @@ struct V4l2Options {
 /// Queue. A thread takes pictures from the driver as they come; at most `queue` wait for the reader
 /// and then the oldest is discarded (`SourceStatistics::overrun`). Gaps in the driver's own
 /// numbering are `dropped`. Error-flagged pictures and those of an input without signal come as
-/// kCorrupt without pixels.
+/// kCorrupt without pixels; a grabber that takes longer than a quarter of an exposure's period to
+/// say whether it has signal is asked ten times a second only, so that a loss is seen up to 0.1 s
+/// late.
 ///
 /// Faults. A device that vanishes, stalls or fails while it streams is closed and opened again with
 /// a growing pause (up to 1 s), counted in `reconnects`; numbering goes on by the time that passed,
