@@ -140,18 +140,22 @@ void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
       ->type_name("M");
 }
 
-Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source) {
-  std::optional<StriperModel> model;
-  ScannerOptions options;
+ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& source) {
+  ScannerSetup setup;
   if (arguments.model) {
-    model = load_model_for(source, *arguments.model);
-    if (arguments.axis) model->axis = *stripe_axis_from_string(*arguments.axis);
-    options = ScannerOptions::for_model(*model);
+    setup.model = load_model_for(source, *arguments.model);
+    if (arguments.axis) setup.model->axis = *stripe_axis_from_string(*arguments.axis);
+    setup.options = ScannerOptions::for_model(*setup.model);
   }
-  apply(arguments, options);
-  options.ambient.cadence = source.cadence;
-  require_fields(options.ambient.method, source);
-  return model ? Scanner(std::move(*model), options) : Scanner(options);
+  apply(arguments, setup.options);
+  setup.options.ambient.cadence = source.cadence;
+  require_fields(setup.options.ambient.method, source);
+  return setup;
+}
+
+Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source) {
+  const ScannerSetup setup = scanner_setup(arguments, source);
+  return setup.model ? Scanner(*setup.model, setup.options) : Scanner(setup.options);
 }
 
 }  // namespace striper::program

@@ -27,9 +27,19 @@ struct ScannerArguments {
 
 void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments);
 
-/// The scanner for a source, with or without a model; the cadence is the source's.
-/// @throws Error as `load_model` and Scanner do; Error{kBadFile} where the model is of another
-///         camera than the source's or has no laser.
+/// What the options, and the model that they name, come to.
+struct ScannerSetup {
+  std::optional<StriperModel> model;
+  ScannerOptions options;
+};
+
+/// How a source is to be scanned, with or without a model; the cadence is the source's.
+/// @throws Error as `load_model` does; Error{kBadFile} where the model is of another camera than
+///         the source's or has no laser.
+ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& source);
+
+/// The scanner for that.
+/// @throws Error as `scanner_setup` and Scanner do.
 Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source);
 
 }  // namespace striper::program

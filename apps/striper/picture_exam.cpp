@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "picture_exam.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+namespace striper::program {
+namespace {
+
+using Severity = Diagnosis::Severity;
+
+constexpr double kOverexposed = 0.02;     // Of the pixels, the stripe's own apart.
+constexpr double kNoStripe = 0.05;        // Of the lines: so many show something in any scene.
+constexpr double kFaint = 0.1;            // Of full scale.
+constexpr double kBlurred_px = 8.0;       // Full width at half the height.
+constexpr double kWidthOfSigma = 2.3548;  // The same of a Gaussian.
+constexpr double kMost = 0.5;
+
+double part(std::uint64_t of, std::uint64_t all) {
+  return static_cast<double>(of) / static_cast<double>(std::max<std::uint64_t>(all, 1));
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+AmbientOptions ambient_options(const ScannerOptions& options) {
+  AmbientOptions ambient = options.ambient;
+  ambient.axis = options.stripe.axis;
+  ambient.noise = options.stripe.noise;
+  return ambient;
+}
+
+// How many clipped pixels in a row the stripe's centre lies in; 0 where it is not clipped.
+std::uint64_t clipped_at(const cv::Mat& clipped, const Stripe& stripe, std::size_t i) {
+  const bool columns = stripe.axis == StripeAxis::kColumns;
+  const AxisGrid& across = columns ? stripe.grid.v : stripe.grid.u;
+  const int size = columns ? clipped.rows : clipped.cols;
+  const auto is_clipped = [&](int at) {
+    if (at < 0 || at >= size) return false;
+    const auto* const row = clipped.ptr(columns ? at : stripe.line[i]);
+    return row[columns ? stripe.line[i] : at] != 0;
+  };
+  const int centre = static_cast<int>(std::lround(across.index(stripe.across_px[i])));
+  if (!is_clipped(centre)) return 0;
+  int first = centre;
+  int last = centre;
+  while (is_clipped(first - 1)) --first;
+  while (is_clipped(last + 1)) ++last;
+  return static_cast<std::uint64_t>(last - first + 1);
+}
+
+// "channel green, cadence 0,dark (found), ambient fields": what else was decided is a warning.
+std::string choices_of(const std::string& decisions) {
+  constexpr int kChoices = 3;
+  std::string text;
+  std::size_t from = 0;
+  for (int line = 0; line < kChoices && from < decisions.size(); ++line) {
+    const std::size_t to = decisions.find('\n', from);
+    text += (line == 0 ? "" : ", ") + decisions.substr(from, to - from);
+    from = to + 1;
+  }
+  return text;
+}
+
+}  // namespace
+
+PictureExam::PictureExam(const ScannerSetup& setup)
+    : ambient_(ambient_options(setup.options)),
+      extractor_(make_extractor(setup.options.stripe)),
+      projector_(setup.model ? ScanProjector(*setup.model, setup.options.scan) : ScanProjector()) {}
+
+void PictureExam::look_at(const Frame& frame) {
+  if (frame.status != FrameStatus::kOk || frame.image.empty()) return;
+  ++frames_;
+  ambient_.push(frame);
+  look_at_lit_exposures();
+}
+
+void PictureExam::look_at_lit_exposures() {
+  while (const LitFrame* const lit = ambient_.next()) look_at(*lit);
+}
+
+void PictureExam::look_at(const LitFrame& exposure) {
+  ++exposures_;
+  full_scale_dn_ = exposure.full_scale_dn;
+  double brightest_dn = 0.0;
+  cv::minMaxIdx(exposure.lit, nullptr, &brightest_dn);
+  brightest_dn_ = std::max(brightest_dn_, brightest_dn);
+  levels_dn_ += cv::mean(exposure.lit)[0];
+  cv::compare(exposure.lit, exposure.full_scale_dn, clipped_, cv::CMP_GE);
+  pixels_ += exposure.lit.total();
+  clipped_pixels_ += static_cast<std::uint64_t>(cv::countNonZero(clipped_));
+
+  extractor_->extract(exposure, stripe_);
+  projector_.project(stripe_, exposure.laser, scan_);
+  lines_ += static_cast<std::uint64_t>(stripe_.line_count);
+  for (std::size_t i = 0; i < stripe_.size(); ++i) {
+    const ReturnStatus status = stripe_.status[i];
+    if (verdict(status) == Verdict::kMissing || status == ReturnStatus::kWeak) continue;
+    heights_dn_.push_back(stripe_.amplitude_dn[i]);
+    widths_px_.push_back(kWidthOfSigma * stripe_.width_px[i]);
+    const std::uint64_t own = clipped_at(clipped_, stripe_, i);
+    clipped_pixels_ -= own;
+    if (own > 0) ++clipped_peaks_;
+    if (verdict(status) == Verdict::kDoubtful && status != ReturnStatus::kSaturated) ++doubtful_;
+    if (verdict(scan_.returns[i].status) == Verdict::kMissing) ++off_the_plane_;
+  }
+}
+
+bool PictureExam::is_overexposed() const noexcept {
+  return part(clipped_pixels_, pixels_) > kOverexposed;
+}
+
+const char* PictureExam::lines() const noexcept {
+  return stripe_.axis == StripeAxis::kColumns ? "columns" : "rows";
+}
+
+void PictureExam::conclude(std::vector<Diagnosis>& findings) {
+  ambient_.finish();
+  look_at_lit_exposures();
+  if (frames_ == 0) return;
+  if (exposures_ == 0) {
+    findings.push_back({Severity::kBad, fmt::format("none of {} frames could be scanned", frames_),
+                        "the laser lights none of them, or none beside a dark one: what laser= "
+                        "says is not what the laser does"});
+    return;
+  }
+  findings.push_back({Severity::kGood, choices_of(ambient_.decisions()), ""});
+  conclude_light(findings);
+  if (part(widths_px_.size(), lines_) < kNoStripe) {
+    if (!is_overexposed()) conclude_without_stripe(findings);
+    return;
+  }
+  conclude_stripe(findings);
+  conclude_model(findings);
+}
+
+void PictureExam::conclude_light(std::vector<Diagnosis>& findings) const {
+  if (!is_overexposed()) return;
+  findings.push_back(
+      {Severity::kBad,
+       fmt::format("{:.0f} % of the pixels are saturated", 100.0 * part(clipped_pixels_, pixels_)),
+       "exposure too long or too much daylight: shorten exposure_us, close the "
+       "iris, fit the band-pass filter"});
+}
+
+void PictureExam::conclude_stripe(std::vector<Diagnosis>& findings) const {
+  const std::uint64_t found = widths_px_.size();
+  findings.push_back(
+      {Severity::kGood,
+       fmt::format("a stripe in {:.0f} % of the {}", 100.0 * part(found, lines_), lines()), ""});
+  const double height = median(heights_dn_) / full_scale_dn_;
+  if (height < kFaint) {
+    findings.push_back(
+        {Severity::kDoubtful,
+         fmt::format("the stripe is faint: {:.0f} % of full scale", 100.0 * height),
+         "exposure too short for this laser: lengthen exposure_us (not beyond its pulse), open "
+         "the iris, or raise gain"});
+  }
+  const double width_px = median(widths_px_);
+  if (width_px > kBlurred_px) {
+    findings.push_back(
+        {Severity::kDoubtful,
+         fmt::format("the stripe is {:.1f} pixels wide at half its height", width_px),
+         "out of focus: turn the lens' ring until it is 2 to 4, then lock it; or "
+         "the laser's own focus"});
+  }
+  if (part(clipped_peaks_, found) > kMost && !is_overexposed()) {
+    findings.push_back({Severity::kDoubtful,
+                        fmt::format("the stripe is saturated in {:.0f} % of its {}",
+                                    100.0 * part(clipped_peaks_, found), lines()),
+                        "fine for ranges while it is narrow; shorten exposure_us to see less of "
+                        "the surroundings"});
+  }
+  if (part(doubtful_, found) > kMost) {
+    findings.push_back({Severity::kDoubtful,
+                        fmt::format("{:.0f} % of what was found is not plainly the stripe",
+                                    100.0 * part(doubtful_, found)),
+                        "other bright lines in view, or a stripe along the other axis (--axis): "
+                        "`striper capture --doubtful` says what is wrong with each"});
+  }
+}
+
+void PictureExam::conclude_without_stripe(std::vector<Diagnosis>& findings) const {
+  if (brightest_dn_ < kFaint * full_scale_dn_) {
+    findings.push_back({Severity::kBad,
+                        fmt::format("the pictures are dark: the brightest pixel is {:.0f} of {}",
+                                    brightest_dn_, full_scale_dn_),
+                        "exposure too short, lens cap on, or laser off: lengthen exposure_us, "
+                        "raise gain, check the laser's supply and strobe="});
+    return;
+  }
+  findings.push_back({Severity::kBad,
+                      fmt::format("no stripe; the surroundings are at {:.0f} of {}",
+                                  levels_dn_ / static_cast<double>(exposures_), full_scale_dn_),
+                      "laser off or out of view: check its supply, interlock and strobe= line; "
+                      "does it fire during the exposure? A stripe from top to bottom wants --axis "
+                      "rows"});
+}
+
+void PictureExam::conclude_model(std::vector<Diagnosis>& findings) const {
+  const double off = part(off_the_plane_, widths_px_.size());
+  if (off < kMost) return;
+  findings.push_back({Severity::kBad,
+                      fmt::format("{:.0f} % of the stripe is where the model's laser plane cannot "
+                                  "be seen",
+                                  100.0 * off),
+                      "the model is of another striper, or camera or laser were moved: calibrate "
+                      "it anew"});
+}
+
+}  // namespace striper::program
