@@ -14,7 +14,11 @@ on_air grey_interlaced "${poses[0]}"
 "$striper" record 'v4l2:/dev/video0?input=0&standard=ntsc&format=GREY&queue=1&stall_s=30' --when-board 9x6 -o "$work/session" &
 recorder=$!
 
-until pgrep '^vivid-.*-vid-c' >/dev/null; do sleep 0.1; done
+while_it_records() { kill -0 "$recorder" 2>/dev/null || fail "the recording ended"; }
+until pgrep '^vivid-.*-vid-c' >/dev/null; do
+  while_it_records
+  sleep 0.1
+done
 let_driver_wait
 
 kept() { find "$work/session" -name '*.png' 2>/dev/null | wc -l; }
@@ -24,7 +28,7 @@ for pose in "${poses[@]}"; do
   send "$pose"
   number=$((number + 1))
   until [ "$(kept)" -ge "$number" ]; do
-    kill -0 "$recorder" 2>/dev/null || fail "the recording ended"
+    while_it_records
     sleep 0.1
   done
 done

@@ -10,7 +10,8 @@ usage: run_in_vm.sh [--seconds N] [--memory MB] [--vivid "OPTIONS"]... [--module
 
 Boots a Debian kernel under QEMU with the host's own root (read-only, a scratch layer over it), so
 that the host's build runs inside unchanged; runs COMMAND as root in this folder; prints what it
-prints and returns its exit status. Nothing that it writes reaches the host.
+prints and returns its exit status. Nothing that it writes reaches the host. Where there can be no
+such machine (no QEMU, no kernel to be had) it says why and returns 77, which ctest reports as skipped.
 
   --seconds N        give up after this long (180); status 124
   --memory MB        of the machine (1024)
@@ -37,10 +38,10 @@ done
 [ $# -gt 0 ] || { usage >&2; exit 2; }
 command -v qemu-system-x86_64 >/dev/null || {
   echo "run_in_vm.sh: qemu-system-x86_64 is missing: ./test.sh --deps installs it" >&2
-  exit 1
+  exit 77
 }
 
-machine=$("$here/kernel.sh")
+machine=$("$here/kernel.sh") || exit 77
 exec 9>"$machine/one_at_a_time.lock" && flock 9
 
 work=$(mktemp -d)
@@ -52,7 +53,7 @@ trap 'rm -rf "$work"' EXIT
   printf '%q ' "$@"
 } >"$work/script.sh"
 
-# The host's processor has an accelerator on some machines that hangs; plain emulation never does.
+# Needs no /dev/kvm: the accelerator of some machines hangs; plain emulation never does.
 timeout --foreground -k 5 "$seconds" nice -n "${STRIPER_VM_NICE:-5}" qemu-system-x86_64 \
   -machine q35 -accel tcg,thread=multi -cpu max -m "$memory" -smp 2 -nographic -no-reboot -net none \
   -kernel "$machine/vmlinuz" -initrd "$machine/initrd.gz" \
