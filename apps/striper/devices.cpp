@@ -10,9 +10,10 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/ambient/cadence_finder.hpp>
+#include <striper/ambient/sync_check.hpp>
 #include <striper/capture/list_cameras.hpp>
 #include <striper/capture/open_source.hpp>
-#include <striper/capture/sync_check.hpp>
 #include <striper/core/error.hpp>
 
 #include "program.hpp"
@@ -24,6 +25,7 @@ namespace {
 
 struct DevicesArguments {
   std::string check_sync;
+  std::string axis = "columns";
   double seconds = 3.0;
   bool all = false;
   bool json = false;
@@ -50,6 +52,12 @@ void define(CLI::App& command, DevicesArguments& arguments) {
       .add_option("--check-sync", arguments.check_sync,
                   "Watch this source: laser and shutter together?")
       ->type_name("SOURCE");
+  command
+      .add_option("--axis", arguments.axis,
+                  "The stripe has one centre in each of the columns, or of the rows")
+      ->type_name("NAME")
+      ->check(one_of({"columns", "rows"}))
+      ->capture_default_str();
   command.add_option("--seconds", arguments.seconds, "How long to watch")
       ->type_name("S")
       ->check(above_zero())
@@ -227,18 +235,23 @@ const char* advice_on(SyncVerdict verdict) {
       return "the laser changes from one exposure to the other: its trigger must come from the\n"
              "camera's own vertical sync (or strobe), and every second one of it";
     case SyncVerdict::kNoDifference:
-      return "no exposure shows a stripe that its neighbour lacks: the laser is off, on in every\n"
-             "exposure, out of the picture, or drowned; cover the camera's view of the sun and "
-             "try\n"
-             "again";
+      return "no exposure shows a stripe that another lacks: the laser is off, on in every\n"
+             "exposure, out of the picture, or drowned";
     case SyncVerdict::kTooFew:
       break;
   }
   return "too few good pictures to tell; try longer (--seconds)";
 }
 
-std::string cadence_of(const SyncReport& report) {
-  return report.lit_phase == 0 ? "laser=0,dark" : "laser=dark,0";
+// "in the bottom field, the first exposure of two", or by the cadence alone.
+std::string lit_exposures(const SyncReport& report) {
+  const std::vector<Illumination>& pattern = report.cadence.pattern();
+  if (pattern.size() != 2) return fmt::format("in {}", report.cadence.to_string());
+  return fmt::format("in the {}{} exposure of two",
+                     report.lit_field != Field::kProgressive
+                         ? std::string(field_name(report.lit_field)) + " field, the "
+                         : "",
+                     pattern.front().is_lit() ? "first" : "second");
 }
 
 void print_sync(const SyncReport& report) {
@@ -248,46 +261,44 @@ void print_sync(const SyncReport& report) {
   const SourceStatistics& lost = report.statistics;
   fmt::print("lost      {} dropped by the driver, {} not read in time, {} damaged\n", lost.dropped,
              lost.overrun, lost.corrupt + lost.incomplete + lost.wrong_size);
-  fmt::print(
-      "compared  {} pairs of exposures: stripe in the even one {}, in the odd one {}, no "
-      "difference {}\n",
-      report.pairs, report.lit_even, report.lit_odd, report.undecided);
+  fmt::print("looked    {} times at {} pictures: {} agree, {} show another order, {} none\n",
+             report.windows, CadenceFinder::kPictures, report.agreeing, report.others,
+             report.unclear);
   if (report.verdict == SyncVerdict::kLocked) {
-    const bool has_fields = report.lit_field == Field::kTop || report.lit_field == Field::kBottom;
-    fmt::print("laser     in the {}{} exposure of two, stripe {:.1f} times the noise: {}\n",
-               has_fields ? std::string(field_name(report.lit_field)) + " field, the " : "",
-               report.lit_phase == 0 ? "first" : "second", report.stripe_contrast,
-               cadence_of(report));
+    fmt::print("laser     {}, its line {:.0f} % of a clear one: laser={}\n", lit_exposures(report),
+               100.0 * report.surplus, report.cadence.to_string());
   }
   fmt::print("{}: {}\n", verdict_name(report.verdict), advice_on(report.verdict));
 }
 
 nlohmann::json to_json(const SyncReport& report) {
   const bool is_locked = report.verdict == SyncVerdict::kLocked;
-  return {{"verdict", verdict_name(report.verdict)},
-          {"laser", is_locked ? nlohmann::json(cadence_of(report)) : nlohmann::json(nullptr)},
-          {"lit_field",
-           is_locked ? nlohmann::json(field_name(report.lit_field)) : nlohmann::json(nullptr)},
-          {"field_order", field_name(report.field)},
-          {"pairs", report.pairs},
-          {"lit_even", report.lit_even},
-          {"lit_odd", report.lit_odd},
-          {"undecided", report.undecided},
-          {"stripe_contrast", report.stripe_contrast},
-          {"rate_hz", report.rate_hz},
-          {"nominal_rate_hz", report.nominal_rate_hz},
-          {"jitter_ms", report.jitter_ms},
-          {"dropped", report.statistics.dropped},
-          {"overrun", report.statistics.overrun},
-          {"corrupt", report.statistics.corrupt}};
+  return {
+      {"verdict", verdict_name(report.verdict)},
+      {"laser", is_locked ? nlohmann::json(report.cadence.to_string()) : nlohmann::json(nullptr)},
+      {"lit_field",
+       is_locked ? nlohmann::json(field_name(report.lit_field)) : nlohmann::json(nullptr)},
+      {"field_order", field_name(report.field)},
+      {"windows", report.windows},
+      {"agreeing", report.agreeing},
+      {"others", report.others},
+      {"unclear", report.unclear},
+      {"surplus", report.surplus},
+      {"rate_hz", report.rate_hz},
+      {"nominal_rate_hz", report.nominal_rate_hz},
+      {"jitter_ms", report.jitter_ms},
+      {"dropped", report.statistics.dropped},
+      {"overrun", report.statistics.overrun},
+      {"corrupt", report.statistics.corrupt}};
 }
 
 ExitCode check(const DevicesArguments& arguments) {
   const auto source = open_source(arguments.check_sync);
   if (!arguments.json) say(source->info().description);
   const SyncReport report =
-      striper::check_sync(*source, {arguments.seconds, [] { return stop_requested(); }});
-  if (report.pairs == 0 && report.rate_hz == 0.0)
+      striper::check_sync(*source, {arguments.seconds, [] { return stop_requested(); },
+                                    *stripe_axis_from_string(arguments.axis)});
+  if (report.windows == 0 && report.rate_hz == 0.0)
     throw Error(ErrorKind::kDevice, fmt::format("{}: gave no picture", arguments.check_sync));
   if (arguments.json) {
     print_json(to_json(report));

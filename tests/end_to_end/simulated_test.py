@@ -181,6 +181,13 @@ class Ntsc(Simulated):
     def test_the_cadence_may_be_said_too(self):
         self.check("?fields=split-top&laser=0,dark", least=0.9, in_first=0.65)
 
+    def test_laser_and_shutter_run_together(self):
+        woven = os.path.join(SOURCE_DIR, "data/scenes/ntsc_sun.yaml")
+        for query, verdict, laser, code in (("", "locked", "0,dark", 0), ("?laser=0", "no_difference", None, 3)):
+            watch = ("--check-sync", f"sim:{woven}{query}", "--seconds", "0.8", "--json")
+            report = json.loads(run(STRIPER, "devices", *watch, code=code).stdout)
+            self.assertEqual((report["verdict"], report["laser"]), (verdict, laser), report)
+
 
 class WhenBoard(Simulated):
     """A board before the camera, 30 px a square; 0.1 m/s is half a square a picture."""

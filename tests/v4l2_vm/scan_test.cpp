@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include <striper/capture/sync_check.hpp>
+#include <striper/ambient/sync_check.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "capture/v4l2/televised_scene.hpp"
@@ -196,8 +196,8 @@ TEST_P(VividSync, CheckSeesTheLaserInItsField) {
   air.source->stop();
   const SyncReport report = check_sync(*air.source, {5.0, {}});
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked)
-      << report.lit_even << " even, " << report.lit_odd << " odd, " << report.undecided;
-  EXPECT_EQ(report.lit_phase, 0);
+      << report.agreeing << " of " << report.windows << " agree, " << report.others << " others";
+  EXPECT_EQ(report.cadence, Cadence::parse("0,dark"));
   EXPECT_EQ(report.lit_field, way.is_bottom_first() ? Field::kBottom : Field::kTop);
   // The two nodes are not in step: of single fields one may come twice, which no rate can fit.
   if (way.field != V4L2_FIELD_ALTERNATE) {
