@@ -28,7 +28,7 @@ class PlainProfile {
   struct Fit {
     double position = 0.0;  // From the centre.
     double amplitude = 0.0;
-    double sigma = 0.0;
+    double sigma = 0.0;  // Expected of such a profile, whatever noise made of this one.
   };
 
   double across = 0.0;   // Of the pixel that the filter peaks at,
@@ -56,8 +56,13 @@ class PlainProfile {
   double snr(const Fit& fit) const {
     return fit.amplitude / std::sqrt(variance(std::max(0.0, fit.amplitude)) + extra_of_pixel_);
   }
-  double locking() const {
-    return clipped > 0.0 ? plan_.clipped_locking_variance : plan_.locking_variance;
+  // By the information that the profile itself has at its peak.
+  double sigma(const Fit& fit) const {
+    double variance = fit.sigma * fit.sigma;
+    if (clipped > 0.0) return std::sqrt(variance + plan_.clipped_locking_variance);
+    const double w2 = expected_width_ * expected_width_;
+    variance /= std::clamp((w2 + filter2()) * curvature_, 0.5, 2.0);
+    return std::sqrt(variance * (1.0 + variance / w2) + plan_.locking_variance);
   }
   double centre() const { return centre_; }
 
@@ -201,9 +206,14 @@ class PlainProfile {
     };
     const double a = log_of(before_);
     const double c = log_of(after_);
-    const double offset = std::clamp((c - a) / (2.0 * std::max(-a - c, 1e-4)), -0.5, 0.5);
-    const double filter2 = static_cast<double>(plan_.filter_sigma) * plan_.filter_sigma;
-    const double total = expected_width_ * expected_width_ + filter2;
+    curvature_ = std::max(-a - c, 1e-4);
+    double offset = std::clamp((c - a) / (2.0 * curvature_), -0.5, 0.5);
+    if (plan_.is_coarse) {
+      const double square = offset * offset;
+      offset -= offset * (1.0 - 4.0 * square) *
+                (plan_.filter_locking[0] + plan_.filter_locking[1] * square);
+    }
+    const double total = expected_width_ * expected_width_ + filter2();
     const double gain = expected_width_ * plan_.filter_sigma * std::sqrt(2.0 * kPi / total);
     Fit fit;
     fit.position = peak_at + offset;
@@ -216,13 +226,14 @@ class PlainProfile {
     const double a = std::max(amplitude, 1e-3);
     const double w = expected_width_;
     const double base = base_ + extra_of_pixel_;
-    double white = 2.0 / std::sqrt(kPi) * w * base;
-    if (plan_.is_coarse) white *= 1.0 + 0.14 * std::exp(-(std::max(w, 0.5) - 0.757) / 0.12);
-    const double shot = 0.6142 * w * plan_.variance_per_dn * a;
-    const double speckle = 0.3989 * w * plan_.speckle2 * a * a;
-    const double slope = 8.0 * std::pow(w, 4.0) * slope_variance_ * base;
+    const double white = plan_.filter_white * w * base;
+    const double shot = plan_.filter_shot * w * plan_.variance_per_dn * a;
+    const double speckle = plan_.filter_speckle * w * plan_.speckle2 * a * a;
+    const double slope = plan_.filter_slope * std::pow(w, 4.0) * slope_variance_ * base;
     return std::sqrt(white + shot + speckle + slope) / a;
   }
+
+  double filter2() const { return static_cast<double>(plan_.filter_sigma) * plan_.filter_sigma; }
 
   void refine() {
     const Fit start = fits.front();
@@ -272,8 +283,7 @@ class PlainProfile {
     const double sides = before_ * after_ - base_ * plan_.filter_covariance;
     const double centre = std::max(1e-6, peak_ * peak_ - base_ * plan_.filter_energy);
     const double curvature = -std::log(std::max(1e-6, sides / centre));
-    const double filter2 = static_cast<double>(plan_.filter_sigma) * plan_.filter_sigma;
-    width = std::sqrt(std::max(0.04, 1.0 / std::max(1e-4, curvature) - filter2));
+    width = std::sqrt(std::max(0.04, 1.0 / std::max(1e-4, curvature) - filter2()));
     if (clipped > 0.0) width = expected_width_;
     const double sum2 = static_cast<double>(plan_.filter_sum) * plan_.filter_sum;
     significance = peak_ / std::sqrt(base_ * plan_.filter_energy + extra_of_response_ +
@@ -291,6 +301,7 @@ class PlainProfile {
   double before_ = 0.0, peak_ = 0.0, after_ = 0.0;
   double dark_ = 0.0, base_ = 0.0, extra_of_pixel_ = 0.0, extra_of_response_ = 0.0;
   double expected_width_ = 0.0;
+  double curvature_ = 0.0;
 };
 
 }  // namespace striper::testing

@@ -237,9 +237,10 @@ struct Patience {
     settled = hn::Mul(set(any_clipped ? 0.01F : 0.1F), width);
   }
 
-  HWY_INLINE bool is_over(int step, V wanted, V sigma) const {
-    const V small = any_clipped ? settled : hn::Max(settled, sigma);
-    return step >= least_steps && hn::AllTrue(Tag(), hn::Le(hn::Abs(wanted), small));
+  HWY_INLINE bool is_over(int step, V wanted, V variance) const {
+    const V settled2 = hn::Mul(settled, settled);
+    const V small2 = any_clipped ? settled2 : hn::Max(settled2, variance);
+    return step >= least_steps && hn::AllTrue(Tag(), hn::Le(hn::Mul(wanted, wanted), small2));
   }
 };
 
@@ -266,8 +267,8 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
     const V wanted = hn::Mul(solution.step_times_amplitude, per_amplitude);
     const V taken = hn::Min(hn::Max(wanted, hn::Neg(patience.longest)), patience.longest);
     e.position = hn::Add(e.position, taken);
-    e.sigma = hn::Mul(root(solution.step_variance), per_amplitude);
-    if (patience.is_over(n, wanted, e.sigma)) break;
+    e.variance = hn::Mul(solution.step_variance, hn::Mul(per_amplitude, per_amplitude));
+    if (patience.is_over(n, wanted, e.variance)) break;
     limit = hn::IfThenElse(hn::Gt(clipped, hn::Zero(d)), ceiling, limit);
   }
   // Noise can lead a weak fit astray; the filter's peak stands then.
@@ -275,10 +276,11 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
   const M is_astray = hn::Gt(hn::Abs(hn::Sub(e.position, start.position)), allowed);
   estimate = e;
   if (hn::AllFalse(d, is_astray)) return;
-  const V start_sigma = filter_sigma(plan, noise.with(extra), background, width, start.amplitude);
+  const V start_variance =
+      filter_variance(plan, noise.with(extra), background, width, start.amplitude);
   estimate.position = hn::IfThenElse(is_astray, start.position, e.position);
   estimate.amplitude = hn::IfThenElse(is_astray, start.amplitude, e.amplitude);
-  estimate.sigma = hn::IfThenElse(is_astray, start_sigma, e.sigma);
+  estimate.variance = hn::IfThenElse(is_astray, start_variance, e.variance);
 }
 
 }  // namespace

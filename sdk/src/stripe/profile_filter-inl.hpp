@@ -26,7 +26,8 @@ constexpr float kEnoughOnOneSide = 24.0F;
 struct Estimate {
   V position;   // Pixels from the seed.
   V amplitude;  // DN.
-  V sigma;      // Of the position, pixels.
+  V variance;   // Of the position, pixels^2.
+  V curvature;  // Of the logarithm of the filter's answer at its peak, per pixel^2.
 };
 
 // ---- Background: a straight line through the ring of pixels on both sides of the stripe.
@@ -335,61 +336,97 @@ HWY_INLINE V width_at(const ProfilePlan& plan, V across) {
   return hn::Min(hn::Max(width, set(plan.smallest_width)), set(plan.largest_width));
 }
 
-// Gauss-3 on the filtered profile, exact for a Gaussian, because Gaussian * Gaussian is Gaussian:
-// the peak's place from the filter's peak pixel.
-HWY_INLINE V log_parabola(const FilterPeak& f) {
+// -ln(b / a) for s = (a - b) / (a + b), 0 <= s <= 1: 2 artanh(s), exact to 1e-6 of itself as far as
+// b / a = 0.3, where the filter of a stripe does not get.
+HWY_INLINE V fall(V s) {
+  const V z = hn::Mul(s, s);
+  V sum = hn::MulAdd(z, set(0.44359741F), set(0.21910426F));
+  sum = hn::MulAdd(z, sum, set(0.40758425F));
+  sum = hn::MulAdd(z, sum, set(0.66637434F));
+  return hn::Mul(s, hn::MulAdd(z, sum, set(2.0000018F)));
+}
+
+struct LogPeak {
+  V offset;     // Of the peak from the filter's peak pixel.
+  V curvature;  // Per pixel^2.
+};
+
+// Gauss-3 on the filtered profile, exact for a Gaussian, because Gaussian * Gaussian is Gaussian.
+HWY_INLINE LogPeak log_parabola(const ProfilePlan& plan, const FilterPeak& f) {
   const V peak = hn::Max(f.peak, set(1e-3F));
-  const V inverse_peak = inverse(peak);
-  const auto log_of = [&](V side) {
-    const V part = hn::Max(hn::Mul(side, inverse_peak), set(1e-3F));
-    return log(hn::Min(part, set(1.0F)));
-  };
-  const V a = log_of(f.before);
-  const V c = log_of(f.after);
-  const V curvature = hn::Max(hn::Neg(hn::Add(a, c)), set(1e-4F));
-  const V offset = ratio(hn::Sub(c, a), hn::Add(curvature, curvature));
-  return hn::Min(hn::Max(offset, set(-0.5F)), set(0.5F));
+  const V before = hn::Min(hn::Max(f.before, hn::Zero(Tag())), peak);
+  const V after = hn::Min(hn::Max(f.after, hn::Zero(Tag())), peak);
+  const V sum_before = hn::Add(peak, before);
+  const V sum_after = hn::Add(peak, after);
+  const V per_sums = inverse(hn::Mul(sum_before, sum_after));
+  const V fall_before = fall(hn::Mul(hn::Mul(hn::Sub(peak, before), sum_after), per_sums));
+  const V fall_after = fall(hn::Mul(hn::Mul(hn::Sub(peak, after), sum_before), per_sums));
+  const V curvature = hn::Max(hn::Add(fall_before, fall_after), set(1e-4F));
+  const V half = set(0.5F);
+  V offset = hn::Mul(half, ratio(hn::Sub(fall_before, fall_after), curvature));
+  offset = hn::Min(hn::Max(offset, hn::Neg(half)), half);
+  if (plan.is_coarse) {
+    const V square = hn::Mul(offset, offset);
+    const V shape = hn::MulAdd(set(plan.filter_locking[1]), square, set(plan.filter_locking[0]));
+    const V inside = hn::NegMulAdd(set(4.0F), square, set(1.0F));
+    offset = hn::NegMulAdd(hn::Mul(offset, inside), shape, offset);
+  }
+  return {offset, curvature};
 }
 
 // The error of matched filter and log-parabola: that of the zero crossing of its derivative, in
-// white noise (2 sigma / sqrt(pi)), noise that grows with the signal (0.614 sigma) and with its
-// square (speckle), and of the slope of the background.
-HWY_INLINE V filter_sigma(const ProfilePlan& plan, const Noise& noise, const Background& background,
-                          V width, V amplitude) {
+// white noise, noise that grows with the signal and with its square (speckle), and of the slope of
+// the background.
+HWY_INLINE V filter_variance(const ProfilePlan& plan, const Noise& noise,
+                             const Background& background, V width, V amplitude) {
   const V a = hn::Max(amplitude, set(1e-3F));
-  const V white = hn::Mul(hn::Mul(set(1.12838F), width), noise.base);
-  const V shot = hn::Mul(hn::Mul(set(0.6142F), width), hn::Mul(noise.per_dn, a));
-  const V speckle = hn::Mul(hn::Mul(set(0.3989F), width), hn::Mul(noise.speckle, hn::Mul(a, a)));
   const V w2 = hn::Mul(width, width);
-  const V slope =
-      hn::Mul(hn::Mul(set(8.0F), hn::Mul(w2, w2)), hn::Mul(background.slope_variance, noise.base));
-  V sum = hn::Add(hn::Add(white, shot), hn::Add(speckle, slope));
-  if (plan.is_coarse) {
-    // Narrow stripes are sampled too coarsely for these integrals: 7 % at a sigma of 0.7 pixels.
-    const V narrow = hn::Sub(set(0.757F), hn::Max(width, set(0.5F)));
-    const V more = hn::Mul(set(0.14F), rough_exp(hn::Mul(set(1.0F / 0.12F), narrow)));
-    sum = hn::MulAdd(white, more, sum);
-  }
-  return ratio(root(sum), a);
+  const V shot = hn::Mul(set(plan.filter_shot), noise.per_dn);
+  const V speckle = hn::Mul(set(plan.filter_speckle), noise.speckle);
+  const V of_signal = hn::Mul(a, hn::MulAdd(speckle, a, shot));
+  const V of_slope = hn::Mul(hn::Mul(set(plan.filter_slope), hn::Mul(w2, w2)),
+                             hn::Mul(background.slope_variance, noise.base));
+  const V of_pixels = hn::MulAdd(set(plan.filter_white), noise.base, of_signal);
+  return ratio(hn::MulAdd(width, of_pixels, of_slope), hn::Mul(a, a));
 }
 
 // Position and amplitude from the filter's peak alone, for a stripe of this width.
 HWY_INLINE Estimate estimate_from_filter(const ProfilePlan& plan, const FilterPeak& peak, V width) {
-  const V offset = log_parabola(peak);
+  const LogPeak top = log_parabola(plan, peak);
   // The filter's peak value for a stripe of this width is A w f sqrt(2 pi / (w^2 + f^2)).
   const V total = hn::MulAdd(width, width, set(plan.filter_sigma * plan.filter_sigma));
-  const V per_gain = ratio(root(total), hn::Mul(width, set(plan.filter_sigma * 2.5066283F)));
+  const V inverse_root_of_total = inverse_root(total);
+  const V total_root = hn::Mul(total, inverse_root_of_total);
+  const V per_gain = ratio(total_root, hn::Mul(width, set(plan.filter_sigma * 2.5066283F)));
   // exp(x), x below 0.2.
-  const V x = ratio(hn::Mul(set(0.5F), hn::Mul(offset, offset)), total);
+  const V per_total = hn::Mul(inverse_root_of_total, inverse_root_of_total);
+  const V x = hn::Mul(hn::Mul(set(0.5F), hn::Mul(top.offset, top.offset)), per_total);
   V lift = hn::MulAdd(x, set(1.0F / 24.0F), set(1.0F / 6.0F));
   for (const float coefficient : {0.5F, 1.0F, 1.0F}) {
     lift = hn::MulAdd(x, lift, set(coefficient));
   }
   Estimate e;
-  e.position = hn::Add(peak.at, offset);
+  e.position = hn::Add(peak.at, top.offset);
   e.amplitude = hn::Mul(hn::Mul(peak.peak, lift), per_gain);
-  e.sigma = hn::Zero(Tag());
+  e.variance = hn::Zero(Tag());
+  e.curvature = top.curvature;
   return e;
+}
+
+// The variance of a position given its own profile. Noise that sharpens the peak of the likelihood
+// makes its place less uncertain, noise that blunts it more: one over the observed information, not
+// over the expected one (Efron & Hinkley 1978). The filter's answer R is the likelihood's root, so
+// that its peak's curvature is the information's, beside 1 / (w^2 + f^2). To the next order in one
+// over the peak's signal-to-noise ratio rho, that of position over sigma is 1 + 2 / rho^2, and 2 /
+// rho^2 is variance / w^2.
+HWY_INLINE V observed_variance(const ProfilePlan& plan, const Estimate& e, V width) {
+  const V w2 = hn::Mul(width, width);
+  const V total = hn::Add(w2, set(plan.filter_sigma * plan.filter_sigma));
+  const V sharpness = hn::Min(hn::Max(hn::Mul(total, e.curvature), set(0.5F)), set(2.0F));
+  const V per_both = inverse(hn::Mul(sharpness, w2));
+  const V variance = hn::Mul(e.variance, hn::Mul(w2, per_both));
+  const V over_w2 = hn::Mul(variance, hn::Mul(sharpness, per_both));
+  return hn::MulAdd(variance, over_w2, variance);
 }
 
 // The stripe's width from the curvature of the filter's peak, without the noise that the filter's
@@ -399,7 +436,8 @@ HWY_INLINE V width_from_filter(const ProfilePlan& plan, const FilterPeak& f, con
   const V shared = hn::Mul(noise.base, set(plan.filter_covariance));
   const V sides = hn::Sub(hn::Mul(f.before, f.after), shared);
   const V centre = hn::Max(hn::Sub(hn::Mul(f.peak, f.peak), own), set(1e-6F));
-  const V curvature = hn::Neg(log(hn::Max(ratio(sides, centre), set(1e-6F))));
+  const V below = hn::Min(hn::Max(sides, hn::Zero(Tag())), centre);
+  const V curvature = fall(ratio(hn::Sub(centre, below), hn::Add(centre, below)));
   const V total = inverse(hn::Max(curvature, set(1e-4F)));
   const V filter2 = set(plan.filter_sigma * plan.filter_sigma);
   return root(hn::Max(hn::Sub(total, filter2), set(0.04F)));

@@ -127,7 +127,7 @@ void finish(const ProfilePlan& plan, Batch& b, int first, const PeakMeasurements
   Estimate& e = b.estimate;
   if (!plan.refine) {
     e = estimate_from_filter(plan, peak, b.width);
-    e.sigma = filter_sigma(plan, noise, b.background, b.width, e.amplitude);
+    e.variance = filter_variance(plan, noise, b.background, b.width, e.amplitude);
   }
   hn::StoreU(hn::Add(b.across, hn::ConvertTo(di, peak.at)), di, out.across + first);
   hn::StoreU(hn::Sub(e.position, peak.at), d, out.offset + first);
@@ -136,7 +136,9 @@ void finish(const ProfilePlan& plan, Batch& b, int first, const PeakMeasurements
   const M is_clipped = hn::Gt(b.clipped, hn::Zero(d));
   const V locking =
       hn::IfThenElse(is_clipped, set(plan.clipped_locking_variance), set(plan.locking_variance));
-  hn::StoreU(root(hn::MulAdd(e.sigma, e.sigma, locking)), d, out.sigma + first);
+  // Of clipped peaks the filter's is none of the likelihood.
+  const V variance = hn::IfThenElse(is_clipped, e.variance, observed_variance(plan, e, b.width));
+  hn::StoreU(root(hn::Add(variance, locking)), d, out.sigma + first);
   const V width = width_from_filter(plan, peak, b.noise);
   hn::StoreU(hn::IfThenElse(is_clipped, b.width, width), d, out.width + first);
   const V significance = significance_of(plan, peak, b.background, b.noise, b.extra);

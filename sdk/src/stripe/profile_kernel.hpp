@@ -42,6 +42,13 @@ struct ProfilePlan {
   float filter_energy = 0;      // sum g_i^2
   float filter_covariance = 0;  // sum g_i g_(i+2)
 
+  // The variance of the filter's peak for a stripe of width w and amplitude A: (w (white v + shot A
+  // per_dn + speckle A^2 speckle2) + slope w^4 v v_slope) / A^2, v the variance of a pixel of the
+  // background and v v_slope that of the background's slope.
+  float filter_white = 0, filter_shot = 0, filter_speckle = 0, filter_slope = 0;
+  // What sampling moves the peak by, at x from the pixel's middle: x (1 - 4 x^2) ([0] + [1] x^2).
+  std::array<float, 2> filter_locking{};
+
   int reach = 0;          // The filter's peak is looked for this far from the seed,
   int filter_reach = 0;   // for which pixels this far from it are needed;
   int stray = 0;          // farther than this, the seed is moved there first.
@@ -52,7 +59,7 @@ struct ProfilePlan {
   float width_slope = 0;  // and its change per pixel across.
   float smallest_width = 0;
   float largest_width = 0;
-  bool is_coarse = false;  // So narrow that the pixels' size shows in the filter's error.
+  bool is_coarse = false;  // So narrow that the pixels' size shows in the filter's peak.
   float ring_count = 0;    // Pixels of background where none is missing,
   float ring_squares = 0;  // and the sum of their squared distances from the seed.
 

@@ -161,9 +161,9 @@ bool agrees(const PlainProfile& plain, const Measured& m, std::size_t i, const P
   const std::size_t first = plan.refine ? 1 : 0;
   for (std::size_t n = first; n < plain.fits.size(); ++n) {
     const PlainProfile::Fit& fit = plain.fits[n];
-    const double sigma = std::sqrt(fit.sigma * fit.sigma + plain.locking());
     if (std::abs(position - fit.position) < 1e-3 + 0.01 * fit.sigma &&
-        is_close(m.values[1][i], fit.amplitude, 5e-3) && is_close(m.values[3][i], sigma, 1e-2) &&
+        is_close(m.values[1][i], fit.amplitude, 5e-3) &&
+        is_close(m.values[3][i], plain.sigma(fit), 1e-2) &&
         is_close(m.values[5][i], plain.snr(fit), 5e-3)) {
       return true;
     }
@@ -187,7 +187,8 @@ void expect_equal_to_oracle(const Case& c, const Pictures& p, const ProfilePlan&
     ASSERT_TRUE(agrees(plain, m, i, plan))
         << "fit of " << i << ": " << m.across[i] + m.values[0][i] - plain.centre() << " "
         << plain.fits.back().position << ", " << m.values[1][i] << " "
-        << plain.fits.back().amplitude << ", " << m.values[3][i] << " " << plain.fits.back().sigma;
+        << plain.fits.back().amplitude << ", " << m.values[3][i] << " "
+        << plain.sigma(plain.fits.back());
   }
 }
 
