@@ -87,7 +87,7 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
 
   Learnt& learnt = learnt_of(frame.laser);
   if (!learnt.width.is_known() && !find_first_width(current, learnt.width)) {
-    const WidthModel any{kDefaultWidth, 0.0, 0.0};
+    const WidthModel any{kDefaultWidth, 0.0, 0.0, 0.0};
     measure(current, any);
     report(current, any, stripe);
     return;
@@ -134,13 +134,18 @@ bool ProfileExtractor::find_first_width(const Current& current, WidthTracker& wi
   return guess.has_value();
 }
 
-// Where the width turns out to be another than was thought, once more with that.
+// Where the width, or the filter that fits it, turns out to be another than was thought, once more
+// with that.
 void ProfileExtractor::measure_and_learn(const Current& current, WidthTracker& width) {
+  const bool refine = options_.method == ExtractMethod::kRefined;
   for (int pass = 1; pass <= kMostPasses; ++pass) {
+    const double filter = filter_sigma(width.model(), current.noise, refine);
     measure(current, width.model());
     if (options_.stripe_sigma_px) return;
     const double change = width_learner_.learn(current.frame, options_.axis, candidates_, width);
-    if (std::abs(change - 1.0) < kWidthSettled) return;
+    const double filter_change = filter_sigma(width.model(), current.noise, refine) / filter;
+    const double largest = std::max(std::abs(change - 1.0), std::abs(filter_change - 1.0));
+    if (largest < kWidthSettled) return;
   }
 }
 

@@ -21,6 +21,10 @@ constexpr int kWideRing = 60;
 // From here on, sampling costs a matched filter less than 0.1 %.
 constexpr double kCoarseBelow = 1.6;
 
+double typical_width(const WidthModel& width) {
+  return std::clamp(width.at_pivot, kSmallestWidth, kLargestWidth);
+}
+
 void make_filter(double sigma, ProfilePlan& plan) {
   plan.taps = std::min(ProfilePlan::kMostTaps, static_cast<int>(std::ceil(kFilterReach * sigma)));
   plan.filter_sigma = static_cast<float>(sigma);
@@ -106,6 +110,21 @@ void set_locking(double width, ProfilePlan& plan) {
 
 }  // namespace
 
+// The best multiple, to a few thousandths, of white and shot noise mixed: filter_white + share
+// filter_shot at its smallest, `share` the shot noise at the peak in parts of the white.
+double filter_sigma(const WidthModel& width, const PlanNoise& noise, bool refine) {
+  constexpr double kMostWidening = 1.5;
+  const double typical = typical_width(width);
+  double widening = 1.0;
+  const double shot = noise.model.dn_per_electron * width.amplitude_dn;
+  if (!refine && shot > 0.0) {
+    const double white =
+        (1.0 + noise.dark_noise_gain) * noise.model.variance_dn2(noise.model.black_level_dn);
+    widening = std::min(kMostWidening, 1.0 + 0.75 * shot / (shot + 4.5 * white));
+  }
+  return std::max(kNarrowestFilter, widening * typical);
+}
+
 double dark_gain_through(const PlanNoise& noise, std::span<const float> half_taps) {
   const auto reach = static_cast<int>(half_taps.size()) - 1;
   const auto overlap = [&](int lag) {
@@ -127,12 +146,12 @@ double dark_gain_through(const PlanNoise& noise, std::span<const float> half_tap
 ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool refine,
                          bool wide_background) {
   ProfilePlan plan;
-  const double typical = std::clamp(width.at_pivot, kSmallestWidth, kLargestWidth);
+  const double typical = typical_width(width);
   plan.width = static_cast<float>(width.at(0.0));
   plan.width_slope = static_cast<float>(width.slope);
   plan.smallest_width = static_cast<float>(std::max(kSmallestWidth, 0.5 * typical));
   plan.largest_width = static_cast<float>(std::min(kLargestWidth, 1.5 * typical));
-  make_filter(std::max(kNarrowestFilter, typical), plan);
+  make_filter(filter_sigma(width, noise, refine), plan);
   set_filter_errors(typical, plan);
   set_noise(noise, plan);
   plan.refine = refine;

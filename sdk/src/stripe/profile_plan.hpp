@@ -16,6 +16,7 @@ struct WidthModel {
   double at_pivot = 0.0;
   double slope = 0.0;  // Per pixel.
   double pivot = 0.0;
+  double amplitude_dn = 0.0;  // Of the stripe where it is clear; 0: not known yet.
 
   double at(double across) const noexcept { return at_pivot + slope * (across - pivot); }
 };
@@ -31,6 +32,10 @@ struct PlanNoise {
 /// The noise of the dark image as a filter sees it, in parts of an exposure's: what neighbours have
 /// in common does not average out. @param half_taps from the middle of a symmetric filter outwards.
 double dark_gain_through(const PlanNoise& noise, std::span<const float> half_taps);
+
+/// The sigma of the matched filter: the stripe's, and where nothing comes after the filter more in
+/// the light's own noise, which the flanks have less of.
+double filter_sigma(const WidthModel& width, const PlanNoise& noise, bool refine);
 
 /// Lays out the windows for a stripe of this width. The background is estimated from a window of at
 /// least 14 widths, where a slope as a nuisance costs at most 1.6 %; `wide_background` adds pixels

@@ -50,7 +50,7 @@ Census add_samples(const PeakCandidates& peaks, float least_snr, std::size_t fir
     }
     census.fair += static_cast<int>(snr > kFairSnr);
     census.strong += static_cast<int>(snr > kStrongSnr);
-    if (snr > least_snr) width.add(list->across[best], list->width[best]);
+    if (snr > least_snr) width.add(list->across[best], list->width[best], list->amplitude[best]);
   }
   return census;
 }
@@ -86,7 +86,7 @@ int WidthLearner::add_clipped_samples(const LitFrame& frame, StripeAxis axis,
         frame, axis,
         {next_clipped_line_, position, firsts.amplitude[i], width.model().at(position)});
     if (!fitted) continue;
-    width.add(position, *fitted);
+    width.add(position, *fitted, firsts.amplitude[i]);
     ++count;
   }
   return count;

@@ -29,7 +29,7 @@ double median(std::vector<double>& values) {
 }  // namespace
 
 void WidthTracker::set(double width) {
-  model_ = {width, 0.0, 0.0};
+  model_ = {width, 0.0, 0.0, 0.0};
   is_known_ = true;
   samples_.reserve(kMostSamples);
   scratch_.reserve(kMostSamples);
@@ -50,6 +50,9 @@ double WidthTracker::finish() {
     model_.at_pivot = then + kGain * (now.at_pivot - then);
     model_.slope = before.slope + kGain * (now.slope - before.slope);
   }
+  const double amplitude_dn = amplitudes_dn_ / static_cast<double>(samples_.size());
+  const double gain = has_samples_ ? kGain : 1.0;
+  model_.amplitude_dn = before.amplitude_dn + gain * (amplitude_dn - before.amplitude_dn);
   has_samples_ = true;
   return change;
 }
@@ -81,7 +84,7 @@ WidthModel WidthTracker::fit_anew() {
   const double middle = scratch_[shortest + half / 2];
   for (double& width : scratch_) width = std::abs(width - middle);
   spread_ = std::max(0.01 * middle, kSigmaOfMedianAbsolute * median(scratch_));
-  return fit_about({middle, 0.0, 0.0}).model;
+  return fit_about({middle, 0.0, 0.0, 0.0}).model;
 }
 
 // A straight line through what is no outlier; a level one where the slope does not stand out.
@@ -108,7 +111,7 @@ WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   fit.shift = sy / n;
   fit.spread = kSigmaOfInliers * std::sqrt(std::max(0.0, syy / n - fit.shift * fit.shift));
   const double pivot = sx / n;
-  fit.model = {centre.at(pivot) + fit.shift, 0.0, pivot};
+  fit.model = {centre.at(pivot) + fit.shift, 0.0, pivot, 0.0};
   if (fit.inliers < kLeastForSlope) return fit;
   const double vxx = sxx - sx * sx / n;
   if (vxx < 25.0 * n) return fit;  // The stripe is level to 5 pixels: no lever.

@@ -9,8 +9,9 @@ namespace striper::detail {
 
 /// Follows the stripe's width from the widths of single profiles: a median, or where the frame
 /// shows it a straight line over the position across (a stripe out of focus widens with range).
-/// Averages over about 4 frames. The predicted error is wrong by as much as the width, so it is
-/// kept to a few percent. Less than 1 us a frame, 4 where the width has changed.
+/// And the mean of their heights. Averages over about 4 frames. The predicted error is wrong by as
+/// much as the width, so it is kept to a few percent. Less than 1 us a frame, 4 where the width has
+/// changed.
 class WidthTracker {
  public:
   static constexpr int kMostSamples = 256;
@@ -22,9 +23,15 @@ class WidthTracker {
   /// Sets the width without samples: a first guess, or the caller's own.
   void set(double width);
 
-  void begin() { samples_.clear(); }
+  void begin() {
+    samples_.clear();
+    amplitudes_dn_ = 0.0;
+  }
   bool is_full() const noexcept { return samples_.size() >= kMostSamples; }
-  void add(double across, double width) { samples_.push_back({across, width}); }
+  void add(double across, double width, double amplitude_dn) {
+    samples_.push_back({across, width});
+    amplitudes_dn_ += amplitude_dn;
+  }
 
   /// Takes the samples in. Returns by what factor the width has changed.
   double finish();
@@ -46,6 +53,7 @@ class WidthTracker {
   WidthModel fit();
 
   std::vector<Sample> samples_;
+  double amplitudes_dn_ = 0.0;  // Their sum.
   std::vector<double> scratch_;
   WidthModel model_;
   double spread_ = 0.0;  // Of single samples.

@@ -25,12 +25,14 @@ constexpr int kTrials = 4000;
 constexpr int kPullTrials = 20000;
 constexpr double kPullTolerance = 0.05;
 constexpr double kMostBeyond = 0.007;
+constexpr double kMostBeyondWhereStrong = 0.0045;  // From a signal-to-noise ratio of 20.
 #else
 constexpr int kTrials = 2500;
 constexpr int kPullTrials = 2500;
-// Three standard errors of the robust deviation of so many trials more.
+// Three standard errors of so many trials more.
 constexpr double kPullTolerance = 0.05 + 0.045;
 constexpr double kMostBeyond = 0.007 + 0.005;
+constexpr double kMostBeyondWhereStrong = 0.0045 + 0.004;
 #endif
 
 constexpr std::array kWidths{0.7, 1.0, 1.5, 2.0, 3.0};
@@ -73,15 +75,13 @@ TEST(StripeAccuracy, RefinedIsWithinFivePerCentOfTheBoundEverywhere) {
 TEST(StripeAccuracy, FastIsWithinFivePerCentMostlyAndThirteenEverywhere) {
   int points = 0;
   int within_five = 0;
-  for_each_point({10.0, 20.0, 50.0, 100.0}, kTrials, [&](const auto& t, const auto& trials) {
+  for_each_point({10.0, 20.0, 50.0, 100.0}, kTrials, [&](const auto&, const auto& trials) {
     const TrialScore s = testing::score(trials, ExtractMethod::kFast);
     EXPECT_LE(s.rms_over_bound, kTrials >= 4000 ? 1.13 : 1.15);
-    if (t.noise == Noise::kShot) return;
     ++points;
     within_five += s.rms_over_bound <= 1.05 ? 1 : 0;
   });
-  // Shot noise, where a wider filter would be better, is the exception.
-  EXPECT_GE(within_five, static_cast<int>(0.75 * points));
+  EXPECT_GE(within_five, static_cast<int>(0.8 * points)) << "of " << points;
 }
 
 TEST(StripeAccuracy, PixelLockingIsGone) {
@@ -89,8 +89,10 @@ TEST(StripeAccuracy, PixelLockingIsGone) {
     StripeTrials t;
     t.sigma_px = sigma;
     t.snr = 2000.0;
-    const TrialScore s = testing::score(testing::render(t), ExtractMethod::kRefined);
-    EXPECT_LE(s.locking_px, sigma >= 1.0 ? 0.001 : 0.01) << sigma;
+    const testing::RenderedTrials trials = testing::render(t);
+    for (const ExtractMethod method : {ExtractMethod::kFast, ExtractMethod::kRefined}) {
+      EXPECT_LE(testing::score(trials, method).locking_px, sigma >= 1.0 ? 0.001 : 0.01) << sigma;
+    }
   }
 }
 
@@ -112,10 +114,11 @@ TEST(StripeAccuracy, TwiceSaturatedStripesLoseNothing) {
 }
 
 TEST(StripeAccuracy, PredictedErrorIsTrue) {
-  for_each_point({7.0, 10.0, 20.0, 50.0, 100.0}, kPullTrials, [&](const auto&, const auto& trials) {
+  const std::vector<double> snrs{7.0, 10.0, 20.0, 50.0, 100.0};
+  for_each_point(snrs, kPullTrials, [&](const auto& t, const auto& trials) {
     const TrialScore s = testing::score(trials, ExtractMethod::kRefined);
     EXPECT_NEAR(s.pull_sigma, 1.0, kPullTolerance);
-    EXPECT_LE(s.beyond_3_sigma, kMostBeyond);
+    EXPECT_LE(s.beyond_3_sigma, t.snr >= 20.0 ? kMostBeyondWhereStrong : kMostBeyond);
   });
 }
 
