@@ -10,7 +10,7 @@ namespace striper::detail {
 namespace {
 
 constexpr int kFirstSamples = 8192;
-constexpr int kLaterSamples = 384;
+constexpr int kLaterSamples = 192;
 constexpr int kRun = 16;  // Neighbouring lines looked at together: their pixels share cache lines.
 constexpr int kLag = 2;
 constexpr int kBins = 2048;               // Larger differences are counted as the largest.

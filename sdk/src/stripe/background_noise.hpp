@@ -13,8 +13,8 @@ namespace striper::detail {
 ///
 /// From the median of |x(k-2) - 2 x(k) + x(k+2)| across the stripe at scattered pixels away from
 /// each line's brightest peak, and from where `variance` is 0 if that is anywhere much: ramps
-/// cancel, edges are few. The first frame takes 8192 samples (1.6 %), every second later one 384,
-/// averaged over about 25 of those; a jump starts anew. Half a microsecond a frame.
+/// cancel, edges are few. The first frame takes 8192 samples (1.6 %), every second later one 192,
+/// averaged over about 25 of those; a jump starts anew. A quarter of a microsecond a frame.
 class BackgroundNoise {
  public:
   /// Returns the noise, never below that of quantisation.

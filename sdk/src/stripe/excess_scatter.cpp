@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kLag = 2;
 constexpr std::size_t kMemory = 1536;  // Differences.
 constexpr std::size_t kFirstSamples = 384;
-constexpr std::size_t kLaterSamples = 64;
+constexpr std::size_t kLaterSamples = 16;
 constexpr std::size_t kLeastSamples = 32;
 constexpr std::size_t kEvery = 24;              // Frames, once the memory is full.
 constexpr double kMedianOfSquare = 0.45493642;  // Of chi squared with one degree of freedom.

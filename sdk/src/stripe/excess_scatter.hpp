@@ -13,9 +13,9 @@ namespace striper::detail {
 ///
 /// From fourth differences of good returns two lines apart, which no straight or gently bent
 /// surface shows, and their median without what stands out by 4 standard deviations: edges. Over
-/// the last 1536 of them: 384 of each of the first frames, 64 of each later one. Two standard
-/// errors of the median are given to chance, so that noise alone is no excess. About 1 us a frame,
-/// 3 us among many edges.
+/// the last 1536 of them: 384 of each of the first frames, 16 of each later one. Two standard
+/// errors of the median are given to chance, so that noise alone is no excess. A third of a
+/// microsecond a frame, 2 us among many edges.
 class ExcessScatter {
  public:
   /// The excess as it stands, pixels.

@@ -10,7 +10,7 @@ namespace {
 constexpr float kStrongSnr = 12.0F;
 constexpr float kFairSnr = 4.0F;
 constexpr int kEnoughStrong = 24;
-constexpr std::size_t kLaterSamples = 96;  // Of a frame, once the width is known.
+constexpr std::size_t kLaterSamples = 48;  // Of a frame, once the width is known.
 constexpr int kFirstClippedFits = 64;
 constexpr int kClippedFits = 12;
 
