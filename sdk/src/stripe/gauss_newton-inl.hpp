@@ -127,6 +127,7 @@ template <bool kPlain>
 struct Step {
   const ProfilePlan& plan;
   const Window& w;
+  const Background& background;
   const Noise& noise;
   const Shape& shape;
   V position;
@@ -142,7 +143,8 @@ struct Step {
     const V t2 = hn::Mul(t, t);
     const V value = shape.value(g, t2);
     const V weight = weight_of(hn::Max(hn::Mul(amplitude, value), hn::Zero(d)), at);
-    const V f = hn::Load(d, w.value + at);
+    V f = hn::Load(d, w.value + at);
+    if constexpr (kPlain) f = hn::Sub(f, hn::MulAdd(kv, background.slope, background.level));
     normal.add_background(weight, kv, f);
     normal.add_stripe(weight, kv, f, value, shape.derivative(g, t, t2));
   }
@@ -181,7 +183,7 @@ struct Step {
   }
 
   // All pixels of the ring have the same weight: its sums are those of the fit.
-  HWY_INLINE void add_ring(const Background& b, Normal& normal) const {
+  HWY_INLINE void add_ring(Normal& normal) const {
     const V weight = inverse(noise.base);
     if constexpr (kPlain) {
       normal.n11 = hn::Mul(weight, set(plan.ring_count));
@@ -192,11 +194,11 @@ struct Step {
       add_uneven_ring(normal);
       return;
     }
-    normal.n11 = hn::Mul(weight, b.count);
-    normal.nkk = hn::Mul(weight, b.sum_kk);
-    normal.n1k = hn::Mul(weight, b.sum_k);
-    normal.r1 = hn::Mul(weight, b.rest);
-    normal.rk = hn::Mul(weight, b.rest_k);
+    normal.n11 = hn::Mul(weight, background.count);
+    normal.nkk = hn::Mul(weight, background.sum_kk);
+    normal.n1k = hn::Mul(weight, background.sum_k);
+    normal.r1 = hn::Mul(weight, background.rest);
+    normal.rk = hn::Mul(weight, background.rest_k);
   }
 
   void add_uneven_ring(Normal& normal) const {
@@ -247,18 +249,19 @@ struct Patience {
 // `ceiling` is used from the second step on, where `clipped` pixels say so.
 template <bool kPlain>
 void refine(const ProfilePlan& plan, const Window& w, const Background& background,
-            const Noise& noise, const ExtraVariance& extra, V width, V clipped, V ceiling,
-            Estimate& estimate) {
+            const Noise& noise, const ExtraVariance& extra, const Expected& expected, V clipped,
+            V ceiling, Estimate& estimate) {
   const Tag d;
+  const V width = expected.width;
   const Shape shape(width);
   const Patience patience(clipped, width);
   const Estimate start = estimate;
   Estimate e = start;
   V limit = set(1e30F);
   for (int n = 1; n <= patience.most_steps; ++n) {
-    const Step<kPlain> step{plan, w, noise, shape, e.position, e.amplitude, limit};
+    const Step<kPlain> step{plan, w, background, noise, shape, e.position, e.amplitude, limit};
     Normal normal(hn::Zero(d));
-    step.add_ring(background, normal);
+    step.add_ring(normal);
     step.add_core(normal);
     const auto solution = normal.solve();
     // Dividing by the new amplitude, not the old one, is right however far off the old one was.
@@ -276,8 +279,8 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
   const M is_astray = hn::Gt(hn::Abs(hn::Sub(e.position, start.position)), allowed);
   estimate = e;
   if (hn::AllFalse(d, is_astray)) return;
-  const V start_variance =
-      filter_variance(plan, noise.with(extra), background, width, start.amplitude);
+  const V start_variance = filter_variance(plan, noise.with(extra.of_pixel),
+                                           background.slope_variance, expected, start.amplitude);
   estimate.position = hn::IfThenElse(is_astray, start.position, e.position);
   estimate.amplitude = hn::IfThenElse(is_astray, start.amplitude, e.amplitude);
   estimate.variance = hn::IfThenElse(is_astray, start_variance, e.variance);

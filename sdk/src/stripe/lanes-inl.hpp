@@ -60,6 +60,16 @@ HWY_INLINE V inverse_root(V v) {
 // sqrt(v), v above 0.
 HWY_INLINE V root(V v) { return hn::Mul(v, inverse_root(v)); }
 
+// The same to 12 bits or better, for what is an estimate of an error anyway.
+HWY_INLINE V rough_inverse_root(V v) {
+#if HWY_ARCH_X86
+  return hn::ApproximateReciprocalSqrt(v);
+#else
+  return inverse_root(v);
+#endif
+}
+HWY_INLINE V rough_root(V v) { return hn::Mul(v, rough_inverse_root(v)); }
+
 // exp(x) to a thousandth for -4 < x < 3, and next to nothing below: a cubic at x / 16, squared four
 // times.
 HWY_INLINE V rough_exp(V x) {

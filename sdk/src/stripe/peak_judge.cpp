@@ -81,6 +81,7 @@ HWY_INLINE V confidence_of(const PeakLimits& limits, V significance) {
   const Tag d;
   constexpr auto kLast = static_cast<float>(Detection::kLargest * Detection::kPerSigma);
   const V at = hn::Mul(significance, set(static_cast<float>(Detection::kPerSigma)));
+  if (hn::AllTrue(d, hn::Ge(at, set(kLast)))) return set(limits.not_noise[static_cast<int>(kLast)]);
   const V safe = hn::IfThenElseZero(hn::Gt(at, hn::Zero(d)), hn::Min(at, set(kLast)));
   return hn::GatherIndex(d, limits.not_noise, hn::ConvertTo(IntTag(), safe));
 }

@@ -24,10 +24,10 @@ constexpr float kEnoughOnOneSide = 24.0F;
 
 // What a batch's profiles measure.
 struct Estimate {
-  V position;   // Pixels from the seed.
-  V amplitude;  // DN.
-  V variance;   // Of the position, pixels^2.
-  V curvature;  // Of the logarithm of the filter's answer at its peak, per pixel^2.
+  V position;       // Pixels from the seed.
+  V amplitude;      // DN.
+  V variance;       // Of the position, pixels^2.
+  V per_curvature;  // Of the logarithm of the filter's answer at its peak, pixels^2.
 };
 
 // ---- Background: a straight line through the ring of pixels on both sides of the stripe.
@@ -39,14 +39,17 @@ struct Background {
   V slope_variance;
   V extra;  // Variance beyond noise of the pixels that were trusted.
 
+  // What of `level` and `slope` the window's pixels still have.
+  V left_level, left_slope;
+
   // Over the ring's usable pixels: their number, sum of distances from the seed k and of k^2; of
   // what remains, and k times what remains: 0 where a line could be fitted. Of a batch of which
   // nothing is missing the plan knows them.
   V count, sum_k, sum_kk, rest, rest_k;
 };
 
-// Reads the window of a batch of which nothing is missing and takes the background off as it goes:
-// each pixel is read once. False where a pixel is clipped; then nothing was done.
+// Reads the window of a batch of which nothing is missing; each pixel is read once, and its
+// background stays on. False where a pixel is clipped; then nothing was done.
 template <typename Reader>
 HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scale_dn, Window& w,
                            Background& b) {
@@ -74,19 +77,10 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
   b.level_variance = per_count;
   b.slope_variance = per_squares;
   b.extra = zero;
-
-  V background = hn::NegMulAdd(set(static_cast<float>(plan.core)), b.slope, b.level);
+  b.left_level = b.level;
+  b.left_slope = b.slope;
   for (int row = -plan.core; row <= plan.core; ++row) {
-    hn::Store(hn::Sub(pixels.row(plan.window + row), background), d, centre + row * n);
-    background = hn::Add(background, b.slope);
-  }
-  // The filter reaches into the ring.
-  for (int q = plan.core + 1; q <= plan.filter_reach; ++q) {
-    const V distance = set(static_cast<float>(q));
-    float* const below = centre - q * n;
-    float* const above = centre + q * n;
-    hn::Store(hn::Sub(hn::Load(d, below), hn::NegMulAdd(distance, b.slope, b.level)), d, below);
-    hn::Store(hn::Sub(hn::Load(d, above), hn::MulAdd(distance, b.slope, b.level)), d, above);
+    hn::Store(pixels.row(plan.window + row), d, centre + row * n);
   }
   w.is_plain = pixels.is_below(full_scale_dn);
   const auto rows = static_cast<float>(2 * plan.window + 1);
@@ -178,8 +172,9 @@ void fit_ring(const ProfilePlan& plan, const Window& w, Background& b) {
 }
 
 // From here on `value` is without its background; unseen pixels are 0.
-void remove_background(const ProfilePlan& plan, const Background& b, Window& w) {
+void remove_background(const ProfilePlan& plan, Background& b, Window& w) {
   const Tag d;
+  b.left_level = b.left_slope = hn::Zero(d);
   const int n = lanes();
   V background = hn::NegMulAdd(set(static_cast<float>(plan.window)), b.slope, b.level);
   for (int k = 0; k <= 2 * plan.window; ++k) {
@@ -205,9 +200,7 @@ struct Noise {
   HWY_INLINE V variance(V signal) const {
     return hn::MulAdd(signal, hn::MulAdd(speckle, signal, per_dn), base);
   }
-  HWY_INLINE Noise with(const ExtraVariance& extra) const {
-    return {hn::Add(base, extra.of_pixel), per_dn, speckle};
-  }
+  HWY_INLINE Noise with(V extra) const { return {hn::Add(base, extra), per_dn, speckle}; }
 };
 
 Noise noise_of(const ProfilePlan& plan, const ProfileImages& images, const Background& background,
@@ -231,6 +224,23 @@ Noise noise_of(const ProfilePlan& plan, const ProfileImages& images, const Backg
 struct FilterPeak {
   V at;  // Whole pixels from the seed.
   V before, peak, after;
+};
+
+// The background that a window has kept, as the filter sees it at successive pixels.
+struct FilteredBackground {
+  V next, step;
+
+  HWY_INLINE FilteredBackground(const ProfilePlan& plan, const Background& b, int first) {
+    const V sum = set(plan.filter_sum);
+    step = hn::Mul(sum, b.left_slope);
+    next = hn::MulAdd(set(static_cast<float>(first)), step, hn::Mul(sum, b.left_level));
+  }
+
+  HWY_INLINE V take_off(V response) {
+    const V without = hn::Sub(response, next);
+    next = hn::Add(next, step);
+    return without;
+  }
 };
 
 // The filter's response at a pixel. Of common lengths the taps stay in registers.
@@ -275,16 +285,17 @@ struct LongFilter {
 
 template <typename AnyFilter>
 HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, const ProfilePlan& plan,
-                                   const Window& w) {
+                                   const Background& b, const Window& w) {
   const int n = lanes();
   const float* next = w.value + (plan.window - plan.reach - 1) * n;
-  V before = filter.at(next);
-  V here = filter.at(next + n);
+  FilteredBackground background(plan, b, -plan.reach - 1);
+  V before = background.take_off(filter.at(next));
+  V here = background.take_off(filter.at(next + n));
   next += 2 * n;
   V at = set(static_cast<float>(-plan.reach));
   FilterPeak best{hn::Zero(Tag()), before, set(-1e30F), here};
   for (int i = -plan.reach; i <= plan.reach; ++i, next += n) {
-    const V after = filter.at(next);
+    const V after = background.take_off(filter.at(next));
     const M higher = hn::Gt(here, best.peak);
     best.at = hn::IfThenElse(higher, at, best.at);
     best.before = hn::IfThenElse(higher, before, best.before);
@@ -297,20 +308,20 @@ HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, const ProfilePlan& p
   return best;
 }
 
-FilterPeak find_filter_peak(const ProfilePlan& plan, const Window& w) {
+FilterPeak find_filter_peak(const ProfilePlan& plan, const Background& b, const Window& w) {
   switch (plan.taps) {
     case 3:
-      return find_peak_of(Filter<3>(plan), plan, w);
+      return find_peak_of(Filter<3>(plan), plan, b, w);
     case 4:
-      return find_peak_of(Filter<4>(plan), plan, w);
+      return find_peak_of(Filter<4>(plan), plan, b, w);
     case 5:
-      return find_peak_of(Filter<5>(plan), plan, w);
+      return find_peak_of(Filter<5>(plan), plan, b, w);
     case 6:
-      return find_peak_of(Filter<6>(plan), plan, w);
+      return find_peak_of(Filter<6>(plan), plan, b, w);
     case 7:
-      return find_peak_of(Filter<7>(plan), plan, w);
+      return find_peak_of(Filter<7>(plan), plan, b, w);
     default:
-      return find_peak_of(LongFilter{plan}, plan, w);
+      return find_peak_of(LongFilter{plan}, plan, b, w);
   }
 }
 
@@ -347,8 +358,8 @@ HWY_INLINE V fall(V s) {
 }
 
 struct LogPeak {
-  V offset;     // Of the peak from the filter's peak pixel.
-  V curvature;  // Per pixel^2.
+  V offset;         // Of the peak from the filter's peak pixel.
+  V per_curvature;  // Pixels^2.
 };
 
 // Gauss-3 on the filtered profile, exact for a Gaussian, because Gaussian * Gaussian is Gaussian.
@@ -361,9 +372,9 @@ HWY_INLINE LogPeak log_parabola(const ProfilePlan& plan, const FilterPeak& f) {
   const V per_sums = inverse(hn::Mul(sum_before, sum_after));
   const V fall_before = fall(hn::Mul(hn::Mul(hn::Sub(peak, before), sum_after), per_sums));
   const V fall_after = fall(hn::Mul(hn::Mul(hn::Sub(peak, after), sum_before), per_sums));
-  const V curvature = hn::Max(hn::Add(fall_before, fall_after), set(1e-4F));
+  const V per_curvature = inverse(hn::Max(hn::Add(fall_before, fall_after), set(1e-4F)));
   const V half = set(0.5F);
-  V offset = hn::Mul(half, ratio(hn::Sub(fall_before, fall_after), curvature));
+  V offset = hn::Mul(hn::Mul(half, hn::Sub(fall_before, fall_after)), per_curvature);
   offset = hn::Min(hn::Max(offset, hn::Neg(half)), half);
   if (plan.is_coarse) {
     const V square = hn::Mul(offset, offset);
@@ -371,45 +382,56 @@ HWY_INLINE LogPeak log_parabola(const ProfilePlan& plan, const FilterPeak& f) {
     const V inside = hn::NegMulAdd(set(4.0F), square, set(1.0F));
     offset = hn::NegMulAdd(hn::Mul(offset, inside), shape, offset);
   }
-  return {offset, curvature};
+  return {offset, per_curvature};
 }
+
+// What follows from a stripe's expected width.
+struct Expected {
+  V width, width2, per_width2;
+  V per_total;  // 1 / (width^2 + filter_sigma^2)
+  V per_gain;   // Amplitude over the filter's answer, A w f sqrt(2 pi / (w^2 + f^2)).
+
+  HWY_INLINE Expected(const ProfilePlan& plan, V w) : width(w), width2(hn::Mul(w, w)) {
+    const V total = hn::Add(width2, set(plan.filter_sigma * plan.filter_sigma));
+    const V per_roots = inverse_root(hn::Mul(total, width2));
+    const V per_both = hn::Mul(per_roots, per_roots);
+    per_width2 = hn::Mul(total, per_both);
+    per_total = hn::Mul(width2, per_both);
+    per_gain = hn::Mul(hn::Mul(total, per_roots), set(1.0F / (plan.filter_sigma * 2.5066283F)));
+  }
+};
 
 // The error of matched filter and log-parabola: that of the zero crossing of its derivative, in
 // white noise, noise that grows with the signal and with its square (speckle), and of the slope of
 // the background.
-HWY_INLINE V filter_variance(const ProfilePlan& plan, const Noise& noise,
-                             const Background& background, V width, V amplitude) {
+HWY_INLINE V filter_variance(const ProfilePlan& plan, const Noise& noise, V slope_variance,
+                             const Expected& expected, V amplitude) {
   const V a = hn::Max(amplitude, set(1e-3F));
-  const V w2 = hn::Mul(width, width);
   const V shot = hn::Mul(set(plan.filter_shot), noise.per_dn);
   const V speckle = hn::Mul(set(plan.filter_speckle), noise.speckle);
   const V of_signal = hn::Mul(a, hn::MulAdd(speckle, a, shot));
-  const V of_slope = hn::Mul(hn::Mul(set(plan.filter_slope), hn::Mul(w2, w2)),
-                             hn::Mul(background.slope_variance, noise.base));
+  const V of_slope =
+      hn::Mul(hn::Mul(set(plan.filter_slope), hn::Mul(expected.width2, expected.width2)),
+              hn::Mul(slope_variance, noise.base));
   const V of_pixels = hn::MulAdd(set(plan.filter_white), noise.base, of_signal);
-  return ratio(hn::MulAdd(width, of_pixels, of_slope), hn::Mul(a, a));
+  return hn::Mul(hn::MulAdd(expected.width, of_pixels, of_slope), rough_inverse(hn::Mul(a, a)));
 }
 
-// Position and amplitude from the filter's peak alone, for a stripe of this width.
-HWY_INLINE Estimate estimate_from_filter(const ProfilePlan& plan, const FilterPeak& peak, V width) {
+// Position and amplitude from the filter's peak alone, for a stripe of the expected width.
+HWY_INLINE Estimate estimate_from_filter(const ProfilePlan& plan, const FilterPeak& peak,
+                                         const Expected& expected) {
   const LogPeak top = log_parabola(plan, peak);
-  // The filter's peak value for a stripe of this width is A w f sqrt(2 pi / (w^2 + f^2)).
-  const V total = hn::MulAdd(width, width, set(plan.filter_sigma * plan.filter_sigma));
-  const V inverse_root_of_total = inverse_root(total);
-  const V total_root = hn::Mul(total, inverse_root_of_total);
-  const V per_gain = ratio(total_root, hn::Mul(width, set(plan.filter_sigma * 2.5066283F)));
   // exp(x), x below 0.2.
-  const V per_total = hn::Mul(inverse_root_of_total, inverse_root_of_total);
-  const V x = hn::Mul(hn::Mul(set(0.5F), hn::Mul(top.offset, top.offset)), per_total);
+  const V x = hn::Mul(hn::Mul(set(0.5F), hn::Mul(top.offset, top.offset)), expected.per_total);
   V lift = hn::MulAdd(x, set(1.0F / 24.0F), set(1.0F / 6.0F));
   for (const float coefficient : {0.5F, 1.0F, 1.0F}) {
     lift = hn::MulAdd(x, lift, set(coefficient));
   }
   Estimate e;
   e.position = hn::Add(peak.at, top.offset);
-  e.amplitude = hn::Mul(hn::Mul(peak.peak, lift), per_gain);
+  e.amplitude = hn::Mul(hn::Mul(peak.peak, lift), expected.per_gain);
   e.variance = hn::Zero(Tag());
-  e.curvature = top.curvature;
+  e.per_curvature = top.per_curvature;
   return e;
 }
 
@@ -419,40 +441,48 @@ HWY_INLINE Estimate estimate_from_filter(const ProfilePlan& plan, const FilterPe
 // that its peak's curvature is the information's, beside 1 / (w^2 + f^2). To the next order in one
 // over the peak's signal-to-noise ratio rho, that of position over sigma is 1 + 2 / rho^2, and 2 /
 // rho^2 is variance / w^2.
-HWY_INLINE V observed_variance(const ProfilePlan& plan, const Estimate& e, V width) {
-  const V w2 = hn::Mul(width, width);
-  const V total = hn::Add(w2, set(plan.filter_sigma * plan.filter_sigma));
-  const V sharpness = hn::Min(hn::Max(hn::Mul(total, e.curvature), set(0.5F)), set(2.0F));
-  const V per_both = inverse(hn::Mul(sharpness, w2));
-  const V variance = hn::Mul(e.variance, hn::Mul(w2, per_both));
-  const V over_w2 = hn::Mul(variance, hn::Mul(sharpness, per_both));
-  return hn::MulAdd(variance, over_w2, variance);
+HWY_INLINE V observed_variance(const Estimate& e, const Expected& expected) {
+  const V bluntness = hn::Mul(e.per_curvature, expected.per_total);
+  const V believed = hn::Min(hn::Max(bluntness, set(0.5F)), set(2.0F));
+  const V variance = hn::Mul(e.variance, believed);
+  return hn::MulAdd(hn::Mul(variance, variance), expected.per_width2, variance);
 }
 
 // The stripe's width from the curvature of the filter's peak, without the noise that the filter's
 // own response has, so that weak profiles are not too wide.
-HWY_INLINE V width_from_filter(const ProfilePlan& plan, const FilterPeak& f, const Noise& noise) {
-  const V own = hn::Mul(noise.base, set(plan.filter_energy));
-  const V shared = hn::Mul(noise.base, set(plan.filter_covariance));
-  const V sides = hn::Sub(hn::Mul(f.before, f.after), shared);
+HWY_INLINE V width_from_filter(const ProfilePlan& plan, const FilterPeak& f, V base) {
+  const V own = hn::Mul(base, set(plan.filter_energy));
+  const V shared = hn::Mul(base, set(plan.filter_covariance));
   const V centre = hn::Max(hn::Sub(hn::Mul(f.peak, f.peak), own), set(1e-6F));
-  const V below = hn::Min(hn::Max(sides, hn::Zero(Tag())), centre);
-  const V curvature = fall(ratio(hn::Sub(centre, below), hn::Add(centre, below)));
-  const V total = inverse(hn::Max(curvature, set(1e-4F)));
+  const V beside = hn::Max(hn::Sub(hn::Mul(f.before, f.after), shared), hn::Zero(Tag()));
+  // 1 / (2 artanh(s)), s = less / more, by its series.
+  const V less = hn::Max(hn::Sub(centre, beside), hn::Mul(set(1e-4F), centre));
+  const V more = hn::Add(centre, beside);
+  const V per_both = rough_inverse(hn::Mul(less, more));
+  const V s = hn::Mul(hn::Mul(less, less), per_both);
+  const V z = hn::Mul(s, s);
+  V series = hn::MulAdd(z, set(-0.0302F), set(-44.0F / 945.0F));
+  series = hn::MulAdd(z, series, set(-4.0F / 45.0F));
+  series = hn::MulAdd(z, series, set(-1.0F / 3.0F));
+  series = hn::MulAdd(z, series, set(1.0F));
+  const V total = hn::Mul(hn::Mul(series, set(0.5F)), hn::Mul(hn::Mul(more, more), per_both));
   const V filter2 = set(plan.filter_sigma * plan.filter_sigma);
-  return root(hn::Max(hn::Sub(total, filter2), set(0.04F)));
+  return rough_root(hn::Max(hn::Sub(total, filter2), set(0.04F)));
 }
 
-// The filter's response in standard deviations of its noise, that of the background included.
-HWY_INLINE V significance_of(const ProfilePlan& plan, const FilterPeak& f,
-                             const Background& background, const Noise& noise,
-                             const ExtraVariance& extra) {
+// What the filter's response varies by beyond the noise of the pixels filtered: the background's
+// error and what motion and edges have left.
+HWY_INLINE V response_variance_of(const ProfilePlan& plan, const Background& background,
+                                  const Noise& noise, const ExtraVariance& extra) {
   const V sum2 = set(plan.filter_sum * plan.filter_sum);
-  const V of_background =
-      hn::Mul(hn::Mul(sum2, background.level_variance), hn::Add(noise.base, background.extra));
-  const V beyond_filter = hn::Add(of_background, extra.of_response);
-  return hn::Mul(f.peak,
-                 inverse_root(hn::MulAdd(noise.base, set(plan.filter_energy), beyond_filter)));
+  return hn::MulAdd(hn::Mul(sum2, background.level_variance), hn::Add(noise.base, background.extra),
+                    extra.of_response);
+}
+
+// The filter's response in standard deviations of its noise.
+HWY_INLINE V significance_of(const ProfilePlan& plan, V peak, V base, V beyond_pixels) {
+  return hn::Mul(peak,
+                 rough_inverse_root(hn::MulAdd(base, set(plan.filter_energy), beyond_pixels)));
 }
 
 }  // namespace

@@ -26,13 +26,14 @@ constexpr int kMostMoves = 5;
 // As many profiles as a vector has lanes, and what is known of them, stage by stage.
 struct Batch {
   hn::Vec<IntTag> across;  // Centres of the windows.
-  Background background;
   FilterPeak peak;
   Noise noise;
-  ExtraVariance extra;
-  V width;  // Expected.
+  V extra;           // Variance of a pixel beyond noise.
+  V beyond_pixels;   // Of the filter's response.
+  V slope_variance;  // Of the background.
+  V width;           // Expected.
   V clipped;
-  Estimate estimate;
+  Estimate estimate;  // With `refine`.
 };
 
 // The middle of the `2 * aligned + 1` pixels that a pixel is one of: neighbouring columns that
@@ -42,15 +43,14 @@ HWY_INLINE void set_centres(hn::Vec<IntTag> across, const ProfilePlan& plan, int
   const IntTag di;
   const int cell = 2 * plan.aligned + 1;
   const V middle = hn::Add(hn::ConvertTo(Tag(), across), set(0.5F));
-  const auto number =
-      hn::ConvertTo(di, hn::Floor(hn::Mul(middle, set(1.0F / static_cast<float>(cell)))));
+  const auto number = hn::ConvertTo(di, hn::Mul(middle, set(1.0F / static_cast<float>(cell))));
   const auto snapped = hn::Add(hn::Mul(number, hn::Set(di, cell)), hn::Set(di, plan.aligned));
   hn::Store(hn::Min(snapped, hn::Set(di, length - 1)), di, w.across);
 }
 
-// Loads the window around the lanes' centres, without its background.
-void load_without_background(const ProfileImages& images, const ProfilePlan& plan, Window& w,
-                             Background& background) {
+// Loads the window around the lanes' centres and finds its background.
+void load_with_background(const ProfileImages& images, const ProfilePlan& plan, Window& w,
+                          Background& background) {
   const Centres centres =
       look_at_centres(w, images.lit_steps.line == 1, plan.window, plan.aligned, images.length);
   const bool may_be_plain =
@@ -66,12 +66,13 @@ void load_without_background(const ProfileImages& images, const ProfilePlan& pla
 }
 
 // Finds the filter's peak near the seeds, moving those where it lies too far off.
-void locate(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
+Background locate(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
   const Tag d;
   const IntTag di;
+  Background background;
   for (int move = 0;; ++move) {
-    load_without_background(images, plan, w, b.background);
-    b.peak = find_filter_peak(plan, w);
+    load_with_background(images, plan, w, background);
+    b.peak = find_filter_peak(plan, background, w);
     const M strays = hn::Gt(hn::Abs(b.peak.at), set(static_cast<float>(plan.stray)));
     if (move == kMostMoves || hn::AllFalse(d, strays)) break;
     // Only those that have to move, so that a profile's answer does not depend on its neighbours.
@@ -80,6 +81,7 @@ void locate(const ProfileImages& images, const ProfilePlan& plan, Window& w, Bat
     set_centres(hn::Max(moved, hn::Zero(di)), plan, images.length, w);
   }
   b.across = hn::Load(di, w.across);
+  return background;
 }
 
 V count_clipped(const ProfilePlan& plan, const Window& w) {
@@ -94,28 +96,30 @@ V count_clipped(const ProfilePlan& plan, const Window& w) {
 }
 
 void refine_in_window(const ProfileImages& images, const ProfilePlan& plan, const Window& w,
-                      Batch& b) {
+                      const Background& background, const ExtraVariance& extra, Batch& b) {
+  const Expected expected(plan, b.width);
+  b.estimate = estimate_from_filter(plan, b.peak, expected);
   if (w.is_plain) {
-    refine<true>(plan, w, b.background, b.noise, b.extra, b.width, b.clipped, b.clipped,
-                 b.estimate);
+    refine<true>(plan, w, background, b.noise, extra, expected, b.clipped, b.clipped, b.estimate);
   } else {
-    const V ceiling = ceiling_of(images, b.background, b.noise, w);
-    refine<false>(plan, w, b.background, b.noise, b.extra, b.width, b.clipped, ceiling, b.estimate);
+    const V ceiling = ceiling_of(images, background, b.noise, w);
+    refine<false>(plan, w, background, b.noise, extra, expected, b.clipped, ceiling, b.estimate);
   }
 }
 
 // All that needs the pixels.
 void look(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
   const Tag d;
-  locate(images, plan, w, b);
-  b.noise = noise_of(plan, images, b.background, w);
+  const Background background = locate(images, plan, w, b);
+  b.noise = noise_of(plan, images, background, w);
   b.width = width_at(plan, hn::Add(hn::ConvertTo(d, b.across), b.peak.at));
   b.clipped = count_clipped(plan, w);
-  b.extra = {hn::Zero(d), hn::Zero(d)};
-  if (images.variance != nullptr) b.extra = extra_at_peak(plan, w, b.peak.at);
-  if (!plan.refine) return;
-  b.estimate = estimate_from_filter(plan, b.peak, b.width);
-  refine_in_window(images, plan, w, b);
+  ExtraVariance extra{hn::Zero(d), hn::Zero(d)};
+  if (images.variance != nullptr) extra = extra_at_peak(plan, w, b.peak.at);
+  b.extra = extra.of_pixel;
+  b.beyond_pixels = response_variance_of(plan, background, b.noise, extra);
+  b.slope_variance = background.slope_variance;
+  if (plan.refine) refine_in_window(images, plan, w, background, extra, b);
 }
 
 // All the rest.
@@ -124,10 +128,13 @@ void finish(const ProfilePlan& plan, Batch& b, int first, const PeakMeasurements
   const IntTag di;
   const FilterPeak& peak = b.peak;
   const Noise noise = b.noise.with(b.extra);
-  Estimate& e = b.estimate;
-  if (!plan.refine) {
-    e = estimate_from_filter(plan, peak, b.width);
-    e.variance = filter_variance(plan, noise, b.background, b.width, e.amplitude);
+  const Expected expected(plan, b.width);
+  Estimate e;
+  if (plan.refine) {
+    e = b.estimate;
+  } else {
+    e = estimate_from_filter(plan, peak, expected);
+    e.variance = filter_variance(plan, noise, b.slope_variance, expected, e.amplitude);
   }
   hn::StoreU(hn::Add(b.across, hn::ConvertTo(di, peak.at)), di, out.across + first);
   hn::StoreU(hn::Sub(e.position, peak.at), d, out.offset + first);
@@ -137,14 +144,14 @@ void finish(const ProfilePlan& plan, Batch& b, int first, const PeakMeasurements
   const V locking =
       hn::IfThenElse(is_clipped, set(plan.clipped_locking_variance), set(plan.locking_variance));
   // Of clipped peaks the filter's is none of the likelihood.
-  const V variance = hn::IfThenElse(is_clipped, e.variance, observed_variance(plan, e, b.width));
-  hn::StoreU(root(hn::Add(variance, locking)), d, out.sigma + first);
-  const V width = width_from_filter(plan, peak, b.noise);
+  const V variance = hn::IfThenElse(is_clipped, e.variance, observed_variance(e, expected));
+  hn::StoreU(rough_root(hn::Add(variance, locking)), d, out.sigma + first);
+  const V width = width_from_filter(plan, peak, b.noise.base);
   hn::StoreU(hn::IfThenElse(is_clipped, b.width, width), d, out.width + first);
-  const V significance = significance_of(plan, peak, b.background, b.noise, b.extra);
+  const V significance = significance_of(plan, peak.peak, b.noise.base, b.beyond_pixels);
   hn::StoreU(significance, d, out.significance + first);
   const V at_peak = noise.variance(hn::Max(e.amplitude, hn::Zero(d)));
-  hn::StoreU(hn::Mul(e.amplitude, inverse_root(at_peak)), d, out.snr + first);
+  hn::StoreU(hn::Mul(e.amplitude, rough_inverse_root(at_peak)), d, out.snr + first);
 }
 
 void set_seeds(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds,

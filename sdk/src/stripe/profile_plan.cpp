@@ -54,16 +54,19 @@ void set_filter_errors(double w, ProfilePlan& plan) {
   const double f = plan.filter_sigma;
   const double w2 = w * w;
   const double f2 = f * f;
-  const double per_signal = std::pow(w2 + f2, 3.0) / (2.0 * std::numbers::pi * w2 * f2);
+  const double total = w2 + f2;
+  const double cubed = total * total * total;
+  const auto to_three_halves = [](double x) { return x * std::sqrt(x); };
+  const double per_signal = cubed / (2.0 * std::numbers::pi * w2 * f2);
   const double root_2pi = std::sqrt(2.0 * std::numbers::pi);
   const double white = std::sqrt(std::numbers::pi) / (2.0 * f);
-  const double shot = root_2pi * w2 * w / (f * std::pow(f2 + 2.0 * w2, 1.5));
-  const double speckle = root_2pi * w2 * w / (f * std::pow(2.0 * (w2 + f2), 1.5));
+  const double shot = root_2pi * w2 * w / (f * to_three_halves(f2 + 2.0 * w2));
+  const double speckle = root_2pi * w2 * w / (f * to_three_halves(2.0 * total));
   const double coarse = 1.0 + 0.14 * std::exp((0.757 - std::max(w, 0.5)) / 0.12);
   plan.filter_white = static_cast<float>(coarse * white * per_signal / w);
   plan.filter_shot = static_cast<float>(shot * per_signal / w);
   plan.filter_speckle = static_cast<float>(speckle * per_signal / w);
-  plan.filter_slope = static_cast<float>(std::pow(w2 + f2, 3.0) / (w2 * w2 * w2));
+  plan.filter_slope = static_cast<float>(cubed / (w2 * w2 * w2));
 }
 
 // Sampling adds to the filter's answer at pixel n from a stripe at x its part e cos(2 pi m)
@@ -74,6 +77,8 @@ void set_filter_locking(double w, ProfilePlan& plan) {
   const double total = w * w + f * f;
   const double two_pi = 2.0 * std::numbers::pi;
   const double e = 2.0 * std::exp(-0.5 * two_pi * two_pi * w * w * f * f / total);
+  constexpr double kLeast = 1e-5;
+  if (e < kLeast) return;
   const auto shift = [&](double x) {
     const auto part = [&](int n) { return e * std::cos(two_pi * (x * f * f + n * w * w) / total); };
     const double bend = 1.0 / total - (part(1) - 2.0 * part(0) + part(-1));

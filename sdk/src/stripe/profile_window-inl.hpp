@@ -62,8 +62,7 @@ Centres look_at_centres(const Window& w, bool are_side_by_side, int half, int al
   Centres centres{lowest >= half && highest + half < length, 0, lowest, step};
   if (are_side_by_side && centres.are_inside && highest - lowest < Centres::kMostLevels * step &&
       hn::AllTrue(di, hn::Eq(hn::Load(di, w.line), run))) {
-    centres.levels = 1;
-    for (int level = lowest; level < highest; level += step) ++centres.levels;
+    centres.levels = 1 + (highest - lowest) / step;  // All are a multiple of it apart.
   }
   return centres;
 }
