@@ -21,6 +21,7 @@ if(ARAVIS_FOUND)
       striper/gige/virtual_camera.hpp
       striper/gige/virtual_scene.hpp
     SOURCES
+      src/gige/camera_clock.cpp
       src/gige/camera_setup.cpp
       src/gige/feature_access.cpp
       src/gige/find_camera.cpp

@@ -28,7 +28,6 @@ using detail::Session;
 
 constexpr auto kRound = 100ms;                   // of the supervisor
 constexpr std::int64_t kQuiet_ns = 500'000'000;  // without a picture: ask the camera
-constexpr std::int64_t kClockEvery_ns = 250'000'000;
 constexpr auto kLongestPause = 2000ms;
 
 /// What the stream says of a picture that is not whole.
@@ -102,7 +101,6 @@ struct GigeSource::State {
 
   std::thread supervisor;  // and what only it uses
   std::future<void> burial;
-  std::int64_t last_clock_ns = 0;
   std::int64_t lost_at_ns = 0;
 };
 
@@ -350,13 +348,7 @@ void GigeSource::State::supervise() {
 }
 
 void GigeSource::State::look_after(Session& camera) {
-  const std::int64_t now_ns = detail::monotonic_now_ns();
-  if (now_ns - camera.last_arrival_ns() > kQuiet_ns) {
-    camera.check_alive();
-  } else if (now_ns - last_clock_ns > kClockEvery_ns) {
-    last_clock_ns = now_ns;
-    camera.follow_clock();
-  }
+  if (detail::monotonic_now_ns() - camera.last_arrival_ns() > kQuiet_ns) camera.check_alive();
 }
 
 /// Closing a camera that does not answer takes seconds: nobody waits for that.

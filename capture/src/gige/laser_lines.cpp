@@ -2,6 +2,7 @@
 #include "gige/laser_lines.hpp"
 
 #include <charconv>
+#include <exception>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -123,16 +124,28 @@ void LaserLines::put(std::size_t line, bool fires) {
 
 void LaserLines::off() {
   if (lines_.empty()) return;
+  // Whatever fails, the rest is tried: it may be another line's laser that is on.
+  std::exception_ptr first_failure;
+  const auto attempt = [&](const auto& write) {
+    try {
+      write();
+    } catch (const Error&) {
+      if (!first_failure) first_failure = std::current_exception();
+    }
+  };
   // A sequencer that runs owns the lines: it goes first.
-  if (method_ == Method::kSequencer) features_.set("SequencerMode", "Off");
+  if (method_ == Method::kSequencer) attempt([&] { features_.set("SequencerMode", "Off"); });
   fires_.assign(lines_.size(), true);
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     if (dark_sources_[i] != "Off") {
-      features_.set("UserOutputSelector", dark_sources_[i]);
-      features_.set("UserOutputValue", "no");
+      attempt([&] {
+        features_.set("UserOutputSelector", dark_sources_[i]);
+        features_.set("UserOutputValue", "no");
+      });
     }
-    put(i, false);
+    attempt([&] { put(i, false); });
   }
+  if (first_failure) std::rethrow_exception(first_failure);
 }
 
 bool LaserLines::try_off() noexcept {

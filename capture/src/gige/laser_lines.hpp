@@ -28,7 +28,8 @@ class LaserLines {
   /// The host must call `command` before each exposure, and trigger it.
   bool is_host_switched() const noexcept { return method_ == Method::kHost; }
 
-  /// Turns all lasers off. @throws Error{kDevice} if the camera does not obey.
+  /// Turns all lasers off: every line is written, whatever becomes of the others.
+  /// @throws Error{kDevice} the first that the camera did not obey.
   void off();
   /// The same for the way out: true if the camera obeyed.
   bool try_off() noexcept;

@@ -11,9 +11,7 @@
 #include <striper/core/error.hpp>
 #include <striper/core/log.hpp>
 
-#include "gige/gvcp.hpp"
 #include "gige/host_clock.hpp"
-#include "gige/ptp_clock.hpp"
 #include "gige/stream_socket.hpp"
 
 namespace striper::detail {
@@ -39,6 +37,10 @@ void raise_priority() {
   }
 }
 
+std::int64_t device_time_ns(const PoolSlot& slot) {
+  return static_cast<std::int64_t>(arv_buffer_get_timestamp(slot.buffer.get()));
+}
+
 // A program that died may have left the camera streaming: then it takes no settings.
 const FeatureAccess& at_rest(const FeatureAccess& features) {
   if (features.has("AcquisitionStop")) features.execute("AcquisitionStop");
@@ -52,7 +54,8 @@ Session::Session(const GigeOptions& options)
       opened_(open_camera(options)),
       holder_(access_of(opened_.address, kProbeWithin).holder),
       features_(arv_camera_get_device(opened_.camera.get()), "camera " + opened_.description),
-      lasers_(at_rest(features_), options) {
+      lasers_(at_rest(features_), options),
+      clock_(features_, features_mutex_, opened_.address, options.ptp) {
   try {
     setup_ = set_up_pictures(features_, options);
     is_triggered_by_host_ = lasers_.is_host_switched() || options.trigger == "software";
@@ -142,7 +145,7 @@ void Session::begin_streaming() {
         std::make_shared<FramePool>(options_.buffers.value_or(enough_buffers(payload)), payload);
   }
   pool_->attach(stream_.get());
-  start_clock();
+  clock_.start();
   lasers_.arm();
   arv_camera_start_acquisition(opened_.camera.get(), error.slot());
   if (error) {
@@ -191,8 +194,10 @@ void Session::stop() noexcept {
   }
   buffer_done_.notify_all();
   if (conductor_.joinable()) conductor_.join();
+  clock_.stop();
   bool is_off = false;
-  if (!is_lost_) {
+  // Aravis would ask a camera that is gone for three seconds, for each of these.
+  if (!is_lost_ && ask().state != AccessState::kSilent) {
     // Both are tried whatever becomes of the other: no exposure, and no line that follows one.
     CallError error;
     if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), error.slot());
@@ -304,12 +309,18 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
   wake_();
 }
 
-void Session::check_alive() {
-  if (is_lost_ || opened_.address == 0) return;
+Access Session::ask() const {
   Access access;
+  if (opened_.address == 0) access.state = AccessState::kHeld;  // USB tells by itself.
   for (int probe = 0; probe < kProbes && access.state == AccessState::kSilent; ++probe) {
     access = access_of(opened_.address, kProbeWithin);
   }
+  return access;
+}
+
+void Session::check_alive() {
+  if (is_lost_ || opened_.address == 0) return;
+  const Access access = ask();
   if (access.state == AccessState::kSilent) lose("it does not answer");
   if (access.state == AccessState::kFree) {
     lose("it has forgotten us (it was restarted, or our heartbeats did not arrive)");
@@ -320,124 +331,12 @@ void Session::check_alive() {
   }
 }
 
-bool Session::latch_clock(std::int64_t& device_ns, std::int64_t& host_ns,
-                          std::int64_t& uncertainty_ns) {
-  constexpr guint32 kLatch = 2;
-  CallError error;
-  const std::int64_t before_ns = monotonic_now_ns();
-  arv_device_write_register(features_.device(), gvcp::kTimestampControl, kLatch, error.slot());
-  const std::int64_t after_ns = monotonic_now_ns();
-  guint32 high = 0;
-  guint32 low = 0;
-  if (!error) {
-    arv_device_read_register(features_.device(), gvcp::kTimestampHigh, &high, error.slot());
-  }
-  if (!error) {
-    arv_device_read_register(features_.device(), gvcp::kTimestampLow, &low, error.slot());
-  }
-  if (error) return false;
-  const std::uint64_t ticks = (static_cast<std::uint64_t>(high) << 32) | low;
-  const std::uint64_t f = tick_frequency_hz_;
-  constexpr std::uint64_t kNs = 1'000'000'000;
-  device_ns = static_cast<std::int64_t>(ticks / f * kNs + (ticks % f) * kNs / f);
-  host_ns = before_ns + (after_ns - before_ns) / 2;
-  uncertainty_ns = after_ns - before_ns;
-  return true;
-}
-
-void Session::start_clock() {
-  clock_.reset();
-  has_latch_ = false;
-  if (opened_.address == 0) return;
-  CallError error;
-  tick_frequency_hz_ =
-      arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(features_.device()), error.slot());
-  if (error || tick_frequency_hz_ == 0 || tick_frequency_hz_ > 1'000'000'000) return;
-  std::int64_t first_device = 0;
-  std::int64_t first_host = 0;
-  std::int64_t device = 0;
-  std::int64_t host = 0;
-  std::int64_t uncertainty = 0;
-  if (!latch_clock(first_device, first_host, uncertainty)) return;
-  std::this_thread::sleep_for(20ms);
-  if (!latch_clock(device, host, uncertainty)) return;
-  // A latch that does not run with the time is not implemented.
-  const double rate =
-      static_cast<double>(device - first_device) / static_cast<double>(host - first_host);
-  if (rate < 0.9 || rate > 1.1) return;
-  has_latch_ = true;
-  smallest_round_trip_ns_ = uncertainty;
-  for (int i = 0; i < 4; ++i) follow_clock();
-}
-
-/// The clock's map needs no change for PTP: it goes on, and a step into PTP's time is a step.
-void Session::follow_ptp() {
-  if (!options_.ptp) return;
-  std::string status;
-  try {
-    const std::lock_guard lock(features_mutex_);
-    status = ptp_status(features_);
-  } catch (const Error&) {
-    return;  // whether the camera is lost is asked elsewhere
-  }
-  has_ptp_time_ = is_ptp_time(status);
-  if (status == ptp_status_) return;
-  ptp_status_ = status;
-  log(has_ptp_time_ ? LogLevel::kInfo : LogLevel::kWarning,
-      fmt::format("camera {}: PTP is {}: times of day are {}", description(),
-                  status.empty() ? "not told of" : status,
-                  has_ptp_time_ ? "PTP's" : "this host's"));
-}
-
-void Session::follow_clock() {
-  if (is_lost_ || (!has_latch_ && !options_.ptp)) return;
-  // Aravis asks a camera that is gone for three seconds, which is longer than a loss may stay
-  // unnoticed: so it is asked only while the camera answers.
-  if (!read_register(opened_.address, gvcp::kControlPrivilege, kProbeWithin)) return;
-  follow_ptp();
-  if (!has_latch_) return;
-  std::int64_t device = 0;
-  std::int64_t host = 0;
-  std::int64_t uncertainty = 0;
-  if (!latch_clock(device, host, uncertainty)) return;
-  const std::lock_guard lock(mutex_);
-  smallest_round_trip_ns_ = std::min(smallest_round_trip_ns_, uncertainty);
-  // A slow round trip tells little; the first one must do, though.
-  const bool is_good = uncertainty < 2 * smallest_round_trip_ns_ + 200'000;
-  if (is_good || !clock_.is_ready()) clock_.observe(device, host);
-  disagreements_ = has_disagreed_ ? disagreements_ + 1 : 0;
-  has_disagreed_ = false;
-}
-
 std::int64_t Session::exposure_start_ns(const PoolSlot& slot) {
-  const auto device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(slot.buffer.get()));
-  const std::lock_guard lock(mutex_);
-  if (has_latch_ && clock_.is_ready()) {
-    const std::int64_t start_ns = clock_.to_host(device_ns);
-    const bool agrees =
-        start_ns <= slot.arrival_ns + 1'000'000 && slot.arrival_ns - start_ns < kSurelyWrong_ns;
-    if (agrees) return start_ns;
-    // A clock that stepped (into PTP's time, say) agrees again after it was compared once or twice.
-    has_disagreed_ = true;
-    if (disagreements_ < 8) return slot.arrival_ns - setup_.exposure_ns;
-    log(LogLevel::kWarning,
-        fmt::format("camera {}: its pictures' timestamps are not of the clock that it latches; "
-                    "times are taken from the packets' arrival",
-                    opened_.description));
-    has_latch_ = false;
-    clock_.reset();
-  }
-  if (device_ns == 0) return slot.arrival_ns - setup_.exposure_ns;
-  clock_.observe(device_ns, slot.arrival_ns - setup_.exposure_ns);
-  return clock_.to_host(device_ns);
+  return clock_.exposure_start_ns(device_time_ns(slot), slot.arrival_ns, setup_.exposure_ns);
 }
 
 std::int64_t Session::utc_offset_ns(const PoolSlot& slot, std::int64_t start_ns) const {
-  const std::int64_t host_offset_ns = utc_offset_now_ns();
-  if (!has_ptp_time_) return host_offset_ns;
-  const auto ptp_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(slot.buffer.get()));
-  const auto utc_ns = utc_of_ptp(ptp_ns, start_ns + host_offset_ns);
-  return utc_ns ? *utc_ns - start_ns : host_offset_ns;
+  return clock_.utc_offset_ns(device_time_ns(slot), start_ns);
 }
 
 Illumination Session::illumination(const PoolSlot& slot, std::uint64_t since_start) {
@@ -503,10 +402,7 @@ void Session::conduct() {
 void Session::add_to(GigeStatistics& sum) const {
   sum.packet_bytes = packet_bytes_;
   sum.socket_buffer_bytes = socket_buffer_bytes_;
-  {
-    const std::lock_guard lock(mutex_);
-    sum.clock_rate = clock_.rate();
-  }
+  sum.clock_rate = clock_.rate();
   if (stream_) return count_stream(sum);
   sum.underrun += counted_.underrun;
   sum.resend_requests += counted_.resend_requests;

@@ -11,10 +11,10 @@
 #include <string>
 #include <thread>
 
-#include <striper/capture/clock_map.hpp>
 #include <striper/gige/gige_options.hpp>
 #include <striper/gige/gige_source.hpp>
 
+#include "gige/camera_clock.hpp"
 #include "gige/camera_setup.hpp"
 #include "gige/find_camera.hpp"
 #include "gige/frame_pool.hpp"
@@ -26,7 +26,7 @@ namespace striper::detail {
 /// heal: when the camera is lost another session is opened.
 ///
 /// Threads: Aravis' stream thread fills buffers; a conductor thread triggers, where the host does;
-/// `pop` is called by one thread, `check_alive` and `follow_clock` by another.
+/// the clock has one of its own; `pop` is called by one thread, `check_alive` by another.
 class Session {
  public:
   /// Opens the camera, turns its lasers off and sets it up. @throws Error.
@@ -60,9 +60,6 @@ class Session {
   bool is_lost() const noexcept { return is_lost_; }
   std::string loss() const;
 
-  /// Compares the camera's clock with ours; about a millisecond. A few times a second is enough.
-  void follow_clock();
-
   /// Start of the exposure on CLOCK_MONOTONIC.
   std::int64_t exposure_start_ns(const PoolSlot& slot);
 
@@ -90,13 +87,11 @@ class Session {
   int enough_buffers(std::size_t payload_bytes) const noexcept;
   void tune_stream();
   void count_stream(GigeStatistics& sum) const;
-  void start_clock();
-  bool latch_clock(std::int64_t& device_ns, std::int64_t& host_ns, std::int64_t& uncertainty_ns);
-  void follow_ptp();
   void conduct();
   std::chrono::nanoseconds picture_patience(std::size_t payload_bytes) const;
   void trigger_once(std::uint64_t number);
   void lose(const std::string& why);
+  Access ask() const;
   bool may_command(const Access& access);
   void begin_streaming();
   void close_device() noexcept;
@@ -106,6 +101,8 @@ class Session {
   std::string holder_;  // we, as the camera knows us; empty if it does not tell
   FeatureAccess features_;
   LaserLines lasers_;
+  std::mutex features_mutex_;  // of the feature tree, which several threads use
+  CameraClock clock_;
   PictureSetup setup_;
   bool is_triggered_by_host_ = false;
   bool has_line_chunk_ = false;
@@ -136,16 +133,6 @@ class Session {
   Trigger overdue_;  // the one before, whose picture was waited for in vain
   std::chrono::nanoseconds picture_within_{};  // after a software trigger
   std::string loss_;
-
-  std::mutex features_mutex_;  // of the feature tree, while conductor and supervisor both use it
-  std::string ptp_status_;
-  std::atomic<bool> has_ptp_time_ = false;
-  ClockMap clock_;
-  std::uint64_t tick_frequency_hz_ = 0;
-  bool has_latch_ = false;
-  bool has_disagreed_ = false;  // a picture's time with the latched ones, since the last of those
-  int disagreements_ = 0;       // comparisons in a row between which that happened
-  std::int64_t smallest_round_trip_ns_ = 0;
 
   std::atomic<bool> is_lost_ = false;
   std::atomic<std::uint64_t> overrun_ = 0;

@@ -82,7 +82,8 @@ class VirtualCamera {
   void set_lost_packets(double fraction);
   void set_silent(bool is_silent);           ///< Answers nothing, sends nothing: a pulled plug.
   void set_stream_blocked(bool is_blocked);  ///< Answers and sends no pictures: a firewall.
-  void forget_controller();                  ///< As after a reset: nobody is in control.
+  void set_stuck(std::set<std::string> features);  ///< As VirtualCameraOptions::stuck.
+  void forget_controller();                        ///< As after a reset: nobody is in control.
 
  private:
   class Impl;

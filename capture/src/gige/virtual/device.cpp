@@ -158,6 +158,11 @@ void Device::set_silent(bool is_silent) {
   sender_.is_silent = is_silent;
 }
 
+void Device::set_stuck(std::set<std::string> features) {
+  const std::lock_guard lock(mutex_);
+  options_.stuck = std::move(features);
+}
+
 void Device::forget_controller() {
   const std::lock_guard lock(mutex_);
   drop_control();

@@ -42,6 +42,7 @@ class Device {
   void set_lost_packets(double fraction) { sender_.lost_packets = fraction; }
   void set_silent(bool is_silent);
   void set_stream_blocked(bool is_blocked) { sender_.is_silent = is_blocked; }
+  void set_stuck(std::set<std::string> features);
   void forget_controller();
 
  private:

@@ -46,6 +46,9 @@ std::vector<RegisterWrite> VirtualCamera::register_writes() const {
 void VirtualCamera::set_lost_packets(double fraction) { impl_->set_lost_packets(fraction); }
 void VirtualCamera::set_silent(bool is_silent) { impl_->set_silent(is_silent); }
 void VirtualCamera::set_stream_blocked(bool is_blocked) { impl_->set_stream_blocked(is_blocked); }
+void VirtualCamera::set_stuck(std::set<std::string> features) {
+  impl_->set_stuck(std::move(features));
+}
 void VirtualCamera::forget_controller() { impl_->forget_controller(); }
 
 }  // namespace striper
