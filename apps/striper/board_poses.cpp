@@ -39,7 +39,9 @@ struct NewBoardPoses::State {
   std::vector<BoardView> kept;
 
   BoardView look(const cv::Mat& picture) {
-    if (!is_live) return find_board(picture, board);
+    // There is one way only of looking for circles.
+    const bool has_quick_look = board.pattern == Board::Pattern::kCheckerboard;
+    if (!is_live || !has_quick_look) return find_board(picture, board);
     BoardView view = find_board(picture, board, BoardSearch::kQuick);
     in_vain = view.found ? 0 : in_vain + 1;
     return in_vain > 0 && in_vain % kThoroughEvery == 0 ? find_board(picture, board) : view;

@@ -35,10 +35,11 @@ struct BoardView {
   bool by_classic_finder = false;
 };
 
-/// How hard to look for a board.
+/// How hard to look for a checkerboard; circles are looked for in one way only. In processor time
+/// of a core at 2.1 GHz, pictures of 480x360 to 640x480, 54 corners:
 enum class BoardSearch {
-  kThorough,  ///< 50 ms to 1 s; longest where there is none.
-  kQuick,  ///< 1 ms for corners, 30 ms where there is none. For live pictures: another one follows.
+  kThorough,  ///< 0.15 to 0.35 s; 1 s where there is none.
+  kQuick,     ///< 7 to 36 ms, 10 where there is none. For live pictures: another one follows.
 };
 
 /// Finds the board in a picture and refines its points to sub-pixel.
