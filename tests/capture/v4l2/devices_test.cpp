@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <striper/capture/camera_listing.hpp>
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/v4l2/v4l2_devices.hpp>

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <striper/core/error.hpp>
+
+#include "capture/v4l2/stand_in_camera.hpp"
+#include "v4l2/v4l2_stream.hpp"
+
+namespace striper::testing {
+
+constexpr std::chrono::milliseconds kPatience{2000};
+
+/// A stand-in camera and sources that open it.
+struct Rig {
+  explicit Rig(const StandInCamera::Setup& setup = StandInCamera::Setup{})
+      : camera(std::make_shared<StandInCamera>(setup)) {
+    options.device = "/dev/video7";
+  }
+  std::unique_ptr<FrameSource> open() const { return v4l2::open(options, camera); }
+  std::unique_ptr<FrameSource> open_and_start() const {
+    auto source = open();
+    source->start();
+    return source;
+  }
+
+  std::shared_ptr<StandInCamera> camera;
+  V4l2Options options;
+};
+
+inline StandInCamera::Setup television(std::uint32_t field,
+                                       v4l2_std_id standard = V4L2_STD_NTSC_M) {
+  StandInCamera::Setup setup;
+  setup.field = field;
+  setup.standard = standard;
+  return setup;
+}
+
+/// What an action is refused with.
+inline Error error_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error;
+  }
+  ADD_FAILURE() << "nothing was refused";
+  return {ErrorKind::kUsage, ""};
+}
+
+/// The next frame, which must come.
+inline Frame next(FrameSource& source) {
+  Frame frame;
+  EXPECT_EQ(source.next(frame, kPatience), NextStatus::kFrame);
+  return frame;
+}
+
+inline std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+/// Waits until a condition holds: things on the capture thread take a moment.
+template <typename Condition>
+bool eventually(const Condition& condition) {
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+}  // namespace striper::testing
