@@ -68,8 +68,7 @@ template <typename Key, typename Rank>
 void find_rivals_in(const std::vector<Key>& keys,
                     const std::array<std::vector<Rank>, ChunkMaxima::kBest>& best,
                     const std::vector<Rank>& best_across, const ChunkMaxima::RivalLimits& limits,
-                    std::vector<ChunkMaxima::Place>& rivals,
-                    std::vector<std::int32_t>& flat_lines) {
+                    ChunkMaxima::Rivals& rivals) {
   constexpr int kShift = 4 * sizeof(Rank);
   constexpr Rank kHighest = std::numeric_limits<Rank>::max();
   constexpr Rank kChunkBits = kHighest >> kShift;
@@ -84,19 +83,22 @@ void find_rivals_in(const std::vector<Key>& keys,
                            seconds = best[1].data()](std::size_t line) -> Rank {
     const Rank f = firsts[line];
     const Rank s = seconds[line];
-    return static_cast<Rank>((f < some) | (s >= second) | ((f < weak) & (s >= some)));
+    return static_cast<Rank>((f < weak) | (s >= second));
   };
   const std::size_t lines = best_across.size();
   const auto add_line = [&](std::size_t line) {
     const auto number = static_cast<std::int32_t>(line);
     const auto first_across = static_cast<std::int32_t>(best_across[line]);
-    if (best[0][line] < some) flat_lines.push_back(number);
-    const Rank least = best[0][line] < weak ? some : second;
-    for (std::size_t n = 1; n < best.size() && best[n][line] >= least; ++n) {
+    if (best[0][line] < weak) {
+      (best[0][line] < some ? rivals.flat_lines : rivals.weak_lines).push_back(number);
+      return;
+    }
+    for (std::size_t n = 1; n < best.size() && best[n][line] >= second; ++n) {
       const std::size_t chunk = kChunkBits - (best[n][line] & kChunkBits);
       const auto before_end = static_cast<int>(keys[chunk * lines + line] % ChunkMaxima::kChunk);
       const int across = (static_cast<int>(chunk) + 1) * ChunkMaxima::kChunk - 1 - before_end;
-      if (!is_flank(across, first_across, limits.flank_px)) rivals.push_back({number, across});
+      if (!is_flank(across, first_across, limits.flank_px))
+        rivals.places.push_back({number, across});
     }
   };
   // Without branches: nearly always the answer is no, a vector at a time.
@@ -162,16 +164,16 @@ void ChunkMaxima::best_across(std::int32_t* across) const noexcept {
   }
 }
 
-void ChunkMaxima::find_rivals(const RivalLimits& limits, std::vector<Place>& rivals,
-                              std::vector<std::int32_t>& flat_lines) const {
-  rivals.clear();
-  flat_lines.clear();
+void ChunkMaxima::find_rivals(const RivalLimits& limits, Rivals& rivals) const {
+  rivals.places.clear();
+  rivals.weak_lines.clear();
+  rivals.flat_lines.clear();
   if (has_wide_keys_) {
-    find_rivals_in(keys16_, best16_, best_across16_, limits, rivals, flat_lines);
+    find_rivals_in(keys16_, best16_, best_across16_, limits, rivals);
   } else if (is_wide_) {
-    find_rivals_in(keys8_, best16_, best_across16_, limits, rivals, flat_lines);
+    find_rivals_in(keys8_, best16_, best_across16_, limits, rivals);
   } else {
-    find_rivals_in(keys8_, best8_, best_across8_, limits, rivals, flat_lines);
+    find_rivals_in(keys8_, best8_, best_across8_, limits, rivals);
   }
 }
 

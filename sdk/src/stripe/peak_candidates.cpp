@@ -2,36 +2,118 @@
 #include "stripe/peak_candidates.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "stripe/line_view.hpp"
 
 namespace striper::detail {
 namespace {
 
-// A second candidate is measured where its pixel stands out from the noise,
+// A second candidate is measured where its pixel stands out from the noise: from the chunks next to
+// it, and where the first one stands out less than so far, from the pixels about it.
 constexpr double kSecondProminence = 4.0;
-// and every candidate where the first one hardly does.
-constexpr double kWeakFirstProminence = 6.0;
+constexpr double kWeakFirstProminence = 10.0;
+// And every candidate where the first one hardly does.
+constexpr double kHopelessFirstProminence = 6.0;
+
+// Twice as far as a pixel rises above the brighter of its two sides, two pixels of each.
+template <typename Pixel>
+int rise_of(const LitLine<Pixel>& line, const ChunkMaxima::Peak& peak, int reach) {
+  const int last = line.length() - 1;
+  const auto two = [&](int nearer, int farther) {
+    return line.value(std::clamp(nearer, 0, last)) + line.value(std::clamp(farther, 0, last));
+  };
+  const int before = two(peak.across - reach, peak.across - reach - 1);
+  const int after = two(peak.across + reach, peak.across + reach + 1);
+  return 2 * peak.value_dn - std::max(before, after);
+}
+
+// The highest ones, highest first.
+class Highest {
+ public:
+  void add(int rise, std::int32_t across) {
+    std::size_t at = count_ < kMost ? count_++ : kMost;
+    for (; at > 0 && places_[at - 1].rise < rise; --at) {
+      if (at < kMost) places_[at] = places_[at - 1];
+    }
+    if (at < kMost) places_[at] = {rise, across};
+  }
+
+  void append_to(std::vector<PeakSeed>& seeds, std::int32_t line) const {
+    for (std::size_t i = 0; i < count_; ++i) seeds.push_back({line, places_[i].across});
+  }
+
+ private:
+  static constexpr std::size_t kMost = ChunkMaxima::kBest - 1;
+  struct Place {
+    int rise;
+    std::int32_t across;
+  };
+  std::array<Place, kMost> places_;
+  std::size_t count_ = 0;
+};
 
 }  // namespace
 
-void PeakCandidates::choose(const ChunkMaxima& chunks, const std::vector<std::int32_t>& brightest,
-                            double noise_dn, const ProfilePlan& plan) {
+void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks,
+                            const std::vector<std::int32_t>& brightest, double noise_dn,
+                            const ProfilePlan& plan) {
   const auto count = static_cast<std::size_t>(chunks.lines());
   firsts.make_room(count);
   extras.make_room(count * (ChunkMaxima::kBest - 1));
   ChunkMaxima::RivalLimits limits;
   limits.second_dn = std::max(1, static_cast<int>(std::ceil(kSecondProminence * noise_dn)));
-  limits.weak_dn = static_cast<int>(std::ceil(kWeakFirstProminence * noise_dn));
+  limits.weak_dn = std::max(1, static_cast<int>(std::ceil(kWeakFirstProminence * noise_dn)));
   limits.flank_px = plan.core;
-  chunks.find_rivals(limits, extras.seeds, flat_);
+  chunks.find_rivals(limits, rivals_);
+  if (frame.lit.depth() == CV_8U) {
+    find_weak_rivals<std::uint8_t>(frame, axis, chunks, brightest, noise_dn, plan.core);
+  } else {
+    find_weak_rivals<std::uint16_t>(frame, axis, chunks, brightest, noise_dn, plan.core);
+  }
+  merge_rivals();
   firsts.seeds.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     firsts.seeds[i] = {static_cast<std::int32_t>(i), brightest[i]};
   }
 }
 
+// Between surfaces as bright as itself a stripe does not rise above the chunks next to it: of weak
+// lines every chunk is looked at.
+template <typename Pixel>
+void PeakCandidates::find_weak_rivals(const LitFrame& frame, StripeAxis axis,
+                                      const ChunkMaxima& chunks,
+                                      const std::vector<std::int32_t>& brightest, double noise_dn,
+                                      int reach) {
+  weak_rivals_.clear();
+  weak_rivals_.reserve(extras.seeds.capacity());
+  for (const std::int32_t number : rivals_.weak_lines) {
+    const LitLine<Pixel> line(frame, axis, number);
+    const std::int32_t first = brightest[static_cast<std::size_t>(number)];
+    const bool is_hopeless = chunks.prominence_dn(0, number) < kHopelessFirstProminence * noise_dn;
+    const int least = is_hopeless ? 1 : static_cast<int>(2.0 * kSecondProminence * noise_dn);
+    Highest highest;
+    for (int chunk = 0; chunk < chunks.chunks(); ++chunk) {
+      const ChunkMaxima::Peak peak = chunks.at(chunk, number);
+      const int rise = rise_of(line, peak, reach);
+      if (rise >= least && peak.across != first) highest.add(rise, peak.across);
+    }
+    highest.append_to(weak_rivals_, number);
+  }
+}
+
+void PeakCandidates::merge_rivals() {
+  const std::vector<PeakSeed>& clear = rivals_.places;
+  extras.seeds.resize(clear.size() + weak_rivals_.size());
+  const auto is_before = [](const PeakSeed& a, const PeakSeed& b) { return a.line < b.line; };
+  std::merge(clear.begin(), clear.end(), weak_rivals_.begin(), weak_rivals_.end(),
+             extras.seeds.begin(), is_before);
+}
+
 void PeakCandidates::blank_flat_lines() {
-  for (const std::int32_t line : flat_) firsts.significance[static_cast<std::size_t>(line)] = 0.0F;
+  for (const std::int32_t line : rivals_.flat_lines)
+    firsts.significance[static_cast<std::size_t>(line)] = 0.0F;
 }
 
 std::size_t PeakCandidates::first_extra(int line) const {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
 #include <striper/stripe/candidates.hpp>
 
 #include "stripe/peak_list.hpp"
@@ -21,8 +23,8 @@ class PeakCandidates {
 
   /// Chooses them. @param brightest where each line's most prominent candidate is.
   /// @param noise_dn of a dark pixel. @param plan says how wide the stripe is.
-  void choose(const ChunkMaxima& chunks, const std::vector<std::int32_t>& brightest,
-              double noise_dn, const ProfilePlan& plan);
+  void choose(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks,
+              const std::vector<std::int32_t>& brightest, double noise_dn, const ProfilePlan& plan);
 
   /// Lines without any contrast have a place among the firsts and nothing to be measured: this
   /// takes back what was measured.
@@ -32,7 +34,13 @@ class PeakCandidates {
   std::size_t first_extra(int line) const;
 
  private:
-  std::vector<std::int32_t> flat_;
+  template <typename Pixel>
+  void find_weak_rivals(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks,
+                        const std::vector<std::int32_t>& brightest, double noise_dn, int reach);
+  void merge_rivals();
+
+  ChunkMaxima::Rivals rivals_;
+  std::vector<PeakSeed> weak_rivals_;  // Of the weak lines, in order.
 };
 
 }  // namespace striper::detail

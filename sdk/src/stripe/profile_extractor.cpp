@@ -152,7 +152,7 @@ void ProfileExtractor::measure_and_learn(const Current& current, WidthTracker& w
 void ProfileExtractor::measure(const Current& current, const WidthModel& width) {
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, current.noise, refine, false);
-  candidates_.choose(chunks_, brightest_, current.noise_dn, plan);
+  candidates_.choose(current.frame, options_.axis, chunks_, brightest_, current.noise_dn, plan);
   for (PeakList* peaks : {&candidates_.firsts, &candidates_.extras}) {
     measure_profiles(current.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
                      peaks->measurements());

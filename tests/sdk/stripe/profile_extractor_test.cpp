@@ -100,6 +100,34 @@ TEST_P(BothMethods, RowsAreColumnsTransposed) {
   EXPECT_LT(std::sqrt(sum / static_cast<double>(a.size())), 0.15);
 }
 
+// Its chunk rises above neither of those next to it, which a bright wall crosses, while the wall's
+// own border is the most prominent thing of the line. Not always: noise on that border, where the
+// background is no straight line, can be a higher peak.
+TEST_P(BothMethods, FindAWeakStripeBetweenBrightSurfaces) {
+  SyntheticStripe s = typical();
+  s.length = 320;
+  s.position = [](int line) { return 143.0 + 6.0 * std::sin(0.02 * line); };
+  s.amplitude_dn = 9.0;
+  s.background_dn = 20.0;
+  s.noise_dn = 1.0;
+  LitFrame frame = testing::render(s);
+  frame.lit.rowRange(0, 126) += 6.0;
+  frame.lit.rowRange(162, 250) += 6.0;
+  frame.lit.rowRange(250, 320) -= 2.0;
+  ExtractOptions o = options();
+  o.stripe_sigma_px = s.sigma_px;
+  const Stripe stripe = extract(frame, o);
+  int found = 0;
+  int wrong = 0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    const bool is_near = std::abs(stripe.across_px[i] - s.position(stripe.line[i])) < 1.5;
+    found += is_near ? 1 : 0;
+    wrong += !is_near && stripe.status[i] == ReturnStatus::kOk ? 1 : 0;
+  }
+  EXPECT_GE(found, static_cast<int>(0.8 * s.lines));
+  EXPECT_LE(wrong, static_cast<int>(0.05 * s.lines));
+}
+
 TEST_P(BothMethods, SixteenBitsAreAsGoodAsEight) {
   SyntheticStripe s = typical();
   s.bit_depth = 12;

@@ -72,20 +72,22 @@ class ChunkMaxima {
 
   /// What else of a line may be the stripe, besides its most prominent chunk.
   struct RivalLimits {
-    int second_dn = 1;  ///< What rises at least so far, at least 1;
-    int weak_dn = 0;    ///< everything that rises, where the most prominent one rises less.
-    int flank_px =
-        0;  ///< But for the flank that a peak has in the next chunk, at most so far away.
+    int second_dn = 1;  ///< What rises at least so far, at least 1,
+    int flank_px = 0;  ///< but for the flank that a peak has in the next chunk, at most so far off.
+    int weak_dn = 1;   ///< Where the most prominent one rises less, the ranks tell little.
   };
   struct Place {
     std::int32_t line;
     std::int32_t across;
   };
+  struct Rivals {
+    std::vector<Place> places;             ///< In order of lines, the more prominent first.
+    std::vector<std::int32_t> weak_lines;  ///< In order; their places are not among `places`.
+    std::vector<std::int32_t> flat_lines;  ///< Without any contrast; not among the weak ones.
+  };
 
-  /// Finds them, in order of lines, the more prominent first, and the lines without any contrast.
-  /// Needs `rank`.
-  void find_rivals(const RivalLimits& limits, std::vector<Place>& rivals,
-                   std::vector<std::int32_t>& flat_lines) const;
+  /// Finds them. Needs `rank`.
+  void find_rivals(const RivalLimits& limits, Rivals& rivals) const;
 
   /// Whether a pixel of the line was blind.
   bool is_partly_blind(int line) const noexcept {
