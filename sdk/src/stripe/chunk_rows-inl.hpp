@@ -42,7 +42,9 @@ void rows(const R& reader, KeyOf<typename R::Pixel>* keys) {
 
 // ---- Rows: pixels become keys (value, position), which a maximum folds together. As many rows as
 // a 128-bit block has keys are folded at once, so that the result of a chunk is one block of keys,
-// one per row.
+// one per row. To turn lanes into one takes 55 instructions for eight vectors of AVX-512 where
+// columns take 24: 2.3 times as long in the nearest caches, 1.5 times for 2 MB, the same from
+// memory.
 
 template <typename Pixel>
 using KeyTag = hn::Repartition<KeyOf<Pixel>, PixelTag<Pixel> >;
@@ -130,10 +132,12 @@ struct RowsLayout {
 };
 
 // The chunk maxima of `kSpan` pixels of `row_count` rows from `row` on, as keys of chunks chunk,
-// chunk + 1, ... of the lines from `line` on. All kRowsAtOnce rows are read.
+// chunk + 1, ... of the lines from `line` on. All kRowsAtOnce rows are read. In line with its loop
+// it would have more row addresses alive than there are registers.
 template <typename R>
-HWY_INLINE void span_of_rows(const R& reader, int row, int row_count, int col, int chunk,
-                             int chunk_count, int lines, int line, KeyOf<typename R::Pixel>* keys) {
+HWY_NOINLINE void span_of_rows(const R& reader, int row, int row_count, int col, int chunk,
+                               int chunk_count, int lines, int line,
+                               KeyOf<typename R::Pixel>* keys) {
   using Pixel = typename R::Pixel;
   using Key = KeyOf<Pixel>;
   using Layout = RowsLayout<Pixel>;
