@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <striper/ambient/cadence_finder.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 
 #include "support/random.hpp"
@@ -82,6 +83,25 @@ TEST(HardCase, WhatPassesByMakesNoGhosts) {
   EXPECT_EQ(score.scans_of_dark, 0U);
   EXPECT_GE(score.found_fraction(), 0.95);
   EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
+}
+
+// Edges and lamps that jump from picture to picture show lines in dark exposures too.
+TEST(HardCase, CadenceOfWholePicturesIsFoundAtSpeed) {
+  for (const char* const cadence : {"0,dark", "0"}) {
+    Scene scene = hard_case();
+    testing::drive_past_lamps(scene, 16.7, CadenceFinder::kPictures);
+    scene.timing.scan = ScanMode::kProgressive;
+    scene.timing.cadence = Cadence::parse(cadence);
+    Simulator simulator(scene);
+    CadenceFinder finder(StripeAxis::kColumns, 1);
+    for (std::uint64_t n = 0; n < CadenceFinder::kPictures; ++n) {
+      finder.add(simulator.render(n), n);
+    }
+    const CadenceFinder::Finding finding = finder.find();
+    EXPECT_EQ(finding.cadence.is_automatic(), !scene.timing.cadence.has_dark());
+    EXPECT_EQ(finding.is_plain, scene.timing.cadence.has_dark());
+    EXPECT_EQ(finding.always_lit, !scene.timing.cadence.has_dark());
+  }
 }
 
 // Lamps that stand in the world hide what they cover in three fields, not one; all else is found.

@@ -28,6 +28,13 @@ constexpr int kLeastTriples = 3;
 constexpr double kLeastSurplus = 0.12;
 double clear_of_residual(std::size_t period) { return 0.5 + 0.5 * static_cast<double>(period); }
 
+// Where a laser's line comes and goes it explains the pictures to a few per cent, whatever passes
+// by: in simulated daylight at up to 100 km/h the surplus is 0.82 and more, the rest 0.07 of it.
+// Real stripes that move without ever being off leave 0.6 or less, and a third of it.
+constexpr double kPlainSurplus = 0.7;
+constexpr double kPlainRest = 0.15;
+constexpr std::size_t kLeastForPlain = 4;
+
 // Texture alone has lines too, if not as clear ones.
 constexpr double kLineAlone = 0.85;
 
@@ -258,11 +265,17 @@ CadenceFinder::Strength CadenceFinder::compare(const Profile& before, const Prof
 }
 
 CadenceFinder::Finding CadenceFinder::find() const {
+  const auto is_plain = [this](const Finding& finding) {
+    return profiles_.size() >= kLeastForPlain && !finding.cadence.is_automatic() &&
+           finding.surplus >= kPlainSurplus && finding.residual_rms <= kPlainRest * finding.surplus;
+  };
+  const auto is_refuted = [&](const Finding& finding) {
+    return !is_plain(finding) && shows_lines_in_dark(finding.cadence);
+  };
   Finding finding = find_in_triples();
-  if (finding.cadence.is_automatic() || shows_lines_in_dark(finding.cadence)) {
-    finding = find_in_pairs();
-  }
-  if (shows_lines_in_dark(finding.cadence)) finding.cadence = {};
+  if (finding.cadence.is_automatic() || is_refuted(finding)) finding = find_in_pairs();
+  if (is_refuted(finding)) finding.cadence = {};
+  finding.is_plain = is_plain(finding);
   finding.always_lit = finding.cadence.is_automatic() && every_exposure_shows_a_line();
   return finding;
 }
@@ -339,6 +352,12 @@ CadenceFinder::Finding CadenceFinder::find_in_triples() const {
   }
   finding.cadence = pattern_of(level);
   return finding;
+}
+
+bool CadenceFinder::tells_apart(const Cadence& a, const Cadence& b) const {
+  return std::any_of(profiles_.begin(), profiles_.end(), [&](const Profile& profile) {
+    return a.at(profile.number).is_dark() != b.at(profile.number).is_dark();
+  });
 }
 
 bool CadenceFinder::shows_lines_in_dark(const Cadence& cadence) const {

@@ -25,10 +25,10 @@ namespace striper {
 /// it, and the pattern of one laser that explains these triples best is taken. Where none does
 /// clearly (several lasers, a faint stripe), pairs are asked: a cadence of period P explains the
 /// surplus of i over j by V(i mod P) - V(j mod P); the V follow by least squares, and the shortest
-/// period that explains the pictures wins. Whatever was found does not count where the exposures
-/// that would be dark show a line of their own over the lit ones: a stripe that moves from picture
-/// to picture before a sensor in someone's hand is no dark exposure. The number of the exposure,
-/// not the order of arrival, is the position, so lost pictures do no harm.
+/// period that explains the pictures wins. What was found less than plainly does not count where
+/// the exposures that would be dark show a line of their own over the lit ones: a stripe that moves
+/// from picture to picture before a sensor in someone's hand is no dark exposure. The number of the
+/// exposure, not the order of arrival, is the position, so lost pictures do no harm.
 ///
 /// Not thread-safe. Cost per exposure: about one reading of the picture.
 class CadenceFinder {
@@ -40,6 +40,7 @@ class CadenceFinder {
   struct Finding {
     Cadence cadence;            ///< Automatic where no dark exposure can be shown to exist.
     bool always_lit = false;    ///< Every exposure shows a clear line.
+    bool is_plain = false;      ///< The line is so clear that nothing else explains the pictures.
     double surplus = 0.0;       ///< How much more line lit exposures show than dark ones, 0 to 1.
     double residual_rms = 0.0;  ///< What the best period leaves unexplained of it.
   };
@@ -65,6 +66,9 @@ class CadenceFinder {
   bool has_gaps() const noexcept;
 
   Finding find() const;
+
+  /// Whether two cadences call another one of the exposures that were seen dark.
+  bool tells_apart(const Cadence& a, const Cadence& b) const;
 
   /// Whether the exposures that a cadence calls dark show a line that its lit ones lack, and the
   /// other way round: the laser lights them all, and its stripe moves.
