@@ -17,8 +17,8 @@ void print(std::span<const striper::PolarScan> scans) {
 }
 
 void stream(const char* source_name, const char* model_name) {
-  const auto source = striper::open_source(source_name);      // "v4l2:/dev/video0", ...
-  striper::Scanner scanner(striper::load_model(model_name));  // "striper.yaml"
+  const auto source = striper::open_source(source_name);  // "v4l2:/dev/video0", ...
+  striper::Scanner scanner(striper::load_model(model_name), source->info());
   source->start();
   striper::Frame frame;
   // Until the source ends, or a camera is silent for a second.

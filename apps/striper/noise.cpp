@@ -73,11 +73,6 @@ void define(CLI::App& command, NoiseArguments& arguments) {
   command.footer(std::string(kExamples) + "\n\n" + kSourceHelp);
 }
 
-Illumination illumination_of(const Frame& frame, const SourceInfo& info) {
-  return frame.illumination.is_unknown() ? info.cadence.at(frame.exposure_number())
-                                         : frame.illumination;
-}
-
 // One channel of the dark pictures of a source.
 class DarkPictures {
  public:
@@ -87,13 +82,12 @@ class DarkPictures {
   /// Empty where the frame is lit or damaged. Valid until the next call.
   const cv::Mat* of(const Frame& frame) {
     if (frame.status != FrameStatus::kOk) return nullptr;
-    const Illumination illumination = illumination_of(frame, info_);
-    if (illumination.is_lit()) {
+    if (info_.illumination_of(frame).is_lit()) {
       ++lit_;
       return nullptr;
     }
     select_channel(frame.image, channel_, images_);
-    if (dark_++ == 0 && illumination.is_unknown()) refuse_stripe(frame.full_scale_dn());
+    if (dark_++ == 0 && !frame.illumination.is_dark()) refuse_stripe(frame.full_scale_dn());
     return &images_.lit;
   }
 
@@ -106,7 +100,7 @@ class DarkPictures {
   }
 
  private:
-  // Nobody said that the laser is off.
+  // The source does not know that the laser is off, whatever its user says.
   void refuse_stripe(int full_scale_dn) const {
     LitFrame frame;
     frame.lit = images_.lit;

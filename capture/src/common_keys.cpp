@@ -39,12 +39,7 @@ void CommonKeys::apply(Frame& frame, std::int64_t picture_period_ns) const {
     frame.exposure_in_picture = 0;
     frame.field_period_ns = picture_period_ns / 2;
   }
-  if (cadence.is_automatic()) return;
-
-  const std::uint64_t exposure = frame.exposure_number();
-  const Illumination first = cadence.at(exposure);
-  const bool is_mixed = frame.is_interlaced() && cadence.at(exposure + 1) != first;
-  frame.illumination = is_mixed ? Illumination::unknown() : first;
+  if (!cadence.is_automatic()) frame.illumination = Illumination::unknown();
 }
 
 }  // namespace striper

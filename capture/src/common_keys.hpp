@@ -24,9 +24,9 @@ struct CommonKeys {
   /// Puts what was given into what the source says of itself.
   void apply(SourceInfo& info) const;
 
-  /// Puts what was given into a frame: fields first, then the illumination of its exposure number.
-  /// A woven frame whose two fields are lit differently keeps an unknown illumination: its cadence
-  /// says which is which. What was not given leaves the frame as it is.
+  /// Puts what was given into a frame. A cadence says nothing of a single frame that the pictures
+  /// could not refute: where one was given it is the source's, and the frame's own illumination, of
+  /// a recording, gives way to it. What was not given leaves the frame as it is.
   /// @param picture_period_ns from picture to picture; a field takes half of it.
   void apply(Frame& frame, std::int64_t picture_period_ns) const;
 };

@@ -94,7 +94,7 @@ struct GigeSource::State {
   std::shared_ptr<Session> session;  // null while the camera is lost
   detail::FrameNumbers numbers;
   std::uint64_t next_arrival = 0;
-  bool is_parity_known = true;
+  std::uint32_t epoch = 0;
   std::int64_t completed_ns = 0;
   SourceStatistics statistics;
   GigeStatistics causes;
@@ -141,7 +141,7 @@ void GigeSource::State::begin() {
   if (!session) session = std::make_shared<Session>(options);
   numbers = detail::FrameNumbers(std::max<std::size_t>(common.cadence.pattern().size(), 1));
   next_arrival = 0;
-  is_parity_known = true;
+  epoch = 0;
   completed_ns = 0;
   statistics = {};
   causes = {};
@@ -248,14 +248,13 @@ void GigeSource::State::describe(Frame& frame, PoolSlot& slot, std::uint64_t sin
   const std::int64_t start_ns = session->exposure_start_ns(slot);
   frame.time.monotonic_ns = start_ns + setup.exposure_ns / 2;
   frame.time.utc_offset_ns = session->utc_offset_ns(slot, start_ns);
+  frame.epoch = epoch;
   frame.illumination = Illumination::unknown();
   const double period_ns = setup.rate_hz > 0.0 ? 1e9 / setup.rate_hz : 0.0;
   common.apply(frame, static_cast<std::int64_t>(period_ns));
   const bool lasers_are_ours = !options.strobe_lines.empty();
   if (lasers_are_ours && frame.status == FrameStatus::kOk) {
     frame.illumination = session->illumination(slot, since_start);
-  } else if (lasers_are_ours || !is_parity_known) {
-    frame.illumination = Illumination::unknown();
   }
 }
 
@@ -383,8 +382,7 @@ bool GigeSource::State::try_reopen() {
     const std::lock_guard lock(mutex);
     numbers.restart(static_cast<std::uint64_t>(gone_s * info.picture_rate_hz));
     next_arrival = 0;
-    // Which exposure is lit is known again only where the camera's own line decides it.
-    is_parity_known = common.cadence.pattern().size() <= 1;
+    ++epoch;
     ++statistics.reconnects;
     session = std::move(camera);
     log(LogLevel::kInfo,

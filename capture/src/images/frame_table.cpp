@@ -122,7 +122,7 @@ struct Column {
   bool (*parse)(const std::string&, FrameRow&);
 };
 
-const std::array<Column, 20> kColumns{{
+const std::array<Column, 21> kColumns{{
     {"file", [](const FrameRow& r) { return r.file; },
      [](const std::string& text, FrameRow& r) {
        r.file = text;
@@ -192,6 +192,8 @@ const std::array<Column, 20> kColumns{{
      [](const std::string& text, FrameRow& r) { return parse_step_px(text, r.frame.grid.v.step); }},
     {"cadence", [](const FrameRow& r) { return r.cadence.to_string(); },
      [](const std::string& text, FrameRow& r) { return parse_cadence(text, r.cadence); }},
+    {"epoch", [](const FrameRow& r) { return std::to_string(r.frame.epoch); },
+     [](const std::string& text, FrameRow& r) { return parse_number(text, r.frame.epoch); }},
     {"status", [](const FrameRow& r) { return std::string(word_of(r.frame.status, kStatusWords)); },
      [](const std::string& text, FrameRow& r) {
        return parse_word(text, kStatusWords, r.frame.status);

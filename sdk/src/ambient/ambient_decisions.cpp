@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -19,6 +20,10 @@ namespace {
 // Exposures between two checks of a cadence that was found, or of a scene that showed no line.
 constexpr int kBetweenChecks = 250;
 constexpr int kBetweenLooks = 12;
+
+// Looks at a cadence that was given are twice as far apart each time, at most so often.
+constexpr int kMostDoublings = 16;
+constexpr std::size_t kLongestSeenInOneLook = 4;
 
 // A source that does not know what lights its exposures may have begun anew where so many are
 // missing.
@@ -50,6 +55,9 @@ constexpr const char* kRowsNeverDark =
     "that is lit is never dark: nothing is scanned; ambient fields takes the other field";
 constexpr const char* kSlipped =
     "the cadence slipped and was found again: pictures were lost without being counted";
+constexpr const char* kNothingTellsApart =
+    "nothing in the pictures tells its lit exposures from its dark ones: the laser is off, out of "
+    "view, or on in all of them";
 constexpr const char* kPhaseUnknown =
     "the source no longer knows which exposures the laser lights (a camera that was opened again "
     "begins anywhere in the cadence), and the pictures do not show it: they are not scanned until "
@@ -60,8 +68,8 @@ constexpr const char* kWrongOrder =
 }  // namespace
 
 void AmbientStage::State::push_exposure(const Frame& exposure, bool is_of_woven_picture) {
-  const auto [number, is_restart] = numbers.next(exposure);
-  if (is_restart && options.cadence.is_automatic() && !has_own_illumination) {
+  const auto [number, is_restart, is_reopened] = numbers.next(exposure);
+  if ((is_restart || is_reopened) && options.cadence.is_automatic() && !has_own_illumination) {
     // The laser's phase may be another one now: hold what comes until it is known again.
     is_settled = is_in_doubt = false;
     queue.hold_unlabelled();
@@ -71,15 +79,13 @@ void AmbientStage::State::push_exposure(const Frame& exposure, bool is_of_woven_
   is_finished = false;
   if (!exposure.illumination.is_unknown()) {
     heed_own_illumination(exposure, number);
-  } else if (has_own_illumination && !is_of_woven_picture) {
-    heed_unknown_illumination(number);
+  } else if ((has_own_illumination && !is_of_woven_picture) || is_reopened) {
+    heed_unknown_illumination(number, is_reopened);
   }
   last_number = number;
   queue.add(exposure, number);
   if (until_next_doubt > 0) --until_next_doubt;
   if (looks_for_weave > 0) check_method(exposure);
-  const bool is_always_on = !options.cadence.is_automatic() && !options.cadence.has_dark();
-  if (is_always_on && !is_source_unsure && exposure.exposures_per_picture == 1) is_looking = false;
   if (is_looking) {
     look(exposure, number);
   } else if (until_next_look > 0 && --until_next_look == 0) {
@@ -102,8 +108,11 @@ void AmbientStage::State::heed_own_illumination(const Frame& exposure, std::uint
 
 // A source that said what lights its exposures does not know any more, as after a camera was lost
 // and opened again: what comes is held until its place in the cadence is known.
-void AmbientStage::State::heed_unknown_illumination(std::uint64_t number) {
-  const bool may_be_another = is_source_unsure && number > last_number + kLongGap + 1;
+void AmbientStage::State::heed_unknown_illumination(std::uint64_t number, bool is_reopened) {
+  if (options.cadence.is_automatic() && !has_own_illumination)
+    return;  // It was found, and will be.
+  const bool is_gap = number > last_number + kLongGap + 1;
+  const bool may_be_another = is_source_unsure && (is_gap || is_reopened);
   if (is_source_unsure && !may_be_another) return;
   if (!is_source_unsure) {
     surely = options.cadence.is_automatic() ? queue.cadence() : options.cadence;
@@ -131,19 +140,13 @@ void AmbientStage::State::look(const Frame& exposure, std::uint64_t number) {
   }
   check_field_order();
   finder.clear();
-  is_looking = is_phase_searched();
+  is_looking = is_phase_searched() || is_to_be_confirmed();
 }
 
 void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
   if (is_source_unsure) return find_phase(finding);
+  if (!options.cadence.is_automatic()) return judge_given(finding);
   const bool found = !finding.cadence.is_automatic();
-  if (!options.cadence.is_automatic()) {
-    if (found && !detail::agree(finding.cadence, options.cadence)) {
-      warn(fmt::format("the cadence '{}' was given, but the pictures show '{}'",
-                       options.cadence.to_string(), finding.cadence.to_string()));
-    }
-    return;
-  }
   if (found) {
     const bool is_other =
         queue.cadence().is_automatic() || !detail::agree(finding.cadence, queue.cadence());
@@ -168,6 +171,41 @@ void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
   }
   const bool is_sure = finding.always_lit || queue.cadence().has_dark();
   until_next_look = is_sure ? kBetweenChecks : kBetweenLooks;
+}
+
+// A cadence that was given is followed whatever the pictures show, and they are asked until they
+// confirm or refute it: at once where they do so plainly, else when they say the same twice.
+void AmbientStage::State::judge_given(const CadenceFinder::Finding& finding) {
+  const Cadence& given = options.cadence;
+  const auto contradict = [&](const std::string& what) {
+    warn(fmt::format("the cadence '{}' was given, but {}", given.to_string(), what));
+  };
+  const Cadence before = std::exchange(otherwise, {});
+  const bool found = !finding.cadence.is_automatic();
+  const bool is_other = found && finder.tells_apart(finding.cadence, given);
+  if (is_other) {
+    const bool is_said_twice = !before.is_automatic() && detail::agree(before, finding.cadence);
+    if (!finding.is_plain && !is_said_twice) {
+      otherwise = finding.cadence;
+      return;
+    }
+    contradict(fmt::format("the pictures show '{}'", finding.cadence.to_string()));
+  } else if (finding.always_lit && given.has_dark()) {
+    contradict("the laser shows in every picture");
+  } else if (!found && !finding.always_lit) {
+    // What a period is too long for, six pictures do not show either.
+    const bool is_short = given.pattern().size() <= kLongestSeenInOneLook;
+    if (++unclear_looks == 2 && given.has_dark() && is_short) contradict(kNothingTellsApart);
+    // An empty street is not worth a look again and again.
+    until_next_look = kBetweenLooks << std::min(unclear_looks - 1, kMostDoublings);
+  }
+}
+
+void AmbientStage::State::doubt_given() {
+  until_next_doubt = kBetweenChecks;
+  if (is_looking) return;
+  finder.clear();
+  is_looking = true;
 }
 
 // The cadence is known and where it began is not: where the pictures do not show it, none is

@@ -67,16 +67,15 @@ void AmbientStage::State::give(detail::HeldExposure& exposure, const detail::Nei
   subtract(exposure, darks);
 }
 
-// Whether a cadence that was found cannot be: the line is dark in `lit - dark`, or was plain and is
-// gone, or shows in one dark exposure and not in the other. Fields are lost in twos, and an even
-// cadence goes on across that.
+// Whether a cadence that was found or given cannot be: the line is dark in `lit - dark`, or was
+// plain and is gone, or shows in one dark exposure and not in the other. Fields are lost in twos,
+// and an even cadence goes on across that.
 bool AmbientStage::State::is_refuted(const detail::Neighbours& darks) {
-  const bool is_found =
-      is_source_unsure || (options.cadence.is_automatic() && !has_own_illumination);
+  const bool is_known = has_own_illumination && !is_source_unsure;
   const bool is_field = queue.held().back()->frame.exposures_per_picture == 2;
   if (is_field && queue.cadence().pattern().size() % 2 == 0) return false;
   const bool is_compared = darks.before != nullptr || darks.after != nullptr;
-  if (!is_found || !is_compared || until_next_doubt > 0) return false;
+  if (is_known || !is_compared || until_next_doubt > 0) return false;
   // Between rows edges leave a line of either sign, which the variance knows of.
   const cv::Mat edges = darks.is_between_rows ? lit.variance : cv::Mat();
   const auto line = line_sign.of(lit.lit, lit.dark, edges, options.axis);
@@ -205,6 +204,7 @@ void AmbientStage::push(const Frame& frame) {
 void AmbientStage::finish() {
   State& s = *state_;
   s.is_finished = true;
+  if (s.is_given() && s.is_looking && s.finder.exposures() > 1) s.judge_given(s.finder.find());
   if (s.is_settled || s.queue.size() == 0) return;
   if (s.has_own_illumination && !s.is_source_unsure) {
     s.conclude_from_labels();
@@ -230,8 +230,11 @@ const LitFrame* AmbientStage::next() {
     }
     s.give(*exposure, darks);
     if (s.is_refuted(darks)) {
-      s.look_again_after(*exposure);
-      continue;
+      if (!s.is_given()) {
+        s.look_again_after(*exposure);
+        continue;
+      }
+      s.doubt_given();
     }
     exposure->is_done = true;
     return &s.lit;

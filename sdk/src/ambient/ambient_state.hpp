@@ -33,11 +33,18 @@ struct AmbientStage::State {
   /// @param is_of_woven_picture it has no illumination of its own where the two fields differ.
   void push_exposure(const Frame& exposure, bool is_of_woven_picture);
   void heed_own_illumination(const Frame& exposure, std::uint64_t number);
-  void heed_unknown_illumination(std::uint64_t number);
+  void heed_unknown_illumination(std::uint64_t number, bool is_reopened);
   void find_phase(const CadenceFinder::Finding& finding);
   bool is_phase_searched() const noexcept { return is_source_unsure && !is_settled; }
   void look(const Frame& exposure, std::uint64_t number);
   void conclude(const CadenceFinder::Finding& finding);
+  void judge_given(const CadenceFinder::Finding& finding);
+  void doubt_given();
+  // It is what was given that says which exposures are lit.
+  bool is_given() const noexcept {
+    return !options.cadence.is_automatic() && !has_own_illumination && !is_source_unsure;
+  }
+  bool is_to_be_confirmed() const noexcept { return !otherwise.is_automatic(); }
   void say_nothing_is_taken_off(const CadenceFinder::Finding& finding);
   void conclude_from_labels();
   void check_field_order();
@@ -65,6 +72,9 @@ struct AmbientStage::State {
   CadenceFinder finder;
   bool is_looking = true;
   int until_next_look = 0;
+  // Of a cadence that was given: what the last look at the pictures said.
+  Cadence otherwise;  // Another one, less than plainly.
+  int unclear_looks = 0;
   bool is_settled = false;
   bool has_own_illumination = false;
   // The source said what lights its exposures and no longer does: it is the same cadence, begun

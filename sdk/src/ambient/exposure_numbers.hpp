@@ -13,7 +13,8 @@ class ExposureNumbers {
  public:
   struct Place {
     std::uint64_t number = 0;
-    bool is_restart = false;  ///< The source counts anew: what was found out may not hold.
+    bool is_restart = false;   ///< The source counts anew: what was found out may not hold.
+    bool is_reopened = false;  ///< Nor may what it was said to be in the phase of.
   };
 
   /// A source that repeats one number does not count at all; its exposures are counted here.
@@ -26,8 +27,10 @@ class ExposureNumbers {
       place.is_restart = true;
       offset_ += (last_own_ / kWhole + 1) * kWhole;
     }
+    place.is_reopened = has_last_ && exposure.epoch != last_epoch_;
     has_last_ = true;
     last_own_ = own;
+    last_epoch_ = exposure.epoch;
     place.number = own + offset_;
     return place;
   }
@@ -38,6 +41,7 @@ class ExposureNumbers {
 
   bool has_last_ = false;
   std::uint64_t last_own_ = 0;
+  std::uint32_t last_epoch_ = 0;
   std::uint64_t offset_ = 0;
 };
 

@@ -36,6 +36,11 @@ Described with_axis(Described described, StripeAxis axis) {
   return described;
 }
 
+ScannerOptions with_cadence(ScannerOptions options, const Cadence& cadence) {
+  options.ambient.cadence = cadence;
+  return options;
+}
+
 // And so is the noise.
 AmbientOptions ambient_options(const ScannerOptions& options) {
   AmbientOptions ambient = with_axis(options.ambient, options.stripe.axis);
@@ -130,6 +135,9 @@ std::span<const PolarScan> Scanner::Stages::scan_what_is_ready() {
 }
 
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions::for_model(model)) {}
+
+Scanner::Scanner(const StriperModel& model, const SourceInfo& source)
+    : Scanner(model, with_cadence(ScannerOptions::for_model(model), source.cadence)) {}
 
 Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
     : stages_(std::make_unique<Stages>(

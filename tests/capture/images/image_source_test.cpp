@@ -2,6 +2,7 @@
 // Proves what `images:` makes of a directory: numbers and times, the keys of its address, and that
 // a bad picture is a frame with its reason, counted, and not the end. Recordings:
 // recorder_test.cpp.
+#include <array>
 #include <deque>
 #include <mutex>
 #include <thread>
@@ -278,13 +279,16 @@ TEST_F(ImagesOfADirectory, FrameInAnotherThreadIsNeverWrittenTo) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST_F(ImagesOfADirectory, CadenceOfTheAddressMarksFramesByExposureNumber) {
+TEST_F(ImagesOfADirectory, CadenceOfTheAddressIsTheSourcesAndNoFrames) {
   for (const char* name : {"1.png", "2.png", "3.png", "4.png"}) put(name);
   const std::vector<Frame> frames = read_all("?laser=0,1,dark");
-  EXPECT_EQ(frames.at(0).illumination, Illumination::laser(0));
-  EXPECT_EQ(frames.at(1).illumination, Illumination::laser(1));
-  EXPECT_EQ(frames.at(2).illumination, Illumination::dark());
-  EXPECT_EQ(frames.at(3).illumination, Illumination::laser(0));
+  const SourceInfo info = open("?laser=0,1,dark")->info();
+  const std::array expected{Illumination::laser(0), Illumination::laser(1), Illumination::dark(),
+                            Illumination::laser(0)};
+  for (std::size_t n = 0; n < expected.size(); ++n) {
+    EXPECT_TRUE(frames.at(n).illumination.is_unknown()) << "it was said, and nobody knows";
+    EXPECT_EQ(info.illumination_of(frames.at(n)), expected.at(n));
+  }
 }
 
 TEST_F(ImagesOfADirectory, FieldsOfTheAddressMakeInterlacedFrames) {
@@ -297,8 +301,10 @@ TEST_F(ImagesOfADirectory, FieldsOfTheAddressMakeInterlacedFrames) {
   EXPECT_EQ(frames.at(1).exposures_per_picture, 2);
   EXPECT_EQ(frames.at(1).exposure_number(), 2U);
   EXPECT_EQ(frames.at(1).field_period_ns, 20'000'000);
-  EXPECT_TRUE(frames.at(1).illumination.is_unknown()) << "its two fields are lit differently";
-  EXPECT_EQ(read_all("?fields=split-top&laser=0").at(0).illumination, Illumination::laser(0));
+  EXPECT_TRUE(source->info().illumination_of(frames.at(1)).is_unknown())
+      << "its two fields are lit differently";
+  const SourceInfo always = open("?fields=split-top&laser=0")->info();
+  EXPECT_EQ(always.illumination_of(frames.at(1)), Illumination::laser(0));
 }
 
 TEST_F(ImagesOfADirectory, WrongKeysAndValuesAreUsageErrors) {

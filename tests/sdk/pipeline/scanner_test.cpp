@@ -221,7 +221,7 @@ TEST(Scanner, AllocatesNothingOnceWarm) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, paper_options());
   const Frame frame = picture_of_wall(model, 2.0);
-  for (int i = 0; i < 3; ++i) scanner.process(frame);
+  for (int i = 0; i < 6; ++i) scanner.process(frame);  // The cadence is looked at in so many.
   const testing::AllocationCounter counter;
   for (int i = 0; i < 10; ++i) scanner.process(frame);
   EXPECT_EQ(counter.count(), 0U);

@@ -24,14 +24,18 @@ namespace striper {
 /// gives nothing and what follows is held again. A lit exposure whose dark neighbours are all lost
 /// gives nothing either; both are counted in `unpaired_exposures`.
 ///
-/// A source that said of its frames what lights them and then says `unknown` has lost its place in
-/// the cadence (a camera that was opened again): what comes is held until the pictures show that
-/// place, and counted there too where they do not. A source that never says so is in the phase of
-/// the cadence that was given.
+/// A cadence that was given is followed, and reported where the pictures show another one: at once
+/// where they do so plainly, else when they do so twice. They are asked until they have confirmed
+/// it, ever less often, and again where a line shows in a wrong place.
+///
+/// A source that said of its frames what lights them and then says `unknown`, or that begins a new
+/// epoch, has lost its place in the cadence (a camera that was opened again): what comes is held
+/// until the pictures show that place, and counted there too where they do not.
 ///
 /// Frames are kept by reference where cv::Mat or a lease keeps their pixels, so those must not be
 /// written to later on; other pixels are copied. One stage serves one stream, in order; not
-/// thread-safe. No allocation after the first frames of a stream.
+/// thread-safe. No allocation after the first frames of a stream, but while the pictures are asked
+/// what the cadence is: six of them, now and then, where the source itself does not know it.
 class AmbientStage {
  public:
   /// @throws Error{kBadValue} where a method needs dark exposures and the cadence has none.

@@ -44,6 +44,9 @@ struct Frame {
 
   /// The source's number of the picture; a gap is a lost picture. Two fields of a picture share it.
   std::uint64_t sequence = 0;
+  /// How often the source began anew before this frame, each time anywhere in the laser's cadence:
+  /// a camera that was opened again and does not switch the laser itself.
+  std::uint32_t epoch = 0;
   int exposure_in_picture = 0;    ///< 0 or 1: which of the picture's exposures in time this is.
   int exposures_per_picture = 1;  ///< 2 for interlaced sources, whether woven or field by field.
 
@@ -51,6 +54,8 @@ struct Frame {
   std::int64_t field_period_ns = 0;  ///< From the first to the second field; 0 for progressive.
   std::int64_t exposure_ns = 0;      ///< How long the shutter was open; 0 if unknown.
 
+  /// What the source knows to have lit it: the light that it commanded, a simulation's truth, a
+  /// recording of either. What a person says of all frames is `SourceInfo::cadence`.
   Illumination illumination;
   Field field = Field::kProgressive;
 

@@ -27,6 +27,15 @@ struct SourceInfo {
   double picture_rate_hz = 0.0;           ///< Nominal; 0 if unknown.
   std::optional<std::uint64_t> pictures;  ///< How many there are in all, where that is known.
   Cadence cadence;                        ///< From the URI's `laser=`; automatic if not given.
+
+  /// What a frame is lit by, as far as its source knows or the cadence says; unknown where the two
+  /// fields of a woven picture are lit differently.
+  Illumination illumination_of(const Frame& frame) const noexcept {
+    if (!frame.illumination.is_unknown()) return frame.illumination;
+    const Illumination first = cadence.at(frame.exposure_number());
+    const bool is_mixed = frame.is_interlaced() && cadence.at(frame.exposure_number() + 1) != first;
+    return is_mixed ? Illumination::unknown() : first;
+  }
 };
 
 /// Counts since `start`; never reset by reconnection.

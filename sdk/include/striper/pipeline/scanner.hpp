@@ -9,6 +9,7 @@
 
 #include <striper/ambient/ambient_options.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/frame_source.hpp>
 #include <striper/model/striper_model.hpp>
 #include <striper/scan/polar_scan.hpp>
 #include <striper/scan/scan_options.hpp>
@@ -49,6 +50,8 @@ class Scanner {
   /// @throws Error{kBadValue} where the model has no laser or lacks one that the cadence fires, the
   ///         plane has no scan frame for that axis, or an option is out of its bounds.
   explicit Scanner(const StriperModel& model);
+  /// For the frames of a source, in the cadence that was given with it.
+  Scanner(const StriperModel& model, const SourceInfo& source);
   Scanner(const StriperModel& model, const ScannerOptions& options);
 
   /// Without a model: scans carry what the image alone gives; the metric values are NaN.
@@ -61,8 +64,8 @@ class Scanner {
   /// Processes the next frame. Usually gives one scan; none for a dark or refused frame or while
   /// frames are held until the laser's cadence is known; two for two lit fields; more when held
   /// frames are released. The scans stay valid until the next call. No allocation after the first
-  /// frames of a stream. Never throws for what a frame is: one that cannot be used is refused, see
-  /// `last_refusal`.
+  /// frames of a stream, but see AmbientStage. Never throws for what a frame is: one that cannot be
+  /// used is refused, see `last_refusal`.
   std::span<const PolarScan> process(const Frame& frame);
 
   /// Gives what is still held, at the end of a stream.

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that a cadence that was given and is wrong is reported, on whole pictures as on fields,
+// whatever else passes by, and that a right one never is. The scenes are synthetic.
+#include <functional>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <striper/ambient/ambient_stage.hpp>
+
+#include "support/street.hpp"
+
+namespace striper {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::Street;
+
+constexpr const char* kComplaint = "was given, but";
+
+std::string decisions_on(
+    const Street& street, const char* given, std::uint64_t pictures = 8,
+    const std::function<void(Frame&)>& change = [](Frame&) {}) {
+  AmbientOptions options;
+  options.cadence = Cadence::parse(given);
+  AmbientStage stage(options);
+  for (std::uint64_t sequence = 0; sequence < pictures; ++sequence) {
+    Frame frame = street.picture(sequence);
+    change(frame);
+    stage.push(frame);
+    while (stage.next() != nullptr) {
+    }
+  }
+  stage.finish();
+  while (stage.next() != nullptr) {
+  }
+  return stage.decisions();
+}
+
+// Past boxes, and at so many pixels an exposure that nothing is where it was.
+std::vector<Street> streets(const char* cadence, Field field) {
+  std::vector<Street> all(2);
+  all[0].speed_px = 3.0;
+  all[0].edge_dn = 30.0;
+  all[1].speed_px = 37.0;
+  all[1].amplitude_dn = 80.0;
+  all[1].texture_dn = 10.0;
+  for (Street& street : all) {
+    testing::reseed();
+    street.size = {160, 240};
+    street.cadence = Cadence::parse(cadence);
+    street.field = field;
+    street.build();
+  }
+  return all;
+}
+
+class GivenCadence : public ::testing::TestWithParam<Field> {};
+
+TEST_P(GivenCadence, WrongOneIsReported) {
+  for (const char* const truth : {"0,dark", "0,dark,dark"}) {
+    for (const Street& street : streets(truth, GetParam())) {
+      for (const char* const given : {"0", "dark,0", "0,dark,dark", "0,0,dark"}) {
+        if (std::string(given) == truth) continue;
+        SCOPED_TRACE(::testing::Message()
+                     << truth << ", given " << given << ", speed " << street.speed_px);
+        // What is less than plain must be seen twice.
+        EXPECT_THAT(decisions_on(street, given, 12), HasSubstr(kComplaint));
+      }
+    }
+  }
+}
+
+TEST_P(GivenCadence, RightOneNeverIs) {
+  for (const char* const truth : {"0", "0,dark", "dark,0", "0,dark,dark,dark,dark"}) {
+    for (const Street& street : streets(truth, GetParam())) {
+      SCOPED_TRACE(::testing::Message() << truth << ", speed " << street.speed_px);
+      EXPECT_THAT(decisions_on(street, truth, 24), Not(HasSubstr(kComplaint)));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(AmbientStage, GivenCadence,
+                         ::testing::Values(Field::kProgressive, Field::kInterlacedTopFirst));
+
+TEST(GivenCadence, LaserThatIsAlwaysOnRefutesDarkExposures) {
+  Street street;
+  street.cadence = Cadence::parse("0");
+  street.texture_dn = 2.0;
+  testing::reseed();
+  street.build();
+  EXPECT_THAT(decisions_on(street, "0,dark"), HasSubstr("the laser shows in every picture"));
+}
+
+TEST(GivenCadence, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
+  Street street;
+  street.amplitude_dn = 0.0;
+  testing::reseed();
+  street.build();
+  EXPECT_THAT(decisions_on(street, "0,dark", 24), HasSubstr("nothing in the pictures tells"));
+  EXPECT_THAT(decisions_on(street, "0", 24), Not(HasSubstr(kComplaint)));
+}
+
+// An empty street first, then one with a stripe.
+TEST(GivenCadence, IsAskedForUntilThereIsSomethingToSee) {
+  for (const char* const given : {"0", "dark,0"}) {
+    testing::reseed();
+    Street street;
+    street.build();
+    AmbientOptions options;
+    options.cadence = Cadence::parse(given);
+    AmbientStage stage(options);
+    for (std::uint64_t sequence = 0; sequence < 60; ++sequence) {
+      street.amplitude_dn = sequence < 20 ? 0.0 : 40.0;
+      stage.push(street.picture(sequence));
+      while (stage.next() != nullptr) {
+      }
+    }
+    EXPECT_THAT(stage.decisions(), HasSubstr("but the pictures show '0,dark'")) << given;
+  }
+}
+
+// A picture that is lost without being counted makes a right cadence a wrong one.
+TEST(GivenCadence, ThatSlipsIsReported) {
+  testing::reseed();
+  Street street;
+  street.build();
+  const auto lose_one = [&](Frame& frame) {
+    if (frame.sequence < 20) return;
+    frame = street.picture(frame.sequence + 1);
+    --frame.sequence;
+  };
+  EXPECT_THAT(decisions_on(street, "0,dark", 40), Not(HasSubstr(kComplaint)));
+  EXPECT_THAT(decisions_on(street, "0,dark", 40, lose_one),
+              HasSubstr("'0,dark' was given, but the pictures show 'dark,0'"));
+}
+
+// What a source knows of its frames is no cadence that somebody gave.
+TEST(GivenCadence, FramesThatKnowTheirLightAreBelieved) {
+  testing::reseed();
+  Street street;
+  street.build();
+  const auto know = [&](Frame& frame) { frame.illumination = street.cadence.at(frame.sequence); };
+  EXPECT_THAT(decisions_on(street, "0,dark", 12, know), Not(HasSubstr(kComplaint)));
+}
+
+}  // namespace
+}  // namespace striper
