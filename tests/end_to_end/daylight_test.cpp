@@ -118,6 +118,25 @@ TEST(HardCase, LampsThatPassByHideWhatTheyCoverAndMakeNoGhosts) {
   }
 }
 
+#ifdef STRIPER_FULL_TRIALS
+
+// At a speed where the halo of a glint, half-way between where the dark fields have it, lies beside
+// a stripe that a lamp of those fields hides.
+TEST(HardCase, LampsThatPassAtRoadSpeedMakeNoGhosts) {
+  for (const double speed_km_h : {60.0, 65.0, 70.0, 80.0, 100.0}) {
+    SCOPED_TRACE(speed_km_h);
+    Scene scene = hard_case();
+    testing::drive_past_lamps(scene, speed_km_h / 3.6, kMovingPictures);
+    const DaylightScore score = scan(scene, {}, kMovingPictures);
+    EXPECT_EQ(score.scans_of_dark, 0U);
+    EXPECT_GE(score.found_fraction(), 0.85);
+    EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
+    EXPECT_NEAR(score.pull(), 1.0, 0.2);
+  }
+}
+
+#endif
+
 // Three lasers at 0.4, 0.5 and 0.6 m below the camera light a wall in turn.
 TEST(SeveralLasers, GiveOneScanEachAndDarkNone) {
   Scene scene = Scene::flat_wall(2.0);

@@ -87,7 +87,7 @@ double Background::subtract_standing(const cv::Mat& standing, float noise_gain, 
   frame.dark_noise_gain = noise_gain;
   const bool moves = add_motion(pair, 1.0, frame);
   frame.variance = moves ? variance_ : cv::Mat();
-  frame.blind = blind_.find(frame.lit, &standing, nullptr, frame.full_scale_dn);
+  frame.blind = blind_.find(frame.lit, &standing, nullptr, standing, frame.full_scale_dn);
   return frame.lit.depth() == CV_8U
              ? darker_part<std::uint8_t>(frame.lit, standing, static_cast<double>(noise_gain))
              : darker_part<std::uint16_t>(frame.lit, standing, static_cast<double>(noise_gain));
@@ -150,7 +150,7 @@ void Background::subtract_pixels(const DarkPair& pair, LitFrame& frame) {
   frame.dark = is_written ? dark_ : pair.any();
   frame.dark_noise_gain = static_cast<float>(averaging * (pair.is_between_rows ? kTapsNoise : 1.0));
   frame.dark_noise_correlation = pair.is_between_rows ? kTapsCorrelation : std::array<float, 3>{};
-  frame.blind = blind_.find(frame.lit, pair.before, pair.after, frame.full_scale_dn);
+  frame.blind = blind_.find(frame.lit, pair.before, pair.after, frame.dark, frame.full_scale_dn);
   const bool has_motion = add_motion(pair, averaging, frame);
   frame.variance = has_motion || pair.is_between_rows ? variance_ : cv::Mat();
 }

@@ -2,6 +2,7 @@
 #include "ambient/blind_spots.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 namespace striper::detail {
@@ -25,6 +26,30 @@ constexpr std::uint8_t kAfter = 2;
 constexpr std::uint8_t kLitSaturated = 1;
 constexpr std::uint8_t kDarkSaturated = 2;
 
+// Marks of a pixel: what saturates it, and whether it was taken for a blob's.
+constexpr std::uint8_t kInDark = 1;
+constexpr std::uint8_t kInLit = 2;
+constexpr std::uint8_t kTaken = 4;
+
+// A halo is brighter than what is taken off, or darker, in so much more of the pixels along a side
+// of the lamp than the other way round; noise is so in as many. It is no wider than this.
+constexpr double kHaloSurplus = 0.5;
+constexpr int kWidestHalo = 16;
+
+// Of the pixels of a line those that are brighter less those that are darker, as a fraction.
+template <typename Pixel>
+double surplus(const cv::Mat& lit, const cv::Mat& dark, const cv::Rect& line) {
+  int brighter = 0;
+  for (int row = line.y; row < line.y + line.height; ++row) {
+    const auto* const p = lit.ptr<Pixel>(row);
+    const auto* const q = dark.ptr<Pixel>(row);
+    for (int col = line.x; col < line.x + line.width; ++col) {
+      brighter += (p[col] > q[col] ? 1 : 0) - (p[col] < q[col] ? 1 : 0);
+    }
+  }
+  return static_cast<double>(brighter) / std::max(1, line.area());
+}
+
 }  // namespace
 
 void BlindSpots::prepare(cv::Size size) {
@@ -34,6 +59,7 @@ void BlindSpots::prepare(cv::Size size) {
   lamps_.assign(static_cast<std::size_t>(block_rows_) * static_cast<std::size_t>(block_cols_), 0);
   run_.assign(static_cast<std::size_t>(size.width), 0);
   saturated_.assign(static_cast<std::size_t>(size.height), 0);
+  blob_.reserve(static_cast<std::size_t>(size.area()));
   blind_ = cv::Mat::zeros(size, CV_8U);
   marked_ = cv::Mat::zeros(size, CV_8U);
 }
@@ -44,7 +70,7 @@ void BlindSpots::set_row(int row, bool in_lit, bool in_dark) noexcept {
 }
 
 cv::Mat BlindSpots::find(const cv::Mat& lit, const cv::Mat* before, const cv::Mat* after,
-                         int full_scale_dn) {
+                         const cv::Mat& dark, int full_scale_dn) {
   const bool any_row = std::any_of(saturated_.begin(), saturated_.end(),
                                    [](std::uint8_t flags) { return flags != 0; });
   if (!any_row) return {};
@@ -54,6 +80,11 @@ cv::Mat BlindSpots::find(const cv::Mat& lit, const cv::Mat* before, const cv::Ma
                                         : mark<std::uint16_t>(lit, before, after, full_scale_dn);
   if (!any) return {};
   dilate();
+  if (lit.depth() == CV_8U) {
+    mark_halos<std::uint8_t>(lit, dark);
+  } else {
+    mark_halos<std::uint16_t>(lit, dark);
+  }
   return blind_;
 }
 
@@ -85,7 +116,7 @@ void BlindSpots::mark_dark_row(const Pixel* pixels, int row, std::uint8_t exposu
   std::uint8_t* const lamps = lamps_.data() + (row / kBlockRows) * block_cols_;
   for (int col = 0; col < marked_.cols; ++col) {
     if (pixels[col] < full_scale_dn) continue;
-    marks[col] = 1;
+    marks[col] = kInDark;
     lamps[col / kBlockCols] |= exposure;
   }
 }
@@ -107,7 +138,7 @@ bool BlindSpots::mark_lit_rows(const cv::Mat& lit, int full_scale_dn) {
       const bool is_long = run > kLongestStripeRun;
       if (!is_long && !is_near_lamp(row, col)) continue;
       const int first = run == kLongestStripeRun + 1 ? row - kLongestStripeRun : row;
-      for (int r = first; r <= row; ++r) marked_.at<std::uint8_t>(r, col) = 1;
+      for (int r = first; r <= row; ++r) marked_.at<std::uint8_t>(r, col) |= kInLit;
       any = true;
     }
   }
@@ -141,6 +172,85 @@ bool BlindSpots::have_lamps_moved() const {
     }
   }
   return false;
+}
+
+// Of what saturates one exposure and not the other: about as far as the difference is of one sign.
+// What stands still has its halo in both.
+template <typename Pixel>
+void BlindSpots::mark_halos(const cv::Mat& lit, const cv::Mat& dark) {
+  const cv::Rect image({}, marked_.size());
+  for (int row = 0; row < marked_.rows; ++row) {
+    if (saturated_[static_cast<std::size_t>(row)] == 0) continue;
+    for (int col = 0; col < marked_.cols; ++col) {
+      const std::uint8_t mark = marked_.ptr<std::uint8_t>(row)[col];
+      if (mark == 0 || (mark & kTaken) != 0) continue;
+      bool stands = false;
+      cv::Rect box = take_blob(row, col, stands);
+      if (stands) continue;
+      box = cv::Rect(box.x - kBlindCols, box.y - kBlindRows, box.width + 2 * kBlindCols,
+                     box.height + 2 * kBlindRows) &
+            image;
+      const auto is_halo = [&](const cv::Rect& line) {
+        return !(line & image).empty() &&
+               std::abs(surplus<Pixel>(lit, dark, line & image)) > kHaloSurplus;
+      };
+      const cv::Rect core = box;
+      while (core.x - box.x < kWidestHalo && is_halo({box.x - 1, core.y, 1, core.height})) {
+        --box.x;
+        ++box.width;
+      }
+      while (box.br().x - core.br().x < kWidestHalo &&
+             is_halo({box.br().x, core.y, 1, core.height})) {
+        ++box.width;
+      }
+      while (core.y - box.y < kWidestHalo && is_halo({core.x, box.y - 1, core.width, 1})) {
+        --box.y;
+        ++box.height;
+      }
+      while (box.br().y - core.br().y < kWidestHalo &&
+             is_halo({core.x, box.br().y, core.width, 1})) {
+        ++box.height;
+      }
+      if (box != core) blind_out(box);
+    }
+  }
+}
+
+// The box of the marked pixels that hang together with this one. @param stands whether most of them
+// are saturated in a dark exposure and in the lit one.
+cv::Rect BlindSpots::take_blob(int row, int col, bool& stands) {
+  const cv::Rect image({}, marked_.size());
+  cv::Point low(col, row);
+  cv::Point high = low;
+  std::size_t in_both = 0;
+  std::size_t pixels = 0;
+  blob_.assign(1, low);
+  marked_.at<std::uint8_t>(low) |= kTaken;
+  while (!blob_.empty()) {
+    const cv::Point at = blob_.back();
+    blob_.pop_back();
+    low = {std::min(low.x, at.x), std::min(low.y, at.y)};
+    high = {std::max(high.x, at.x), std::max(high.y, at.y)};
+    ++pixels;
+    if (marked_.at<std::uint8_t>(at) == (kInDark | kInLit | kTaken)) ++in_both;
+    for (const cv::Point step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
+      const cv::Point next = at + step;
+      if (!image.contains(next)) continue;
+      std::uint8_t& mark = marked_.at<std::uint8_t>(next);
+      if (mark == 0 || (mark & kTaken) != 0) continue;
+      mark |= kTaken;
+      blob_.push_back(next);
+    }
+  }
+  stands = 2 * in_both > pixels;
+  return {low.x, low.y, high.x - low.x + 1, high.y - low.y + 1};
+}
+
+void BlindSpots::blind_out(const cv::Rect& box) {
+  for (int row = box.y; row < box.y + box.height; ++row) {
+    auto* const blind = blind_.ptr<std::uint8_t>(row);
+    std::fill(blind + box.x, blind + box.x + box.width, std::uint8_t{1});
+  }
 }
 
 // A pixel is blind if a marked one is within kBlindRows and kBlindCols.
