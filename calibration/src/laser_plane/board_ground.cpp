@@ -14,8 +14,13 @@ namespace striper {
 namespace detail {
 namespace {
 
-// How much light a point of the board's plane sends back: 1 white, 0 black; white off the print.
-int albedo(const Board& board, const Eigen::Vector2d& p_m) {
+constexpr std::uint8_t kUnknown = 2;
+
+// How much light a point of the board's plane sends back: 1 white, 0 black; white off the print and
+// unknown off the paper.
+int albedo(const BoardInPicture& scene, const Eigen::Vector2d& p_m) {
+  const Board& board = scene.board;
+  if (!scene.paper_m.contains(p_m)) return kUnknown;
   const double x = p_m.x() / board.square_m;
   const double y = p_m.y() / board.square_m;
   if (board.pattern == Board::Pattern::kCircles) {
@@ -40,8 +45,6 @@ std::optional<Eigen::Vector2d> on_board(const BoardInPicture& scene, const Eigen
   return Eigen::Vector2d((centre + along * r).head<2>());
 }
 
-constexpr std::uint8_t kUnknown = 2;
-
 // What the board is at the pixels within `half_px` of the line: 1 white, 0 black, or kUnknown.
 cv::Mat ground_along(const BoardInPicture& scene, const std::vector<double>& across,
                      StripeAxis axis, double half_px) {
@@ -56,7 +59,7 @@ cv::Mat ground_along(const BoardInPicture& scene, const std::vector<double>& acr
       const cv::Point pixel =
           columns ? cv::Point(static_cast<int>(k), at) : cv::Point(at, static_cast<int>(k));
       const auto p = on_board(scene, {pixel.x, pixel.y});
-      if (p) ground.at<std::uint8_t>(pixel) = static_cast<std::uint8_t>(albedo(scene.board, *p));
+      if (p) ground.at<std::uint8_t>(pixel) = static_cast<std::uint8_t>(albedo(scene, *p));
     }
   }
   return ground;
@@ -72,7 +75,7 @@ bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& p
   for (int step = -4; step <= 4; ++step) {
     const auto p = on_board(scene, pixel + 0.25 * step * reach_px * across);
     if (!p) return true;
-    const int here = albedo(scene.board, *p);
+    const int here = std::min(albedo(scene, *p), 1);
     if (first < 0) first = here;
     if (here != first) return true;
   }
@@ -80,8 +83,8 @@ bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& p
 }
 
 cv::Mat even_ground(const BoardInPicture& scene, const std::vector<double>& across, StripeAxis axis,
-                    double half_px, double reach_px) {
-  const cv::Mat ground = ground_along(scene, across, axis, half_px);
+                    const ProfileGround& profile) {
+  const cv::Mat ground = ground_along(scene, across, axis, profile.far_px);
   cv::Mat lowest;
   cv::Mat highest;
   const cv::Mat around = cv::getStructuringElement(cv::MORPH_RECT, {5, 5});
@@ -96,17 +99,24 @@ cv::Mat even_ground(const BoardInPicture& scene, const std::vector<double>& acro
     const auto pixel = [&](int at) {
       return columns ? cv::Point(static_cast<int>(k), at) : cv::Point(at, static_cast<int>(k));
     };
-    const auto is = [&](int at) { return ground.at<std::uint8_t>(pixel(at)); };
     const int middle = static_cast<int>(std::lround(across[k]));
-    const int reach = static_cast<int>(std::ceil(reach_px));
-    if (middle - reach < 0 || middle + reach >= length) continue;
-    bool clear = is(middle) != kUnknown;
-    for (int at = middle - reach; at <= middle + reach; ++at) clear &= is(at) == is(middle);
-    const int half = static_cast<int>(half_px);
+    const auto is_clear = [&](int at) {
+      const bool inside = at >= 0 && at < length;
+      if (!inside || ground.at<std::uint8_t>(pixel(at)) != ground.at<std::uint8_t>(pixel(middle)))
+        return false;
+      return std::abs(at - middle) > profile.clear_px || even.at<std::uint8_t>(pixel(at)) != 0;
+    };
+    if (middle < 0 || middle >= length || ground.at<std::uint8_t>(pixel(middle)) == kUnknown)
+      continue;
+    const int reach = static_cast<int>(std::ceil(std::max(profile.same_px, profile.clear_px)));
+    bool clear = true;
+    for (int at = middle - reach; at <= middle + reach; ++at) clear &= is_clear(at);
+    const int half = static_cast<int>(profile.far_px);
     const int first = std::max(0, middle - half);
     const int last = clear ? std::min(length - 1, middle + half) : -1;
     for (int at = first; at <= last; ++at)
-      if (even.at<std::uint8_t>(pixel(at)) != 0 && is(at) == is(middle))
+      if (even.at<std::uint8_t>(pixel(at)) != 0 &&
+          ground.at<std::uint8_t>(pixel(at)) == ground.at<std::uint8_t>(pixel(middle)))
         seen.at<std::uint8_t>(pixel(at)) = 255;
   }
   return seen;

@@ -13,26 +13,32 @@
 
 namespace striper::detail {
 
-/// How far beyond the print the board may go on, in squares.
-inline constexpr double kMarginSquares = 3.0;
-
 /// What lies on the board's plane in a picture.
 struct BoardInPicture {
   const Board& board;
   const CameraModel& camera;
   Eigen::Isometry3d T_board_cam;
+  Eigen::AlignedBox2d paper_m;  ///< How far its paper goes, board frame.
 };
 
-/// True where black meets white within `reach_px` of a pixel along the stripe's profile.
+/// True where black of the print meets white within `reach_px` of a pixel along the stripe's
+/// profile.
 bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& pixel,
                            StripeAxis axis, double reach_px);
 
+/// How much of a profile must lie on ground of one albedo.
+struct ProfileGround {
+  double same_px;   ///< No black where white is (or the other way) this far from the line,
+  double clear_px;  ///< and no edge of black and white, or of the paper, within two pixels of what
+                    ///< is this far from the line: half a profile comes out askew.
+  double far_px;    ///< How far from the line pixels are wanted at all, for the background.
+};
+
 /// The pixels along a line, 255, whose albedo is the one under the line in their own column
-/// (kColumns) or row, black meeting white nowhere within two pixels of them. Where it does within
-/// `reach_px` of the line, no pixel of the column.
+/// (kColumns) or row, no black meeting white and no end of the paper within two pixels of them.
+/// None of a column whose profile is not on such ground.
 /// @param across where the line is in each column (kColumns) or row; NaN: not there.
-/// @param half_px how far from the line.
 cv::Mat even_ground(const BoardInPicture& scene, const std::vector<double>& across, StripeAxis axis,
-                    double half_px, double reach_px);
+                    const ProfileGround& profile);
 
 }  // namespace striper::detail

@@ -6,10 +6,12 @@
 
 #include <fmt/format.h>
 
+#include <striper/board/find_board.hpp>
 #include <striper/laser_plane/board_stripe.hpp>
 #include <striper/stripe/extractor.hpp>
 
 #include "laser_plane/board_ground.hpp"
+#include "laser_plane/board_paper.hpp"
 #include "laser_plane/coarse_line.hpp"
 
 namespace striper {
@@ -17,16 +19,20 @@ namespace {
 
 using detail::BoardInPicture;
 using detail::CoarseLine;
+using detail::find_paper;
 using detail::fit_line;
 using detail::median;
-using detail::median_width_px;
+using detail::ProfileGround;
 using detail::Returns;
 using detail::returns_within;
 using detail::StraightLine;
+using detail::StripeCourse;
+using detail::unclipped_width_px;
 
 constexpr std::size_t kMostPoints = 120;
 constexpr int kFewestPoints = 10;
-constexpr int kFewestFine = 20;
+constexpr double kLeastWidthPx = 0.4;
+constexpr double kMostWidthPx = 8.0;
 constexpr double kLeastGatePx = 0.3;
 
 // Along the line, where nothing is left to be mistaken for the stripe, the best there is.
@@ -40,8 +46,18 @@ std::unique_ptr<StripeExtractor> fine_extractor(const StripeRecipe& recipe, doub
   return make_extractor(options);
 }
 
-// How far from its middle the stripe's light counts: albedo must not change under it.
+// How far from its middle the stripe's light counts, with a margin for what blurs an edge.
 double reach_px(double width_px) { return 1.0 + 2.5 * std::max(1.0, width_px); }
+
+// The ground that a profile is wanted on: all of it far from every edge; where the squares are too
+// small for that, at least on one of them, next to the edges blind.
+enum class Demand { kWholeProfile, kMostOfIt };
+ProfileGround ground_for(double width_px, Demand demand) {
+  const double far_px = 6.0 + 12.0 * width_px;
+  if (demand == Demand::kMostOfIt) return {reach_px(width_px), 0.0, far_px};
+  const double profile_px = std::ceil(2.0 * std::max(1.0, width_px));
+  return {profile_px, profile_px, far_px};
+}
 
 // Where the line runs in the picture: across for every column (kColumns) or row; NaN beyond its
 // ends.
@@ -58,7 +74,7 @@ std::vector<double> across_of(const StraightLine& line, const Returns& returns,
                              std::numeric_limits<double>::quiet_NaN());
   constexpr double kStepPx = 0.5;  // Every line of the picture is met.
   for (double along = first; along <= last; along += kStepPx) {
-    Eigen::Vector2d flat(along, line.offset + line.slope * along);
+    Eigen::Vector2d flat(along, line.at(along));
     if (!columns) std::swap(flat.x(), flat.y());
     const Projection at = camera.project({flat.x() / camera.fx(), flat.y() / camera.fy(), 1.0});
     if (at.status != CameraStatus::kOk) continue;
@@ -118,33 +134,90 @@ void add_scatter(const StraightLine& line, Returns& returns) {
   for (double& sigma : returns.sigma_px) sigma = std::sqrt(sigma * sigma + excess2);
 }
 
-// Extracts again along the line, on ground of one albedo in each column: black and white squares
-// are peaks and steps too, which the fit would take for the stripe or for its background. Empty
-// where too little of such ground is left to see the background on.
-std::optional<FineLine> refine(const CoarseLine& coarse, const std::vector<std::size_t>& clear,
-                               const LaserPicture& picture, const BoardInPicture& scene,
-                               const StripeRecipe& recipe, const std::optional<NoiseModel>& noise) {
-  std::vector<float> widths;
-  for (const std::size_t i : clear) widths.push_back(coarse.returns.width_px[i]);
-  double width_px = std::clamp(median(std::move(widths)), 0.5, 8.0);
-  const double half_px = 6.0 + 12.0 * width_px;
-  const std::vector<double> across =
-      across_of(coarse.line, coarse.returns, scene.camera, recipe.axis);
-  const cv::Mat seen =
-      coarse.mask & even_ground(scene, across, recipe.axis, half_px, reach_px(width_px));
-  std::optional<FineLine> fine;
-  for (int pass = 0; pass < 2; ++pass) {  // With the width that the first one measures.
-    Returns returns = returns_within(seen, picture, scene.camera, recipe,
-                                     *fine_extractor(recipe, width_px, noise), Verdict::kGood);
-    auto line = fit_line(returns.undistorted, kLeastGatePx);
-    if (!line || static_cast<int>(line->inliers.size()) < kFewestFine) return std::nullopt;
-    if (4 * line->inliers.size() < clear.size()) return std::nullopt;
-    width_px = median_width_px(returns, *line);
-    fine = FineLine{std::move(returns), std::move(*line), width_px};
+// The line as the best extraction finds it, on ground of one albedo in each column: black and white
+// squares are peaks and steps too, which the fit would take for the stripe or for its background.
+class FineSearch {
+ public:
+  FineSearch(const CoarseLine& coarse, const LaserPicture& picture, const BoardInPicture& scene,
+             const StripeCourse& course, const StripeRecipe& recipe,
+             const std::optional<NoiseModel>& noise, Demand demand)
+      : coarse_(coarse),
+        picture_(picture),
+        scene_(scene),
+        course_(course),
+        recipe_(recipe),
+        noise_(noise),
+        demand_(demand) {}
+
+  // Empty where too little of such ground is left to see the background on.
+  std::optional<FineLine> run(const std::vector<std::size_t>& clear) {
+    std::optional<double> width_px = unclipped_width_px(coarse_.returns, clear);
+    look_around(width_px.value_or(coarse_.stripe.width_px));
+    if (!width_px) width_px = straightest_width_px();
+    std::optional<FineLine> fine;
+    for (int pass = 0; pass < 2 && width_px; ++pass) {  // With the width that the first measures.
+      fine = line_of(*width_px);
+      if (!fine) break;
+      width_px = unclipped_width_px(fine->returns, fine->line.inliers);
+      if (!width_px) width_px = straightest_width_px();
+      if (width_px) look_around(*width_px);
+    }
+    if (fine) add_scatter(fine->line, fine->returns);
+    return fine;
   }
-  add_scatter(fine->line, fine->returns);
-  return fine;
-}
+
+ private:
+  void look_around(double width_px) {
+    const double about_px = std::clamp(width_px, kLeastWidthPx, kMostWidthPx);
+    seen_ = coarse_.mask &
+            even_ground(scene_, course_.across, recipe_.axis, ground_for(about_px, demand_));
+  }
+
+  std::optional<FineLine> line_of(double width_px) const {
+    width_px = std::clamp(width_px, kLeastWidthPx, kMostWidthPx);
+    Returns returns = returns_within(seen_, picture_, scene_.camera, recipe_,
+                                     *fine_extractor(recipe_, width_px, noise_), Verdict::kGood);
+    auto line = fit_line(returns.undistorted, kLeastGatePx);
+    if (!line || static_cast<int>(line->inliers.size()) < kFewestPoints) return std::nullopt;
+    return FineLine{std::move(returns), std::move(*line), width_px};
+  }
+
+  // Where nearly every profile is clipped: the width with which the line is straightest. Fitted
+  // with a wrong one, a profile without a top comes out up to a tenth of a pixel off, to and fro as
+  // the line crosses the pixels.
+  std::optional<double> straightest_width_px() const {
+    constexpr double kStep = 1.06;
+    constexpr int kSteps = 18;  // To 0.35 of the coarse width, which clipping makes too large.
+    std::optional<double> best_px;
+    double best = std::numeric_limits<double>::infinity();
+    double width_px = coarse_.stripe.width_px;
+    for (int step = 0; step < kSteps; ++step, width_px /= kStep) {
+      const auto fine = line_of(width_px);
+      if (!fine) continue;
+      const double scatter_px = scatter(*fine);
+      if (scatter_px < best) best = scatter_px, best_px = fine->width_px;
+    }
+    return best_px;
+  }
+
+  // Of all the returns: with a wrong width the line's inliers may be those that cross the pixels
+  // alike. What is further off than the gate counts no more for that.
+  static double scatter(const FineLine& fine) {
+    double sum = 0.0;
+    for (const Eigen::Vector2d& p : fine.returns.undistorted)
+      sum += std::pow(std::min(std::abs(p.y() - fine.line.at(p.x())), kLeastGatePx), 2.0);
+    return std::sqrt(sum / static_cast<double>(fine.returns.undistorted.size()));
+  }
+
+  const CoarseLine& coarse_;
+  const LaserPicture& picture_;
+  const BoardInPicture& scene_;
+  const StripeCourse& course_;
+  const StripeRecipe& recipe_;
+  const std::optional<NoiseModel>& noise_;
+  Demand demand_;
+  cv::Mat seen_;
+};
 
 }  // namespace
 
@@ -154,7 +227,12 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
   const CoarseLine coarse = detail::find_coarse_line(picture, board, camera, recipe, noise);
   BoardStripe stripe = coarse.stripe;
   if (!stripe.found()) return stripe;
-  const BoardInPicture scene{board, camera, picture.T_cam_board.inverse()};
+  const StripeCourse course{recipe.axis,
+                            across_of(coarse.line, coarse.returns, camera, recipe.axis),
+                            2.0 * reach_px(stripe.width_px)};
+  const BoardInPicture scene{board, camera, picture.T_cam_board.inverse(),
+                             find_paper(to_grey8(picture.off.empty() ? picture.on : picture.off),
+                                        board, camera, picture.T_cam_board, course)};
   const std::vector<std::size_t> clear = clear_of_albedo_edges(coarse, scene, recipe.axis);
   stripe.at_albedo_edge = stripe.on_line - static_cast<int>(clear.size());
   if (static_cast<int>(clear.size()) < kFewestPoints) {
@@ -163,7 +241,9 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
         stripe.at_albedo_edge, stripe.on_line);
     return stripe;
   }
-  const auto fine = refine(coarse, clear, picture, scene, recipe, noise);
+  std::optional<FineLine> fine;
+  for (const Demand demand : {Demand::kWholeProfile, Demand::kMostOfIt})
+    if (!fine) fine = FineSearch(coarse, picture, scene, course, recipe, noise, demand).run(clear);
   if (fine) {
     stripe.line_rms_px = fine->line.rms;
     stripe.width_px = fine->width_px;

@@ -9,7 +9,7 @@
 #include <striper/core/error.hpp>
 #include <striper/laser_plane/board_stripe.hpp>
 
-#include "laser_plane/board_ground.hpp"
+#include "laser_plane/board_paper.hpp"
 #include "laser_plane/coarse_line.hpp"
 
 namespace striper {

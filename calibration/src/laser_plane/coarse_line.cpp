@@ -10,7 +10,7 @@
 
 #include <striper/ambient/channel_choice.hpp>
 
-#include "laser_plane/board_ground.hpp"
+#include "laser_plane/board_paper.hpp"
 
 namespace striper::detail {
 namespace {
@@ -45,6 +45,16 @@ LitFrame lit_frame(const LaserPicture& picture, const StripeRecipe& recipe) {
   return frame;
 }
 
+// Whether a pixel beside a return's own is at full scale.
+bool is_clipped(const LitFrame& frame, const Eigen::Vector2d& pixel) {
+  const cv::Point at(static_cast<int>(std::lround(pixel.x())),
+                     static_cast<int>(std::lround(pixel.y())));
+  const cv::Rect near = cv::Rect(at.x - 1, at.y - 1, 3, 3) & cv::Rect({}, frame.lit.size());
+  double brightest = 0.0;
+  cv::minMaxLoc(frame.lit(near), nullptr, &brightest);
+  return brightest >= frame.full_scale_dn;
+}
+
 std::string why_no_line(const BoardStripe& stripe, const std::optional<StraightLine>& line) {
   if (stripe.on_line < kFewestOnLine || 3 * stripe.on_line < stripe.returns)
     return fmt::format("no straight stripe on the board ({} returns, {} of them on a line)",
@@ -77,6 +87,7 @@ Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const C
     returns.sigma_px.push_back(sigma_px);
     returns.amplitude_dn.push_back(stripe.amplitude_dn[i]);
     returns.width_px.push_back(stripe.width_px[i]);
+    returns.clipped.push_back(is_clipped(frame, pixel) ? 1 : 0);
   }
   return returns;
 }
@@ -88,9 +99,19 @@ double median(std::vector<float> values) {
   return *middle;
 }
 
-double median_width_px(const Returns& returns, const StraightLine& line) {
+double median_of(const std::vector<float>& values, const std::vector<std::size_t>& some) {
+  std::vector<float> chosen;
+  for (const std::size_t i : some) chosen.push_back(values[i]);
+  return median(std::move(chosen));
+}
+
+std::optional<double> unclipped_width_px(const Returns& returns,
+                                         const std::vector<std::size_t>& some) {
+  constexpr std::size_t kFewest = 8;
   std::vector<float> widths;
-  for (const std::size_t i : line.inliers) widths.push_back(returns.width_px[i]);
+  for (const std::size_t i : some)
+    if (!returns.clipped[i]) widths.push_back(returns.width_px[i]);
+  if (widths.size() < std::max(kFewest, some.size() / 4)) return std::nullopt;
   return median(std::move(widths));
 }
 
@@ -109,7 +130,8 @@ CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
   if (!stripe.found()) return coarse;
   coarse.line = *line;
   stripe.line_rms_px = line->rms;
-  stripe.width_px = median_width_px(coarse.returns, *line);
+  stripe.width_px = unclipped_width_px(coarse.returns, line->inliers)
+                        .value_or(median_of(coarse.returns.width_px, line->inliers));
   stripe.amplitude_dn = median(coarse.returns.amplitude_dn);
   return coarse;
 }

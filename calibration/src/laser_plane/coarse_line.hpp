@@ -23,6 +23,7 @@ struct Returns {
   std::vector<double> sigma_px;
   std::vector<float> amplitude_dn;
   std::vector<float> width_px;
+  std::vector<char> clipped;  ///< The converter ended below the stripe's peak.
 };
 
 /// @param seen where the extractor may look, 255. @param worst which returns count.
@@ -30,9 +31,14 @@ Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const C
                        const StripeRecipe& recipe, StripeExtractor& extractor, Verdict worst);
 
 double median(std::vector<float> values);
+double median_of(const std::vector<float>& values, const std::vector<std::size_t>& some);
 
-/// Of the returns on the line.
-double median_width_px(const Returns& returns, const StraightLine& line);
+/// How wide the stripe is: the median of some of the returns, of those that are not clipped; empty
+/// where these are too few. A clipped profile has lost its top, and its width with it: a line of
+/// pixels at full scale comes out half as wide again as it is, and every fit with that width puts
+/// it off by up to a tenth of a pixel.
+std::optional<double> unclipped_width_px(const Returns& returns,
+                                         const std::vector<std::size_t>& some);
 
 /// The stripe on a board as its brightest pixels have it.
 struct CoarseLine {

@@ -14,7 +14,7 @@ constexpr std::size_t kFewest = 8;
 constexpr double kNormalMad = 1.4826;
 
 double distance(const StraightLine& line, const Eigen::Vector2d& p) {
-  return std::abs(p.y() - line.offset - line.slope * p.x());
+  return std::abs(p.y() - line.at(p.x()));
 }
 
 // The value that a fraction of the distances stays below. Less than a half, so that a line holds

@@ -15,6 +15,8 @@ struct StraightLine {
   double slope = 0.0;
   double rms = 0.0;  ///< Of the inliers.
   std::vector<std::size_t> inliers;
+
+  double at(double x) const noexcept { return offset + slope * x; }
 };
 
 /// Fits a line to points most of which are on one: least median of squares over random pairs
