@@ -133,6 +133,10 @@ class Calibrator {
     view.laser = picture.laser;
     view.pixel = picture.stripe.pixel;
     view.sigma_px = picture.stripe.sigma_px;
+    // What blurs the board's edges blurs the stripe as well; the rest of its width is the laser's.
+    view.width_px = picture.stripe.width_px;
+    view.sheet_px = std::sqrt(std::max(
+        0.0, view.width_px * view.width_px - picture.board.blur_px * picture.board.blur_px));
     result_.observations.stripes.push_back(std::move(view));
   }
 

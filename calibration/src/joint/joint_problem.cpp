@@ -13,6 +13,7 @@
 
 #include "cost_functions/corner_cost.hpp"
 #include "cost_functions/stripe_cost.hpp"
+#include "cost_functions/stripe_skew.hpp"
 
 namespace striper::detail {
 namespace {
@@ -89,6 +90,47 @@ double across(StripeAxis axis, const Eigen::Vector2d& pixel) {
   return axis == StripeAxis::kColumns ? pixel.y() : pixel.x();
 }
 
+// The ray of a pixel, from that of one nearby.
+Eigen::Vector2d ray_near(const JointState& state, Eigen::Vector2d xy,
+                         const Eigen::Vector2d& pixel) {
+  using Jet = ceres::Jet<double, 2>;
+  std::array<Jet, 12> camera;
+  for (std::size_t i = 0; i < state.parameters.size(); ++i) camera[i] = Jet(state.parameters[i]);
+  for (int pass = 0; pass < 3; ++pass) {
+    const auto q = project_normalized<Jet>(state.camera.lens(), camera.data(),
+                                           {Jet(xy.x(), 0), Jet(xy.y(), 1)});
+    Eigen::Matrix2d J;
+    J.row(0) = q.x().v.transpose();
+    J.row(1) = q.y().v.transpose();
+    xy -= J.inverse() * (Eigen::Vector2d(q.x().a, q.y().a) - pixel);
+  }
+  return xy;
+}
+
+// How the board slopes along the pixel line about the middle of the sheet. The laser is taken to be
+// where the scan frame begins, below the camera: the plane does not say where in it the laser is.
+ProfileSlopes slopes_at(const JointState& state, const BendShape& shape, StripeAxis axis,
+                        const PoseBlock& pose, const std::array<double, 3>& plane,
+                        const Eigen::Vector2d& ray) {
+  const double* const camera = state.parameters.data();
+  const Eigen::Vector3d w = Eigen::Map<const Eigen::Vector3d>(plane.data());
+  const Eigen::Vector3d laser = w / w.squaredNorm();
+  const Eigen::Vector2d middle = project_normalized<double>(state.camera.lens(), camera, ray);
+  const Eigen::Vector2d step = axis == StripeAxis::kColumns ? Eigen::Vector2d::UnitY().eval()
+                                                            : Eigen::Vector2d::UnitX().eval();
+  const auto point = [&](double away_px) {
+    return point_on_board<double>(ray_near(state, ray, middle + away_px * step), pose.data(),
+                                  state.bend.data(), shape);
+  };
+  const Eigen::Vector3d before = point(-1.0);
+  const Eigen::Vector3d here = point(0.0);
+  const Eigen::Vector3d after = point(1.0);
+  ProfileSlopes slopes;
+  slopes.rise = w.dot(after - 2.0 * here + before) / w.dot(after - before);
+  slopes.distance = 0.5 * std::log((after - laser).norm() / (before - laser).norm());
+  return slopes;
+}
+
 void add_stripes(const Observations& observations, const JointWeights& weights, double loss_sigmas,
                  bool solve_bend, JointState& state, ceres::Problem& problem) {
   SharedLoss loss(loss_sigmas);
@@ -102,10 +144,11 @@ void add_stripes(const Observations& observations, const JointWeights& weights, 
     auto& plane = state.planes[static_cast<std::size_t>(stripe.laser)];
     for (std::size_t i = 0; i < stripe.pixel.size(); ++i) {
       if (!weights.stripe_used[s][i]) continue;
-      const auto at = stripe_residual(state, shape, axis, pose, plane, stripe.pixel[i]);
+      const auto at = stripe_residual(state, observations.board, axis, pose, stripe, i);
       if (!at) continue;
+      // The skew is so small that it may stay while the state moves.
       const StripeCost cost{crossing_of(state, shape, axis, stripe.pixel[i], at->ray), state.bend,
-                            across(axis, stripe.pixel[i]),
+                            across(axis, stripe.pixel[i]) - at->skew_px,
                             stripe.sigma_px[i] * weights.stripe_factor};
       if (solve_bend)
         problem.AddResidualBlock(autodiff<StripeCost, 1, 6, 2, 3>(cost, count), loss.get(), camera,
@@ -179,13 +222,15 @@ std::unique_ptr<ceres::Problem> make_problem(const Observations& observations,
   return problem;
 }
 
-std::optional<StripeResidual> stripe_residual(const JointState& state, const BendShape& shape,
+std::optional<StripeResidual> stripe_residual(const JointState& state, const Board& board,
                                               StripeAxis axis, const PoseBlock& pose,
-                                              const std::array<double, 3>& plane,
-                                              const Eigen::Vector2d& pixel) {
+                                              const StripeView& stripe, std::size_t point) {
   const double* const camera = state.parameters.data();
   const double* const bend =
       state.bend[0] == 0.0 && state.bend[1] == 0.0 ? nullptr : state.bend.data();
+  const Eigen::Vector2d& pixel = stripe.pixel[point];
+  const auto& plane = state.planes[static_cast<std::size_t>(stripe.laser)];
+  const BendShape shape(board);
   const Eigen::Vector2d pinhole((pixel.x() - camera[2]) / camera[0],
                                 (pixel.y() - camera[3]) / camera[1]);
   StripeCrossing crossing = crossing_of(state, shape, axis, pixel, pinhole);
@@ -194,7 +239,11 @@ std::optional<StripeResidual> stripe_residual(const JointState& state, const Ben
   crossing.start = *ray;
   double predicted_px = 0.0;
   crossing(camera, pose.data(), bend, plane.data(), predicted_px);
-  return StripeResidual{across(axis, pixel) - predicted_px, *ray};
+  const double skew_px = stripe.sheet_px > 0.0
+                             ? stripe_skew_px(slopes_at(state, shape, axis, pose, plane, *ray),
+                                              stripe.sheet_px, stripe.width_px)
+                             : 0.0;
+  return StripeResidual{across(axis, pixel) - predicted_px - skew_px, skew_px, *ray};
 }
 
 Eigen::Vector2d corner_residual(const JointState& state, const Board& board, const PoseBlock& pose,

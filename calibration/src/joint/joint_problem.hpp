@@ -49,14 +49,15 @@ std::unique_ptr<ceres::Problem> make_problem(const Observations& observations,
 /// One stripe pixel against the stripe that the state predicts in its column or row.
 struct StripeResidual {
   double residual_px;   ///< Observed minus predicted.
-  Eigen::Vector2d ray;  ///< Where it is predicted: a start for the next search.
+  double skew_px;       ///< How far beside the middle of the sheet it is predicted to be found.
+  Eigen::Vector2d ray;  ///< Of the middle of the sheet: a start for the next search.
 };
 
 /// Empty where the state predicts no stripe there.
-std::optional<StripeResidual> stripe_residual(const JointState& state, const BendShape& shape,
+/// @param point which of the stripe's.
+std::optional<StripeResidual> stripe_residual(const JointState& state, const Board& board,
                                               StripeAxis axis, const PoseBlock& pose,
-                                              const std::array<double, 3>& plane,
-                                              const Eigen::Vector2d& pixel);
+                                              const StripeView& stripe, std::size_t point);
 
 /// Projected minus observed corner (or dot), px; NaN behind the camera.
 /// @param point which of the board's points.

@@ -40,7 +40,6 @@ double robust_stripe_factor(const Observations& observations, const Residuals& r
 }  // namespace
 
 Residuals compute_residuals(const Observations& observations, const JointState& state) {
-  const BendShape shape(observations.board);
   Residuals residuals;
   for (std::size_t v = 0; v < observations.views.size(); ++v) {
     const CornerView& view = observations.views[v];
@@ -51,13 +50,12 @@ Residuals compute_residuals(const Observations& observations, const JointState& 
   }
   for (const StripeView& stripe : observations.stripes) {
     auto& row = residuals.stripe_px.emplace_back();
-    for (const Eigen::Vector2d& pixel : stripe.pixel) {
+    for (std::size_t i = 0; i < stripe.pixel.size(); ++i) {
       const auto at =
           state.planes.empty()
               ? std::nullopt
-              : stripe_residual(state, shape, observations.axis,
-                                state.poses[static_cast<std::size_t>(stripe.view)],
-                                state.planes[static_cast<std::size_t>(stripe.laser)], pixel);
+              : stripe_residual(state, observations.board, observations.axis,
+                                state.poses[static_cast<std::size_t>(stripe.view)], stripe, i);
       row.push_back(at ? at->residual_px : kNan);
     }
   }

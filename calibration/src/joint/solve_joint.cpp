@@ -275,12 +275,12 @@ double stripe_rms_px(const Observations& observations, const StripeView& stripe,
   JointState state;
   state.set_camera(camera);
   state.bend = {bend_m.x(), bend_m.y()};
-  const BendShape shape(observations.board);
+  state.planes.assign(static_cast<std::size_t>(stripe.laser) + 1, detail::to_block(plane));
+  const detail::PoseBlock pose = detail::to_block(T_cam_board);
   std::vector<double> squares;
-  for (const Eigen::Vector2d& pixel : stripe.pixel)
+  for (std::size_t i = 0; i < stripe.pixel.size(); ++i)
     if (const auto at =
-            detail::stripe_residual(state, shape, observations.axis, detail::to_block(T_cam_board),
-                                    detail::to_block(plane), pixel))
+            detail::stripe_residual(state, observations.board, observations.axis, pose, stripe, i))
       squares.push_back(at->residual_px * at->residual_px);
   if (squares.empty()) return kNan;
   return std::sqrt(std::accumulate(squares.begin(), squares.end(), 0.0) /

@@ -26,6 +26,12 @@ struct StripeView {
   int laser = 0;                       ///< Index of the laser.
   std::vector<Eigen::Vector2d> pixel;  ///< Full-sensor pixels.
   std::vector<double> sigma_px;        ///< Across the stripe (along v for kColumns, u for kRows).
+
+  /// Gaussian sigma of the stripe's profile, and of what the laser's sheet alone would give without
+  /// the lens' blur: a wide stripe on a sloping board is found beside the middle of the sheet, and
+  /// the adjustment predicts by how much. 0: it is taken to be found in the middle.
+  double width_px = 0.0;
+  double sheet_px = 0.0;
 };
 
 /// All that a calibration is computed from: points alone, no pictures.
