@@ -37,16 +37,23 @@ configure_and_build() { # preset
   cmake --build "$build/$1"
 }
 
+# Tests that state no limit of their own have one of 5 minutes, and of 25 where sanitizers slow them down.
+run_tests() { # preset, options of ctest
+  local preset=$1 limit_s=300 && shift
+  [[ $preset == ?san ]] && limit_s=1500
+  ctest --test-dir "$build/$preset" --output-on-failure --no-tests=error --timeout "$limit_s" "$@"
+}
+
 stage_quick() {
   configure_and_build release
-  ctest --test-dir "$build/release" --output-on-failure -LE 'slow|device'
+  run_tests release -LE 'slow|device'
 }
 
 # One at a time, and again where one fails: streams at full rate drop pictures on a machine that does something else
 # beside, and a computer that is shared with others does so unasked.
 stage_device() {
   configure_and_build release
-  ctest --test-dir "$build/release" --output-on-failure -L device -j 1 --repeat until-pass:3 "$@"
+  run_tests release -L device -j 1 --repeat until-pass:3 "$@"
 }
 
 stage_gige() { stage_device -E v4l2_vm; }
@@ -55,26 +62,26 @@ stage_format() { tests/lint/format.sh; }
 
 stage_asan() {
   configure_and_build asan
-  ctest --test-dir "$build/asan" --output-on-failure -L quick -LE device
+  run_tests asan -L quick -LE device
 }
 
 stage_tsan() {
   configure_and_build tsan
   export TSAN_OPTIONS="suppressions=$PWD/tests/support/tsan_suppressions.txt"
-  ctest --test-dir "$build/tsan" --output-on-failure -L quick -LE device --no-tests=error
+  run_tests tsan -L quick -LE device
 }
 
 stage_tidy() { configure_and_build tidy; }
 
 stage_slow() {
   configure_and_build release
-  ctest --test-dir "$build/release" --output-on-failure -L slow
+  run_tests release -L slow
 }
 
 stage_fuzz() {
   cmake --preset fuzz -B "$build/fuzz"
   cmake --build "$build/fuzz" --target fuzzers
-  ctest --test-dir "$build/fuzz" --output-on-failure -L fuzz
+  run_tests fuzz -L fuzz
 }
 
 mkdir -p "$build"
