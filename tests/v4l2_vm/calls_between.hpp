@@ -46,7 +46,8 @@ class WatchedCalls final : public PassedCalls {
     std::uint32_t sequence = 0;
     std::uint32_t field = 0;
     bool is_flagged = false;
-    int left_with_driver = 0;  ///< Buffers that the driver still had to fill.
+    int left_with_driver = 0;  ///< Buffers that the driver had besides, filled or not.
+    std::int64_t time_ns = 0;  ///< The driver's stamp.
   };
 
   int control(int fd, unsigned long request, void* argument) noexcept override;
@@ -59,12 +60,20 @@ class WatchedCalls final : public PassedCalls {
   }
 
   /// Makes room for so many buffers: noting them allocates nothing then.
-  void expect(std::size_t buffers) { taken_.reserve(buffers); }
+  void expect(std::size_t buffers) {
+    taken_.reserve(buffers);
+    queued_ns_.reserve(buffers);
+  }
 
   /// Every buffer since the last start of a stream, in order.
   std::vector<Taken> taken() const;
   std::uint64_t lost() const;  ///< Since then, where a buffer is a picture.
   std::uint64_t flagged() const;
+
+  /// Of the lost ones, those at whose beginning the driver had no empty buffer: by the times at
+  /// which buffers were handed to it and at which it filled them, whenever somebody came to take
+  /// them.
+  std::uint64_t lost_for_want_of_a_buffer(std::int64_t picture_period_ns) const;
   int refused_buffers() const;  ///< That the driver would not have back.
 
  private:
@@ -72,6 +81,8 @@ class WatchedCalls final : public PassedCalls {
 
   mutable std::mutex mutex_;
   std::vector<Taken> taken_;
+  std::vector<std::int64_t>
+      queued_ns_;  ///< When each buffer was handed over, since they are there.
   int with_driver_ = 0;
   int refused_buffers_ = 0;
 };
