@@ -116,7 +116,8 @@ void conclude_stream(const FrameLoopResult& result, const SourceInfo& info,
                                     got.dropped, got.incomplete),
                         info.uri.starts_with("gige:")
                             ? "larger socket buffer (`sysctl -w net.core.rmem_max=33554432`), "
-                              "jumbo frames, packet_delay_us=, a better cable or switch"
+                              "jumbo frames, packet_delay_us=, a better cable or switch; a "
+                              "real-time stream thread (`setcap cap_sys_nice+ep` on this program)"
                             : "a slower rate, or a faster bus"});
   }
   if (got.reconnects > 0) {

@@ -112,6 +112,17 @@ TEST(GigeSource, IsFoundBySerialMacNameAndAddress) {
   }
 }
 
+// All of USB3 Vision that can be tried without such a camera.
+TEST(GigeSource, AUsbCameraThatIsNotThereIsLookedForAndRefused) {
+  try {
+    const GigeSource source(SourceUri::parse("u3v:NOBODY"));
+    FAIL() << "opened";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
+    EXPECT_THAT(error.what(), HasSubstr("'u3v:NOBODY': no such USB3 Vision camera; there "));
+  }
+}
+
 TEST(GigeSource, EverySettingIsReadBackAndRefusedOutsideItsRange) {
   const VirtualStriper striper(pattern());
   const auto source = striper.open("exposure_us=250&gain=6&black_level=3&fps=50");
