@@ -114,6 +114,11 @@ class Light(Doctor):
         findings = self.findings(self.picture(grey(20, stripe(150, sigma=6.0))), 0)
         self.check(findings, "doubtful", r"is 14\.\d pixels wide", "out of focus")
 
+    def test_another_line_as_bright(self):
+        both = lambda place: stripe(150, at=40.0)(place) + stripe(150, at=80.0)(place)
+        findings = self.findings(self.picture(grey(20, both)), 0)
+        self.check(findings, "doubtful", "100 % of what was found is not plainly the stripe", "other bright lines")
+
     def test_for_people(self):
         done = striper("doctor", self.picture(grey(80, stripe(0))), code=1)
         self.assertRegex(done.stdout, r"(?m)^bad +no stripe; .*\n +-> laser off or out of view")
@@ -193,6 +198,16 @@ class Numbers(Doctor):
         findings = self.findings("images:" + self.path("shots"), 0)
         self.check(findings, "doubtful", "1 number missing between the pictures", "cadence goes on")
         self.check(findings, "good", "a stripe in 100 % of the columns")
+
+    def test_lit_pictures_whose_dark_ones_are_missing(self):
+        os.mkdir(self.path("shots"))
+        for number in range(3):
+            self.picture(grey(20, stripe(150)), f"shots/{number}.pgm")
+        with open(self.path("shots/frames.csv"), "w", encoding="utf-8") as file:
+            file.write("file,sequence\n" + "".join(f"{n}.pgm,{2 * n}\n" for n in range(3)))
+        findings = self.findings("images:" + self.path("shots") + "?laser=0,dark", 1)
+        self.check(findings, "doubtful", "2 numbers missing between the pictures", "cadence goes on")
+        self.check(findings, "bad", "none of 3 frames could be scanned", "laser=")
 
     def test_damaged_picture(self):
         os.mkdir(self.path("shots"))
