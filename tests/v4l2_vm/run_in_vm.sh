@@ -69,5 +69,5 @@ if [ "$timed" -eq 124 ]; then
   exit 124
 fi
 echo "run_in_vm.sh: the machine ended without a result; its last lines:" >&2
-tail -20 "$work/console" "$work/qemu_errors" >&2
+tail -n 20 "$work/console" "$work/qemu_errors" >&2
 exit 1
