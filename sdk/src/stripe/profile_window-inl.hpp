@@ -120,15 +120,6 @@ struct Rows {
   HWY_INLINE V at(int k) const { return to_float(pixels_at(k)); }
 };
 
-template <typename Pixel>
-HWY_INLINE hn::Mask<hn::Rebind<Pixel, Tag>> lanes_at(const Window& w, int level) {
-  const IntTag di;
-  const hn::Rebind<Pixel, Tag> dp;
-  const auto is_there = hn::Eq(hn::Load(di, w.across), hn::Set(di, level));
-  const auto ones = hn::IfThenElseZero(is_there, hn::Set(di, 1));
-  return hn::Ne(hn::DemoteTo(dp, ones), hn::Zero(dp));
-}
-
 template <int kLevels, typename Pixel>
 HWY_INLINE Rows<Pixel, kLevels> rows_of(const void* pixels, const ProfileImages::Steps& steps,
                                         int length, const Window& w, const Centres& centres,
@@ -142,10 +133,14 @@ HWY_INLINE Rows<Pixel, kLevels> rows_of(const void* pixels, const ProfileImages:
     return rows;
   }
   rows.step = steps.across;
+  const IntTag di;
+  const hn::Rebind<Pixel, Tag> dp;
+  const auto above_first =
+      hn::DemoteTo(dp, hn::Sub(hn::Load(di, w.across), hn::Set(di, centres.first_level)));
   for (int i = 0; i < kLevels; ++i) {
-    const int level = centres.first_level + std::min(i, centres.levels - 1) * centres.level_step;
-    rows.first[i] = image + w.line[0] + (level - half) * steps.across;
-    if (i > 0) rows.lanes_of[i] = lanes_at<Pixel>(w, level);
+    const int above = std::min(i, centres.levels - 1) * centres.level_step;
+    rows.first[i] = image + w.line[0] + (centres.first_level + above - half) * steps.across;
+    rows.lanes_of[i] = hn::Eq(above_first, hn::Set(dp, static_cast<Pixel>(above)));
   }
   return rows;
 }
