@@ -17,8 +17,6 @@ constexpr std::string_view kDigits = "0123456789";
 
 // Of fewer pictures the numbers may as well be a choice of somebody's.
 constexpr std::size_t kLeastPictures = 6;
-// So where more than one in so many is missing.
-constexpr std::uint64_t kMostLost = 3;
 
 // A picture's name with the last number taken out of it.
 struct NumberedName {
@@ -67,10 +65,7 @@ std::uint64_t step_of(const std::vector<std::uint64_t>& steps) {
   if (2 * usual->second <= steps.size()) return 0;
   const bool is_regular = std::all_of(steps.begin(), steps.end(),
                                       [&](std::uint64_t step) { return step % usual->first == 0; });
-  if (!is_regular) return 0;
-  const auto numbers = std::accumulate(steps.begin(), steps.end(), std::uint64_t{0}) / usual->first;
-  const bool are_chosen = kMostLost * (numbers - steps.size()) > numbers;
-  return are_chosen ? 0 : usual->first;
+  return is_regular ? usual->first : 0;
 }
 
 }  // namespace

@@ -107,8 +107,14 @@ TEST_F(NumbersInNames, CountInTheirOwnStep) {
             (Numbers{0, 1, 2, 5, 6, 7, 8}));
 }
 
-TEST_F(NumbersInNames, OfWhichManyAreMissingAreNone) {
+TEST_F(NumbersInNames, GoOnAcrossALongGap) {
   EXPECT_EQ(numbers_of({"m1.png", "m2.png", "m3.png", "m8.png", "m9.png", "m10.png"}),
+            (Numbers{0, 1, 2, 7, 8, 9}));
+}
+
+// Where fewer than half have a neighbour nobody can tell whether they count pictures.
+TEST_F(NumbersInNames, OfWhichMostNeighboursAreMissingAreNone) {
+  EXPECT_EQ(numbers_of({"n1.png", "n3.png", "n4.png", "n7.png", "n8.png", "n11.png"}),
             (Numbers{0, 1, 2, 3, 4, 5}));
 }
 
