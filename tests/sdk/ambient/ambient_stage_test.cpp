@@ -332,6 +332,37 @@ TEST(AmbientStage, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
   }
 }
 
+// A laser that is switched from every other picture to always on while the stripe wanders: what
+// was found is refuted, and the pictures show no exposure that is dark.
+TEST(AmbientStage, RefutedCadenceGivesWayToALaserThatIsAlwaysOn) {
+  constexpr std::uint64_t kSwitched = 12;
+  constexpr std::uint64_t kCount = 30;
+  testing::reseed();
+  Street street;
+  street.texture_dn = 4.0;
+  street.build();
+  std::uint64_t now = 0;
+  street.row = [&now](int, int) { return 40.0 + 13.0 * static_cast<double>(now % 12); };
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<std::uint64_t> scanned;
+  for (now = 0; now < kCount; ++now) {
+    street.cadence = Cadence::parse(now < kSwitched ? "0,dark" : "0");
+    stage.push(street.picture(now));
+    while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
+  }
+  stage.finish();
+  while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
+  EXPECT_THAT(stage.decisions(), HasSubstr("cadence 0 (no dark exposure seen)"));
+  std::size_t after = 0;
+  for (const std::uint64_t sequence : scanned) {
+    if (sequence < kSwitched) {
+      EXPECT_EQ(sequence % 2, 0U);
+    }
+    if (sequence > kSwitched) ++after;
+  }
+  EXPECT_GE(after, kCount - kSwitched - 4);
+}
+
 TEST(AmbientStage, NothingLostIsNoSlip) {
   const SilentLoss none = scan_with_loss("0,0,dark", 1000, 30);
   EXPECT_EQ(none.scanned.size(), 20U);
