@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <striper/capture/open_source.hpp>
+#include <striper/core/robust.hpp>
 
 #include "frame_loop.hpp"
 #include "program.hpp"
@@ -110,9 +111,7 @@ FlatScan check(const PolarScan& scan) {
     std::vector<double> errors;
     for (const Return* r : good) errors.push_back(std::abs(along_ray_m(line, *r)) / r->sigma_m);
     std::vector<double> sorted = errors;
-    std::nth_element(sorted.begin(),
-                     sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double gate = 5.0 * 1.4826 * std::max(sorted[sorted.size() / 2], 1e-3);
+    const double gate = 5.0 * kSigmaOfMedianAbsolute * std::max(upper_median(sorted), 1e-3);
     std::vector<const Return*> kept;
     for (std::size_t i = 0; i < good.size(); ++i)
       if (errors[i] <= gate) kept.push_back(good[i]);

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include <striper/core/robust.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/simulator/simulator.hpp>
 
@@ -58,9 +59,7 @@ struct DaylightScore {
   static double robust_deviation(std::vector<double> values) {
     if (values.empty()) return std::nan("");
     for (double& value : values) value = std::abs(value);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return 1.4826 * *middle;
+    return robust_sigma(values);
   }
 
   static bool is_countable(const TrueLine& line) {

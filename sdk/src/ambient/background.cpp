@@ -8,6 +8,10 @@
 #include <cstring>
 #include <limits>
 
+#include <opencv2/core.hpp>
+
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
@@ -299,9 +303,7 @@ double Background::noise_of_neighbours(const cv::Mat& image, int full_scale_dn) 
     sorted_.push_back(static_cast<float>(std::abs(second)));
   }
   if (sorted_.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  const double sigma = 1.4826 * static_cast<double>(*middle) / 6.0;
+  const double sigma = robust_sigma(sorted_) / 6.0;
   return sigma * sigma;
 }
 

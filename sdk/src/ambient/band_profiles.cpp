@@ -10,6 +10,10 @@
 
 #include <opencv2/core.hpp>
 
+#include <striper/core/robust.hpp>
+
+#include "ambient/line_path.hpp"
+
 namespace striper::detail {
 namespace {
 
@@ -19,12 +23,7 @@ constexpr int kBandWidth = 8;  // Lines averaged; a stripe rarely climbs more th
 // Noise alone seldom makes more of a third difference.
 constexpr float kEdgeSigmas = 4.0F;
 
-// The path of a line from band to band: no sample counts for more than kClearLine or for less than
-// a gap may cost, and climbing costs a little, or noise would find its own way.
-constexpr int kLongestPath = 512;
-constexpr int kSideDistance = 7;
-constexpr float kGap = -1.0F;
-constexpr float kTollPerJump = 0.2F;
+constexpr int kSideDistance = LinePath::kSide;
 
 // A step of height h has a third difference of 2 h. Interpolated half-way it is wrong by up to h /
 // 2, of which smoothing leaves a quarter.
@@ -106,10 +105,8 @@ float noise_of_difference(const cv::Mat& a, const cv::Mat& b) {
     const int col = i % a.cols;
     values.push_back(std::abs(a.ptr<float>(row)[col] - b.ptr<float>(row)[col]));
   }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
   // Pictures without any noise still have rounding.
-  return std::max(0.1F, 1.4826F * *middle);
+  return std::max(0.1F, static_cast<float>(robust_sigma(values)));
 }
 
 // The noise of a height, as one sigma; the line and edges are few and do not move a median.
@@ -129,16 +126,14 @@ float noise_of_heights(const BandProfiles& over, const BandProfiles& under, int 
                                 difference(over.side, under.side, k + kSideDistance));
     values.push_back(std::abs(difference(over.smooth, under.smooth, k) - sides));
   }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
   // Pictures without any noise still have rounding.
-  return std::max(0.1F, 1.4826F * *middle);
+  return std::max(0.1F, static_cast<float>(robust_sigma(values)));
 }
 
-// How far each place rises above both of its sides in `over - under`, in sigmas, clamped. A dark
+// How far each place rises above both of its sides in `over - under`, in sigmas. A dark
 // line has bright sides only where one of them is dark, so it does not count as two bright ones.
 void fold_heights(const ProfilePair& pair, int band, int length, int fold, float noise,
-                  float* heights) {
+                  std::span<float> heights) {
   const auto& [over, under, interpolated] = pair;
   const auto* const a = over.smooth.ptr<float>(band);
   const auto* const b = under.smooth.ptr<float>(band);
@@ -148,7 +143,7 @@ void fold_heights(const ProfilePair& pair, int band, int length, int fold, float
   const auto* const variance =
       has_variance ? under.interpolation_variance.ptr<float>(band) : nullptr;
   for (int k = 0; k < length; k += fold) {
-    float highest = kGap;
+    float highest = LinePath::kGap;
     for (int i = k; i < std::min(length, k + fold); ++i) {
       const int before = std::max(0, i - kSideDistance);
       const int after = std::min(length - 1, i + kSideDistance);
@@ -156,7 +151,7 @@ void fold_heights(const ProfilePair& pair, int band, int length, int fold, float
       const float extra = variance != nullptr ? variance[i] : 0.0F;
       highest = std::max(highest, (a[i] - b[i] - sides) / std::sqrt(noise * noise + extra));
     }
-    heights[k / fold] = std::min(highest, kClearLine);
+    heights[static_cast<std::size_t>(k / fold)] = highest;
   }
 }
 
@@ -237,8 +232,7 @@ BandProfiles filter_profiles(const cv::Mat& plain, bool is_field) {
   return profiles;
 }
 
-double line_strength(std::span<const ProfilePair> pairs, int bands, int most_jump,
-                     std::vector<float>& scratch) {
+double line_strength(std::span<const ProfilePair> pairs, int bands, int most_jump) {
   int length = pairs.front().over.plain.cols;
   for (const auto& [over, under, interpolated] : pairs) {
     length = std::min({length, over.plain.cols, under.plain.cols});
@@ -247,41 +241,31 @@ double line_strength(std::span<const ProfilePair> pairs, int bands, int most_jum
   for (const ProfilePair& pair : pairs) {
     noises.push_back(noise_of_heights(pair.over, pair.under, length));
   }
-  // Long profiles are folded: the highest of a few samples stands for them.
-  const int fold = (length + kLongestPath - 1) / kLongestPath;
-  const int places = (length + fold - 1) / fold;
-  const int jump = (most_jump + fold - 1) / fold;
-  scratch.resize(4 * static_cast<std::size_t>(places));
-  float* const heights = scratch.data();
-  float* const others = heights + places;
-  float* best = others + places;
-  float* next = best + places;
+  const int fold = LinePath::fold_of(length);
+  LinePath path;
+  std::vector<float> heights;
+  std::vector<float> others;
 
   // The line shows in one channel of a colour picture at least.
   const int rows = pairs.front().over.plain.rows;
   float strongest = 0.0F;
   for (int first = 0; first < rows; first += bands) {
-    std::fill(best, best + places, 0.0F);
+    path.begin(length, most_jump);
+    heights.resize(static_cast<std::size_t>(path.places()));
+    others.resize(heights.size());
     for (int band = first; band < first + bands; ++band) {
       fold_heights(pairs[0], band, length, fold, noises[0], heights);
       for (std::size_t n = 1; n < pairs.size(); ++n) {
         fold_heights(pairs[n], band, length, fold, noises[n], others);
-        for (int k = 0; k < places; ++k) heights[k] = std::min(heights[k], others[k]);
-      }
-      for (int k = 0; k < places; ++k) {
-        float from = best[k];
-        for (int j = 1; j <= jump; ++j) {
-          const float toll = kTollPerJump * static_cast<float>(j);
-          if (k - j >= 0) from = std::max(from, best[k - j] - toll);
-          if (k + j < places) from = std::max(from, best[k + j] - toll);
+        for (std::size_t k = 0; k < heights.size(); ++k) {
+          heights[k] = std::min(heights[k], others[k]);
         }
-        next[k] = from + heights[k];
       }
-      std::swap(best, next);
+      path.add(heights);
     }
-    strongest = std::max(strongest, *std::max_element(best, best + places));
+    strongest = std::max(strongest, path.strength());
   }
-  return strongest / static_cast<float>(bands);
+  return strongest;
 }
 
 double mean_square_difference(const cv::Mat& a, const cv::Mat& b) {

@@ -39,14 +39,10 @@ struct ProfilePair {
 
 /// How strongly a bright line that runs across all bands shows in `over - under`, and in every pair
 /// at the same place: the mean height, in sigmas, of the best path from band to band. Noise alone
-/// gives a little over 1, a clear line up to `kClearLine`, a dark line nothing.
+/// gives a little over 1, a clear line up to `LinePath::kClear`, a dark line nothing.
 ///
 /// @param most_jump how many samples the line may climb from one band to the next.
-/// @param scratch reused between calls.
-double line_strength(std::span<const ProfilePair> pairs, int bands, int most_jump,
-                     std::vector<float>& scratch);
-
-inline constexpr float kClearLine = 5.0F;
+double line_strength(std::span<const ProfilePair> pairs, int bands, int most_jump);
 
 /// The mean square of `a - b`, over the samples that both have.
 double mean_square_difference(const cv::Mat& a, const cv::Mat& b);

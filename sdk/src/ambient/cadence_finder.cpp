@@ -9,9 +9,11 @@
 #include <opencv2/core.hpp>
 
 #include <striper/ambient/cadence_finder.hpp>
+#include <striper/core/robust.hpp>
 
 #include "ambient/band_profiles.hpp"
 #include "ambient/field_order.hpp"
+#include "ambient/line_path.hpp"
 
 namespace striper {
 namespace {
@@ -57,9 +59,6 @@ constexpr double kLeastMotion = 3.0;
 constexpr detail::OrderSearch kSearchColumns{18, 4};
 constexpr detail::OrderSearch kSearchRows{4, 40};
 constexpr int kLeastVotes = 8;
-
-constexpr double kSteepestLine = 0.4;
-constexpr int kLeastJump = 3;
 
 struct Surplus {
   std::size_t i;
@@ -178,11 +177,6 @@ std::vector<Illumination> without_repetition(const std::vector<Illumination>& pa
   return pattern;
 }
 
-int most_jump(const Frame& exposure, StripeAxis axis, int bands) {
-  const int lines = axis == StripeAxis::kColumns ? exposure.image.cols : exposure.image.rows;
-  return std::max(kLeastJump, static_cast<int>(std::ceil(kSteepestLine * lines / bands)));
-}
-
 void trim(detail::BandProfiles& bands, int length) {
   for (cv::Mat* const profiles :
        {&bands.plain, &bands.smooth, &bands.side, &bands.interpolation_variance}) {
@@ -228,7 +222,9 @@ void CadenceFinder::add(const Frame& exposure, std::uint64_t number) {
     }
   }
   bands_ = profile.bands.plain.rows / exposure.image.channels();
-  most_jump_ = most_jump(exposure, axis_, bands_);
+  const bool columns = axis_ == StripeAxis::kColumns;
+  most_jump_ =
+      detail::LinePath::most_jump(columns ? exposure.image.cols : exposure.image.rows, bands_);
   profiles_.push_back(std::move(profile));
 }
 
@@ -246,7 +242,7 @@ bool CadenceFinder::has_gaps() const noexcept {
 CadenceFinder::Strength CadenceFinder::compare(const Profile& a, const Profile& b) const {
   const bool interpolated = a.parity != b.parity;
   const auto strength = [&](const detail::ProfilePair& pair) {
-    return detail::line_strength({&pair, 1}, bands_, most_jump_, scratch_) / detail::kClearLine;
+    return detail::line_strength({&pair, 1}, bands_, most_jump_) / detail::LinePath::kClear;
   };
   return {strength({a.bands, b.bands, interpolated}), strength({b.bands, a.bands, interpolated})};
 }
@@ -255,7 +251,7 @@ CadenceFinder::Strength CadenceFinder::compare(const Profile& a, const Profile& 
 CadenceFinder::Strength CadenceFinder::compare(const Profile& before, const Profile& middle,
                                                const Profile& after) const {
   const auto strength = [&](const std::array<detail::ProfilePair, 2>& pairs) {
-    return detail::line_strength(pairs, bands_, most_jump_, scratch_) / detail::kClearLine;
+    return detail::line_strength(pairs, bands_, most_jump_) / detail::LinePath::kClear;
   };
   const bool to_before = before.parity != middle.parity;
   const bool to_after = after.parity != middle.parity;
@@ -387,8 +383,8 @@ bool CadenceFinder::every_exposure_shows_a_line() const {
            const cv::Mat nothing = cv::Mat::zeros(profile.bands.plain.size(), CV_32F);
            const detail::BandProfiles dark = detail::filter_profiles(nothing, false);
            const detail::ProfilePair pair{profile.bands, dark, false};
-           const double strength = detail::line_strength({&pair, 1}, bands_, most_jump_, scratch_);
-           return strength > kLineAlone * detail::kClearLine;
+           const double strength = detail::line_strength({&pair, 1}, bands_, most_jump_);
+           return strength > kLineAlone * detail::LinePath::kClear;
          });
 }
 
@@ -477,9 +473,7 @@ std::optional<double> CadenceFinder::field_disorder() const {
   if (votes.all() >= kLeastVotes) return 2.0 * votes.wrong / votes.all();
   // Of a picture in which something comes into view, the second field is no more like one
   // neighbour than like the other: it takes most of the pictures.
-  const auto middle = disorders.begin() + static_cast<std::ptrdiff_t>(disorders.size() / 2);
-  std::nth_element(disorders.begin(), middle, disorders.end());
-  return *middle;
+  return upper_median(disorders);
 }
 
 }  // namespace striper

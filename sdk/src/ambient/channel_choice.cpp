@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <striper/ambient/channel_choice.hpp>
+#include <striper/core/robust.hpp>
 
 namespace striper {
 namespace {
@@ -44,9 +45,7 @@ Spot brightest_spot(const float* line, int length, std::vector<float>& scratch) 
     }
   }
   scratch.assign(line, line + length);
-  const auto middle = scratch.begin() + length / 2;
-  std::nth_element(scratch.begin(), middle, scratch.end());
-  const double median = *middle;
+  const double median = upper_median(scratch);
   const double amplitude = best / 3.0 - median;
   const double half = median + 0.5 * amplitude;
   const auto above = std::count_if(line, line + length, [&](float value) { return value > half; });
@@ -77,9 +76,7 @@ double line_noise(const float* line, int length, std::vector<float>& scratch) {
   for (int k = 0; k + 1 < length; ++k) {
     scratch[static_cast<std::size_t>(k)] = std::abs(line[k + 1] - line[k]);
   }
-  const auto middle = scratch.begin() + length / 2;
-  std::nth_element(scratch.begin(), middle, scratch.end());
-  return std::max(0.5, 1.05 * static_cast<double>(*middle));
+  return std::max(0.5, kSigmaOfMedianAbsolute / std::sqrt(2.0) * upper_median(scratch));
 }
 
 // A channel's lines one after the other in memory, whatever the axis.
@@ -125,9 +122,7 @@ LineEvidence line_evidence(const ChannelImages& channel, StripeAxis axis, double
   }
   if (snrs.empty()) return {};
   const double agreement = static_cast<double>(snrs.size()) / pairs;
-  const auto middle = snrs.begin() + static_cast<std::ptrdiff_t>(snrs.size() / 2);
-  std::nth_element(snrs.begin(), middle, snrs.end());
-  return {agreement, *middle};
+  return {agreement, upper_median(snrs)};
 }
 
 void difference_of(const cv::Mat& image, int lit, int dark, ChannelImages& reuse) {

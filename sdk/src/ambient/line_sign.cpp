@@ -7,24 +7,16 @@
 #include <cstdint>
 #include <utility>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
 // Lines averaged: a stripe rarely climbs more than a few pixels over them.
 constexpr int kBand = 8;
 constexpr int kMostBands = 40;
-// A line is no wider than this to either side; beyond, over as much, are its sides.
-constexpr int kSide = 7;
+constexpr int kSide = LinePath::kSide;
 constexpr int kReach = kSide + 1;
-
-// The path of a line from band to band (see band_profiles): no place counts for more than a clear
-// line or for less than a gap may cost, and climbing costs a little.
-constexpr int kLongestPath = 512;
-constexpr float kClear = 5.0F;
-constexpr float kGap = -1.0F;
-constexpr float kTollPerJump = 0.2F;
-constexpr float kSteepest = 0.4F;
-constexpr int kLeastJump = 3;
 
 int first_line(int band, int bands, int lines) {
   return bands == 1 ? 0 : band * (lines - std::min(kBand, lines)) / (bands - 1);
@@ -86,10 +78,8 @@ float LineSign::noise_of_heights() {
   for (std::size_t i = 0; i < bright_.size(); i += stride) {
     sorted_.push_back(0.5F * std::abs(bright_[i] - dark_[i]));
   }
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
   constexpr float kLeast = 0.3F;  // Pictures without any noise still have rounding.
-  return std::max(kLeast, 1.4826F * *middle);
+  return std::max(kLeast, static_cast<float>(robust_sigma(sorted_)));
 }
 
 LineSign::Strength LineSign::of(const cv::Mat& over, const cv::Mat& under, const cv::Mat& variance,
@@ -120,17 +110,9 @@ float LineSign::strength(const std::vector<float>& heights, float noise, const c
                          StripeAxis axis) {
   const bool columns = axis == StripeAxis::kColumns;
   const int lines = columns ? size_.width : size_.height;
-  const int fold = (length_ + kLongestPath - 1) / kLongestPath;
-  const int places = (length_ + fold - 1) / fold;
-  const float climb = kSteepest * static_cast<float>(lines) / static_cast<float>(bands_);
-  const int jump = std::max(kLeastJump, static_cast<int>(std::ceil(climb)) / fold);
-  // Nothing comes from beyond either end.
-  constexpr float kNever = -1e6F;
-  const auto row = static_cast<std::size_t>(places + 2 * jump);
-  path_.assign(2 * row, kNever);
-  float* best = path_.data() + jump;
-  float* next = best + row;
-  std::fill(best, best + places, 0.0F);
+  const int fold = LinePath::fold_of(length_);
+  path_.begin(length_, LinePath::most_jump(lines, bands_));
+  folded_.resize(static_cast<std::size_t>(path_.places()));
   for (int band = 0; band < bands_; ++band) {
     const int line = first_line(band, bands_, lines) + std::min(kBand, lines) / 2;
     const float* const own = heights.data() + static_cast<std::ptrdiff_t>(band) * length_;
@@ -140,23 +122,16 @@ float LineSign::strength(const std::vector<float>& heights, float noise, const c
       const float extra = columns ? variance.ptr<float>(at)[line] : variance.ptr<float>(line)[at];
       return own[k] / std::sqrt(noise * noise + extra);
     };
-    std::copy(best, best + places, next);
-    for (int j = 1; j <= jump; ++j) {
-      const float toll = kTollPerJump * static_cast<float>(j);
-      for (int i = 0; i < places; ++i) {
-        next[i] = std::max(next[i], std::max(best[i - j], best[i + j]) - toll);
-      }
-    }
-    for (int i = 0; i < places; ++i) {
-      float highest = kGap;
+    for (int i = 0; i < path_.places(); ++i) {
+      float highest = LinePath::kGap;
       for (int k = i * fold; k < std::min(length_, (i + 1) * fold); ++k) {
         highest = std::max(highest, sigmas(k));
       }
-      next[i] += std::min(highest, kClear);
+      folded_[static_cast<std::size_t>(i)] = highest;
     }
-    std::swap(best, next);
+    path_.add(folded_);
   }
-  return *std::max_element(best, best + places) / static_cast<float>(bands_);
+  return path_.strength();
 }
 
 }  // namespace striper::detail

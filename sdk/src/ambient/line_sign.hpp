@@ -7,6 +7,8 @@
 
 #include <striper/core/stripe_axis.hpp>
 
+#include "ambient/line_path.hpp"
+
 namespace striper::detail {
 
 /// Tells from a sample of bands of lines whether `over - under` has a narrow bright line across
@@ -49,7 +51,8 @@ class LineSign {
   std::vector<float> values_;  // [band][pixel]: over - under, the mean of a few lines.
   std::vector<float> bright_;  // [band][place]: above both sides,
   std::vector<float> dark_;    // and below both.
-  std::vector<float> path_;    // Scratch.
+  LinePath path_;
+  std::vector<float> folded_;  // Scratch.
   std::vector<float> sorted_;  // Scratch.
 };
 

@@ -108,7 +108,6 @@ class CadenceFinder {
   int bands_ = 0;
   int most_jump_ = 0;
   std::vector<Profile> profiles_;
-  mutable std::vector<float> scratch_;
 };
 
 }  // namespace striper
