@@ -95,6 +95,7 @@ TEST(Advice, AlternateOfFieldsThatAreNeverDarkSaysSo) {
 TEST(Advice, TemporalOfASceneThatMovesSaysSo) {
   Street street;
   street.cadence = Cadence::parse("0");
+  street.texture_dn = 1.5 * street.noise_dn;  // A fainter one is not noticed.
   for (const double speed_px : {0.0, 5.0}) {
     street.speed_px = speed_px;
     const std::string said = decisions_on(street, with_method(AmbientMethod::kTemporal));
