@@ -182,6 +182,7 @@ nlohmann::json to_json(const PhotonTransferFit& fit) {
           {"dn_per_electron", fit.noise.dn_per_electron},
           {"dn_per_electron_sigma", fit.dn_per_electron_sigma},
           {"black_level_dn", fit.noise.black_level_dn},
+          {"bit_depth", fit.noise.bit_depth.value()},
           {"lowest_dn", fit.lowest_dn},
           {"highest_dn", fit.highest_dn},
           {"misfit", fit.misfit},
@@ -201,8 +202,10 @@ void report(const NoiseArguments& arguments, const PhotonTransferFit& fit, bool 
   if (arguments.json) {
     print_json(to_json(fit));
   } else if (!arguments.model) {
-    fmt::print("noise: {{read_noise_dn: {}, dn_per_electron: {}, black_level_dn: {}}}\n",
-               fit.noise.read_noise_dn, fit.noise.dn_per_electron, fit.noise.black_level_dn);
+    fmt::print(
+        "noise: {{read_noise_dn: {}, dn_per_electron: {}, black_level_dn: {}, bit_depth: {}}}\n",
+        fit.noise.read_noise_dn, fit.noise.dn_per_electron, fit.noise.black_level_dn,
+        fit.noise.bit_depth.value());
   }
 }
 

@@ -78,6 +78,7 @@ class Noise(InScratch):
         self.assertEqual(float(block.group(1)), result["read_noise_dn"])
         self.assertEqual(float(block.group(2)), result["dn_per_electron"])
         self.assertEqual(float(block.group(3)), 6)
+        self.assertIn("bit_depth: 8}", text)
         scans = striper("capture", "images:" + self.path("pictures"), "--model", measured)
         self.assertEqual(scans.returncode, 0, scans.stderr)
 
@@ -93,7 +94,7 @@ class Noise(InScratch):
         run = striper("noise", "sim:" + scene, "--black", 6, "--frames", 16)
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertRegex(run.stdout, r"^noise: \{read_noise_dn: 1\.[45]\d*, dn_per_electron: 0\.0[56]\d*, "
-                                     r"black_level_dn: 6\}\n$")
+                                     r"black_level_dn: 6, bit_depth: 8\}\n$")
 
     def refused(self, reason, *arguments):
         run = striper("noise", *arguments)

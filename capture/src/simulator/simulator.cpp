@@ -122,9 +122,9 @@ class Simulator::Impl {
     model.axis = scene_.axis;
     for (const Beam& beam : beams_) model.lasers.push_back({beam.plane(), {}, {}});
     const Imager& imager = scene_.imager;
-    model.noise =
-        NoiseModel{imager.noise.read_noise_e * imager.dn_per_electron,
-                   imager.noise.shot ? imager.dn_per_electron : 0.0, imager.black_level_dn};
+    model.noise = NoiseModel{imager.noise.read_noise_e * imager.dn_per_electron,
+                             imager.noise.shot ? imager.dn_per_electron : 0.0,
+                             imager.black_level_dn, imager.bit_depth};
     return model;
   }
 

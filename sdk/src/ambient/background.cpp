@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -66,8 +67,7 @@ Pixel row_maximum(const Pixel* row, int n) {
 
 }  // namespace
 
-Background::Background(const std::optional<NoiseModel>& noise)
-    : noise_(noise.value_or(NoiseModel{})), is_noise_given_(noise.has_value()) {}
+Background::Background(const std::optional<NoiseModel>& noise) : given_noise_(noise) {}
 
 void Background::subtract(const DarkPair& pair, LitFrame& frame) {
   prepare(frame.lit.size());
@@ -103,7 +103,19 @@ void Background::read_standing(const DarkPair& pair, const LitFrame& frame) {
   read_strips<Pixel>(pair, frame);
   DarkPair exposure;
   exposure.before = &frame.lit;
-  if (!is_noise_given_) measure_noise<Pixel>(exposure, frame.full_scale_dn);
+  take_noise<Pixel>(exposure, frame.full_scale_dn);
+}
+
+// Measured, or as it was given: in the DN of these pictures.
+template <typename Pixel>
+void Background::take_noise(const DarkPair& pair, int full_scale_dn) {
+  if (!given_noise_) return measure_noise<Pixel>(pair, full_scale_dn);
+  if (full_scale_dn == noise_full_scale_dn_) return;
+  noise_full_scale_dn_ = full_scale_dn;
+  const int depth = std::bit_width(static_cast<unsigned>(full_scale_dn));
+  const cv::Mat& exposure = pair.any();
+  noise_ = given_noise_->at_likely_depth(depth, noise_of_neighbours<Pixel>(exposure, full_scale_dn),
+                                         cv::mean(exposure.row(exposure.rows / 2))[0]);
 }
 
 // Of the blocks, those darker in the mean than what stands: no stripe makes them so, which is seen
@@ -147,7 +159,7 @@ void Background::subtract_pixels(const DarkPair& pair, LitFrame& frame) {
   const double wa = pair.weight_after;
   const double averaging = pair.has_both() ? wa * wa + (1.0 - wa) * (1.0 - wa) : 1.0;
   read_strips<Pixel>(pair, frame);
-  if (!is_noise_given_) measure_noise<Pixel>(pair, frame.full_scale_dn);
+  take_noise<Pixel>(pair, frame.full_scale_dn);
   if (pair.is_between_rows) interpolate_between_rows<Pixel>(pair, averaging, frame.lit.size());
 
   const bool is_written = pair.is_between_rows || pair.has_both();

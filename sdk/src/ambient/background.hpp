@@ -84,8 +84,12 @@ class Background {
   template <typename Pixel>
   double darker_part(const cv::Mat& lit, const cv::Mat& standing, double noise_gain) const;
 
-  NoiseModel noise_;  // Of an exposure.
-  bool is_noise_given_;
+  template <typename Pixel>
+  void take_noise(const DarkPair& pair, int full_scale_dn);
+
+  NoiseModel noise_;  // Of an exposure, in the DN of these pictures.
+  std::optional<NoiseModel> given_noise_;
+  int noise_full_scale_dn_ = 0;  // Of the pictures that what was given is scaled to.
   Motion motion_;
   BlindSpots blind_;
 

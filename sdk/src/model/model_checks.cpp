@@ -94,7 +94,10 @@ std::optional<Violation> check_noise(const NoiseModel& noise) {
   };
   if (auto bad = check("read_noise_dn", noise.read_noise_dn)) return bad;
   if (auto bad = check("dn_per_electron", noise.dn_per_electron)) return bad;
-  return check("black_level_dn", noise.black_level_dn);
+  if (auto bad = check("black_level_dn", noise.black_level_dn)) return bad;
+  if (!noise.bit_depth || (*noise.bit_depth >= 8 && *noise.bit_depth <= 16)) return std::nullopt;
+  return Violation{"noise.bit_depth", fmt::format("{}", *noise.bit_depth),
+                   "a whole number from 8 to 16"};
 }
 
 std::optional<Violation> check_names(const StriperModel& model) {

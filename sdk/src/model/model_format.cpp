@@ -98,11 +98,13 @@ std::string lasers_text(const std::vector<Laser>& lasers) {
 }
 
 std::string noise_text(const NoiseModel& noise) {
+  const std::string depth =
+      noise.bit_depth ? fmt::format(", bit_depth: {}", *noise.bit_depth) : std::string();
   return fmt::format(
       "# The camera's noise: variance = read_noise_dn^2 + dn_per_electron * max(DN - "
       "black_level_dn, 0) + 1/12.\n"
-      "noise: {{read_noise_dn: {}, dn_per_electron: {}, black_level_dn: {}}}\n",
-      noise.read_noise_dn, noise.dn_per_electron, noise.black_level_dn);
+      "noise: {{read_noise_dn: {}, dn_per_electron: {}, black_level_dn: {}{}}}\n",
+      noise.read_noise_dn, noise.dn_per_electron, noise.black_level_dn, depth);
 }
 
 std::string covariance_text(const ModelCovariance& covariance) {

@@ -126,11 +126,12 @@ void read_stripe(const YamlField& field, StriperModel& model) {
 }
 
 NoiseModel read_noise(const YamlField& field) {
-  field.require_map({"read_noise_dn", "dn_per_electron", "black_level_dn"});
+  field.require_map({"read_noise_dn", "dn_per_electron", "black_level_dn", "bit_depth"});
   NoiseModel noise;
   noise.read_noise_dn = field.at("read_noise_dn", "a number").number();
   noise.dn_per_electron = field.at("dn_per_electron", "a number").number();
   if (const auto black = field.find("black_level_dn")) noise.black_level_dn = black->number();
+  if (const auto depth = field.find("bit_depth")) noise.bit_depth = depth->whole(8, 16);
   return noise;
 }
 

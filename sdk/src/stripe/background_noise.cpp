@@ -57,11 +57,12 @@ void for_each_bend(const Pixel* middle, const ProfileImages::Steps& steps, int c
 
 }  // namespace
 
-double BackgroundNoise::update(const ProfileImages& images,
-                               const std::vector<std::int32_t>& peaks) {
+double BackgroundNoise::update(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
+                               double exposures) {
   const auto measured = [&](int samples) {
-    return images.is_16_bit ? measure<std::uint16_t>(images, peaks, samples)
-                            : measure<std::uint8_t>(images, peaks, samples);
+    const double of_all = images.is_16_bit ? measure<std::uint16_t>(images, peaks, samples)
+                                           : measure<std::uint8_t>(images, peaks, samples);
+    return std::max(kQuantisation, of_all / std::sqrt(exposures));
   };
   if (sigma_dn_ > 0.0) {
     if (++frames_ % kEvery != 0) return sigma_dn_;

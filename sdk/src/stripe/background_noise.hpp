@@ -9,7 +9,8 @@
 
 namespace striper::detail {
 
-/// Follows the white noise of a stream's lit - dark from its background, DN rms with quantisation.
+/// Follows the white noise of a stream's exposures from the background of lit - dark, DN rms with
+/// quantisation.
 ///
 /// From the median of |x(k-2) - 2 x(k) + x(k+2)| across the stripe at scattered pixels away from
 /// each line's brightest peak, and from where `variance` is 0 if that is anywhere much: ramps
@@ -17,9 +18,11 @@ namespace striper::detail {
 /// averaged over about 25 of those; a jump starts anew. A quarter of a microsecond a frame.
 class BackgroundNoise {
  public:
-  /// Returns the noise, never below that of quantisation.
-  /// @param peaks of each line, where its brightest peak is.
-  double update(const ProfileImages& images, const std::vector<std::int32_t>& peaks);
+  /// Returns the noise of one exposure, never below that of quantisation.
+  /// @param peaks of each line, where its brightest peak is. @param exposures how many exposures'
+  /// variance lit - dark shows here: what is followed does not jump with what is taken off.
+  double update(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
+                double exposures);
 
   /// How much of the variance of a noise with these correlations of pixels one, two and three apart
   /// the differences show: all of it where there are none.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -252,6 +253,7 @@ PhotonTransferFit PhotonTransfer::fit(double black_level_dn) const {
   fit.noise.read_noise_dn = std::sqrt(std::max(0.0, read2));
   fit.noise.dn_per_electron = std::max(0.0, line.slope);
   fit.noise.black_level_dn = black_level_dn;
+  fit.noise.bit_depth = std::bit_width(static_cast<unsigned>(full_scale_dn_));
   fit.read_noise_sigma_dn = line.at_black_sigma / (2.0 * std::max(fit.noise.read_noise_dn, 0.1));
   fit.dn_per_electron_sigma = line.slope_sigma;
   return fit;

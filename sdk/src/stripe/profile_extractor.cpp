@@ -2,7 +2,13 @@
 #include "stripe/profile_extractor.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+#include <striper/core/log.hpp>
 
 #include "stripe/line_choice.hpp"
 #include "stripe/line_view.hpp"
@@ -112,16 +118,32 @@ PlanNoise ProfileExtractor::noise_of(const LitFrame& frame, const ProfileImages&
     const bool is_along_rows = options_.axis == StripeAxis::kColumns;
     if (is_along_rows) noise.dark_noise_correlation = frame.dark_noise_correlation;
   }
-  if (options_.noise) {
-    noise.model = *options_.noise;
-    return noise;
-  }
-  const double of_both_dn = background_noise_.update(images, brightest_);
   const double exposures =
       1.0 + noise.dark_noise_gain * BackgroundNoise::part_seen(noise.dark_noise_correlation);
-  noise.model.read_noise_dn =
-      std::sqrt(std::max(0.0, of_both_dn * of_both_dn / exposures - kQuantisation));
+  if (options_.noise) {
+    if (frame.full_scale_dn != noise_full_scale_dn_) take_given_noise(frame, images, exposures);
+    noise.model = given_noise_;
+    return noise;
+  }
+  const double own_dn = background_noise_.update(images, brightest_, exposures);
+  noise.model.read_noise_dn = std::sqrt(std::max(0.0, own_dn * own_dn - kQuantisation));
   return noise;
+}
+
+// The noise that was given, in the DN of these pictures.
+void ProfileExtractor::take_given_noise(const LitFrame& frame, const ProfileImages& images,
+                                        double exposures) {
+  noise_full_scale_dn_ = frame.full_scale_dn;
+  const int depth = std::bit_width(static_cast<unsigned>(frame.full_scale_dn));
+  const double shown_dn = background_noise_.update(images, brightest_, exposures);
+  const double value_dn = cv::mean(frame.lit.row(frame.lit.rows / 2))[0];
+  given_noise_ = options_.noise->at_likely_depth(depth, shown_dn * shown_dn, value_dn);
+  if (options_.noise->bit_depth || !given_noise_.bit_depth) return;
+  log(LogLevel::kWarning,
+      fmt::format("the model's noise is taken to be that of 8-bit pictures: these, of {} bits, "
+                  "have {:.1f} DN where it says {:.1f}; noise.bit_depth in the model says which "
+                  "(striper noise writes it)",
+                  depth, shown_dn, std::sqrt(options_.noise->variance_dn2(value_dn))));
 }
 
 bool ProfileExtractor::find_first_width(const Current& current, WidthTracker& width) const {

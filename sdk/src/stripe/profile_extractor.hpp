@@ -47,6 +47,7 @@ class ProfileExtractor : public StripeExtractor {
 
   Learnt& learnt_of(int laser);
   PlanNoise noise_of(const LitFrame& frame, const ProfileImages& images);
+  void take_given_noise(const LitFrame& frame, const ProfileImages& images, double exposures);
   bool find_first_width(const Current& current, WidthTracker& width) const;
   void measure(const Current& current, const WidthModel& width);
   void measure_weak_again(const Current& current, const WidthModel& width, int border,
@@ -60,6 +61,8 @@ class ProfileExtractor : public StripeExtractor {
   ChunkMaxima chunks_;
   std::vector<std::int32_t> brightest_;  // Where each line's most prominent candidate is.
   BackgroundNoise background_noise_;
+  NoiseModel given_noise_;  // In the DN of pictures of this full scale.
+  int noise_full_scale_dn_ = 0;
   Detection detection_;
   PeakCandidates candidates_;
   PeakList weak_;

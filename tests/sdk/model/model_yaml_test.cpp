@@ -107,6 +107,7 @@ StriperModel random_model() {
   const int lasers = static_cast<int>(uniform(0, 4));
   for (int i = 0; i < lasers; ++i) model.lasers.push_back(random_laser(model.axis));
   if (uniform(0, 1) < 0.5) model.noise = NoiseModel{uniform(0, 3), uniform(0, 1), uniform(0, 20)};
+  if (model.noise && uniform(0, 1) < 0.5) model.noise->bit_depth = 12;
   if (uniform(0, 1) < 0.5) {
     ModelCovariance covariance;
     for (const auto name : model.camera.parameter_names()) covariance.parameters.emplace_back(name);

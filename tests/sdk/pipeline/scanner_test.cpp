@@ -210,6 +210,38 @@ TEST(Scanner, PicturesHeldForTheCadenceComeOutAtTheEnd) {
   EXPECT_THAT(scanner.decisions(), HasSubstr("cadence 0 (no dark exposure seen)"));
 }
 
+// What 8-bit pictures say of a camera's noise serves its 12-bit pictures: in those without a stripe
+// nothing is found, whether the model says of which depth it speaks or the pictures show it.
+TEST(Scanner, NoiseOfAnotherBitDepthMakesNoStripes) {
+  testing::reseed();
+  const NoiseModel of_12_bits{12.0, 0.4, 0.0, 12};
+  StriperModel model = testing::paper_model();
+  Frame frame = picture_of_wall(model, 2.0);
+  frame.bit_depth = 12;
+  frame.image = cv::Mat(frame.image.size(), CV_16UC1);
+  const double noise_dn = std::sqrt(of_12_bits.variance_dn2(400.0));
+  for (const std::optional<int> known : {std::optional(8), std::optional<int>()}) {
+    model.noise = of_12_bits;
+    model.noise->read_noise_dn /= 16.0;
+    model.noise->dn_per_electron /= 16.0;
+    model.noise->bit_depth = known;
+    Scanner scanner(model);
+    std::size_t found = 0;
+    for (frame.sequence = 0; frame.sequence < 8; ++frame.sequence) {
+      for (int v = 0; v < frame.image.rows; ++v) {
+        for (int u = 0; u < frame.image.cols; ++u) {
+          frame.image.at<std::uint16_t>(v, u) =
+              static_cast<std::uint16_t>(std::lround(testing::normal(400.0, noise_dn)));
+        }
+      }
+      for (const PolarScan& scan : scanner.process(frame)) {
+        for (const Return& r : scan.returns) found += r.status == ReturnStatus::kOk ? 1 : 0;
+      }
+    }
+    EXPECT_LE(found, 8U) << (known ? "known" : "seen");
+  }
+}
+
 TEST(Scanner, MovesWithoutLosingItsState) {
   Scanner first(paper_options());
   first.process(picture_of_wall(testing::paper_model(), 2.0));

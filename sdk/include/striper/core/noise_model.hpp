@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <optional>
+
 namespace striper {
 
 /// The photon-transfer line of a camera: the variance of a pixel as a function of its value.
@@ -11,6 +14,29 @@ struct NoiseModel {
   double read_noise_dn = 0.0;    ///< Excludes quantisation.
   double dn_per_electron = 0.0;  ///< 0: no shot noise.
   double black_level_dn = 0.0;
+  std::optional<int> bit_depth =
+      std::nullopt;  ///< Of the pictures it was measured on, where that is known.
+
+  /// The same camera's noise in pictures of another bit depth: a DN is another part of full scale.
+  /// As it is where its own depth is not known.
+  NoiseModel at_bit_depth(int depth) const noexcept {
+    if (!bit_depth || *bit_depth == depth) return *this;
+    const double scale = std::exp2(depth - *bit_depth);
+    return {scale * read_noise_dn, scale * dn_per_electron, scale * black_level_dn, depth};
+  }
+
+  /// The same where the model does not say its own depth: as it is, or as of 8 bits where that is
+  /// nearer to the variance that pictures of `depth` show at `value_dn`.
+  NoiseModel at_likely_depth(int depth, double shown_dn2, double value_dn) const noexcept {
+    if (bit_depth) return at_bit_depth(depth);
+    NoiseModel of_8_bits = *this;
+    of_8_bits.bit_depth = 8;
+    const NoiseModel scaled = of_8_bits.at_bit_depth(depth);
+    const double between2 = variance_dn2(value_dn) * scaled.variance_dn2(value_dn);
+    const bool is_scaled =
+        depth > 8 && std::isfinite(shown_dn2) && shown_dn2 * shown_dn2 > between2;
+    return is_scaled ? scaled : *this;
+  }
 
   double variance_dn2(double value_dn) const noexcept {
     const double light_dn = value_dn > black_level_dn ? value_dn - black_level_dn : 0.0;
