@@ -183,9 +183,8 @@ void watch(const DoctorArguments& arguments, std::vector<Diagnosis>& findings) {
     return camera != nullptr ? camera->stream_statistics() : GigeStatistics{};
   };
   try {
-    const FrameLoopResult result = read_frames(*source, limits, [&](const Frame& frame) {
-      if (!info.illumination_of(frame).is_dark()) pictures.look_at(frame);
-    });
+    const FrameLoopResult result =
+        read_frames(*source, limits, [&](const Frame& frame) { pictures.look_at(frame); });
     conclude_stream(result, info, findings);
     conclude_network(network(), findings);
     pictures.conclude(findings);

@@ -238,6 +238,11 @@ class Model(Doctor):
         findings = self.findings("images:" + self.wall.name, 0, "--model", self.model())
         self.check_all_is_well(findings, r"a stripe in \d+ % of the columns")
 
+    def test_dark_pictures_are_taken_off_the_lit_ones(self):
+        findings = self.findings(f"sim:{WALL}?frames=4&laser=0,dark", 0, "--model", self.model())
+        self.check(findings, "good", "cadence 0,dark .*, ambient alternate")
+        self.check_all_is_well(findings, r"a stripe in \d+ % of the columns")
+
     def test_of_another_laser(self):
         def laser_above_the_camera(text):
             lines = [line for line in text.splitlines() if "homography" not in line and "T_cam_scan" not in line]
