@@ -17,6 +17,9 @@ constexpr std::size_t kFolds = 4;
 constexpr std::size_t kFewestViews = 6;
 constexpr std::size_t kMostViews = 24;
 constexpr double kWorthPx = 0.98;  // A richer model must predict better by this factor.
+// Reciprocal condition of a lens that the corners determine: what is below is one step from being
+// refused, whatever it predicts.
+constexpr double kDetermined = 1e-8;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<LensTrial> candidates(std::optional<LensModel> wanted) {
@@ -77,10 +80,13 @@ double trimmed_rms(std::vector<double> squares) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(kept, 1)));
 }
 
-void score(const Observations& corners, LensTrial& trial) {
+// @param is_wanted by the user: then it is for the judgement to say that it is not determined.
+void score(const Observations& corners, bool is_wanted, LensTrial& trial) {
   trial.rms_px = trial.held_out_px = kNan;
   try {
-    trial.rms_px = solve_joint(corners, options_of(trial)).corners.rms_px;
+    const JointSolution whole = solve_joint(corners, options_of(trial));
+    if (whole.rcond < kDetermined && !is_wanted) return;
+    trial.rms_px = whole.corners.rms_px;
     std::vector<double> squares;
     for (std::size_t fold = 0; fold < kFolds; ++fold) {
       std::vector<int> training;
@@ -122,7 +128,7 @@ LensChoice choose_lens(const Observations& observations, std::optional<LensModel
   if (corners.views.size() < kFewestViews) return choice;
   double best_px = std::numeric_limits<double>::infinity();
   for (LensTrial& trial : choice.trials) {
-    score(corners, trial);
+    score(corners, wanted.has_value(), trial);
     const bool simplest = &trial == &choice.trials.front();
     if (!(trial.held_out_px < (simplest ? 1.0 : kWorthPx) * best_px)) continue;
     best_px = trial.held_out_px;
