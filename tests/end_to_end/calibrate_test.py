@@ -65,6 +65,26 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(0, again.returncode, again.stderr)
         self.assertEqual(0, run("diff", self.model, self.out / "again.yaml").returncode)
 
+    def test_holds_a_camera_whose_error_is_known(self):
+        again = run("calibrate", *BOARD, "--lasers", SESSION, "--intrinsics", self.model, "-o",
+                    self.out / "held.yaml")
+        self.assertEqual(0, again.returncode, again.stderr)
+        self.assertNotIn("choosing the lens", again.stderr)
+        camera = [text.split("lasers:")[0].split("camera:")[1]
+                  for text in (self.model.read_text(), (self.out / "held.yaml").read_text())]
+        self.assertEqual(camera[0], camera[1])
+        self.assertIn("covariance:", (self.out / "held.yaml").read_text())
+        self.assertEqual(0, run("diff", self.model, self.out / "held.yaml").returncode)
+
+    def test_writes_what_is_refused_when_forced_and_marks_it(self):
+        pictures = sorted(SESSION.glob("*.png"))[:2]
+        forced = run("calibrate", *BOARD, "--lasers", *pictures, "--force", "-o", self.out / "forced.yaml")
+        self.assertEqual(0, forced.returncode, forced.stderr)
+        self.assertIn("refusal: ", forced.stderr)
+        text = (self.out / "forced.yaml").read_text()
+        self.assertIn("forced: true", text)
+        self.assertIn("trustworthy: false", text)
+
     def test_takes_a_camera_of_opencv_and_a_picture_in_both_lists(self):
         info = (self.out / "camera_info.yaml").read_text()
         numbers = [line.split("[")[1].rstrip("]") for line in info.splitlines() if "data: [" in line]

@@ -40,7 +40,8 @@ class Calibrator {
 
  private:
   void solve_camera() {
-    detail::report_progress(options_, "choosing the lens", 0.55);
+    detail::report_progress(
+        options_, options_.known_camera ? "finding the boards' poses" : "choosing the lens", 0.55);
     JointOptions& joint = result_.options;
     joint.known_camera = options_.known_camera;
     joint.threads = options_.threads;
@@ -56,7 +57,7 @@ class Calibrator {
 
   // The bend is worth two parameters where it takes away a clear part of the residual and is known.
   void choose_bend() {
-    if (options_.known_camera || result_.observations.views.size() < kFewestViewsForBend) return;
+    if (result_.observations.views.size() < kFewestViewsForBend) return;
     JointOptions with_bend = result_.options;
     with_bend.solve_bend = true;
     // The same weights for both: else the flat board's misfit would excuse itself.

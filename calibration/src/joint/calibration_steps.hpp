@@ -28,6 +28,9 @@ void leave_out_bad_stripes(Calibration& calibration);
 /// the corners' own error allows: then the board is not what it is taken for where the stripe lies.
 void compare_cameras(const JointSolution& from_corners, Calibration& calibration);
 
+/// Warns where a camera that was given is not the one that these pictures' corners show.
+void compare_with_known_camera(const CalibrationOptions& options, Calibration& calibration);
+
 /// Cross-validates, widens the covariance if it must be, collects the findings, predicts ranges.
 void judge(const CalibrationOptions& options, Calibration& calibration);
 

@@ -41,17 +41,12 @@ JointSolution subset(const JointSolution& solution, const std::vector<int>& view
   return part;
 }
 
-// What both halves estimate: free camera parameters and three numbers per plane.
-struct Estimate {
-  Eigen::VectorXd value;
-  Eigen::MatrixXd covariance;
-};
-
-Eigen::MatrixXd selection(const JointSolution& solution) {
+// Picks what both halves estimate: free camera parameters and three numbers per plane.
+Eigen::MatrixXd selection(const JointSolution& solution, bool camera_is_given) {
   const auto camera = solution.camera.parameters().size();
   const auto planes = static_cast<Eigen::Index>(solution.planes.size());
   std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < camera; ++i)
+  for (Eigen::Index i = 0; i < camera && !camera_is_given; ++i)
     if (solution.covariance(i, i) > 0.0) free.push_back(i);
   const auto count = static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(count + 3 * planes, camera + 4 * planes);
@@ -112,6 +107,8 @@ JointOptions same_sigmas(const JointSolution& solution, const JointOptions& opti
   JointOptions same = options;
   same.corner_sigma_px = solution.corners.sigma_px;
   same.trust_stripe_sigma = true;
+  // A camera that is given is common to all parts: its error does not show in what they differ by.
+  if (same.known_camera) same.known_camera->covariance.reset();
   return same;
 }
 
@@ -126,9 +123,8 @@ Observations with_final_sigmas(const Observations& observations, const JointSolu
 void split_half(const Observations& observations, const JointSolution& solution,
                 const JointOptions& options, int threads, CrossValidation& result) {
   if (observations.views.size() < kFewestForSplit || solution.covariance.size() == 0) return;
-  // A camera that is given is common to both halves: its error would not show.
-  if (options.known_camera) return;
-  const Eigen::MatrixXd S = selection(solution);
+  const Eigen::MatrixXd S = selection(solution, options.known_camera.has_value());
+  if (S.rows() == 0) return;
   std::vector<double> nees(kSplits, kNan);
   in_parallel(kSplits, threads, [&](int split) {
     const auto [first, second] = split_views(observations, 20u + static_cast<unsigned>(split));

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/loss_function.h>
 #include <ceres/manifold.h>
-#include <ceres/normal_prior.h>
 
 #include "cost_functions/corner_cost.hpp"
 #include "cost_functions/stripe_cost.hpp"
@@ -160,26 +159,15 @@ void add_stripes(const Observations& observations, const JointWeights& weights, 
   }
 }
 
-// Holds or constrains the camera as the options say.
+// A given camera is held whether its error is known or not: boards that are not flat would move it
+// by many times that error, and the planes with it. What its error does to the result is added to
+// the covariance (add_known_camera).
 void constrain_camera(const JointOptions& options, JointState& state, ceres::Problem& problem) {
   double* const camera = state.parameters.data();
   const auto count = static_cast<int>(state.parameters.size());
-  if (options.known_camera && !options.known_camera->covariance) {
+  if (options.known_camera)
     problem.SetParameterBlockConstant(camera);
-    return;
-  }
-  if (options.known_camera) {
-    const Eigen::MatrixXd& covariance = *options.known_camera->covariance;
-    // A held coefficient has no variance: a floor well below anything that matters stands for it.
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-    const Eigen::VectorXd sqrt_information =
-        eigen.eigenvalues().cwiseMax(1e-14).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd A = sqrt_information.asDiagonal() * eigen.eigenvectors().transpose();
-    problem.AddResidualBlock(new ceres::NormalPrior(A, options.known_camera->camera.parameters()),
-                             nullptr, camera);
-    return;
-  }
-  if (options.hold_k3 && options.lens == LensModel::kPlumbBob)
+  else if (options.hold_k3 && options.lens == LensModel::kPlumbBob)
     problem.SetManifold(camera, new ceres::SubsetManifold(count, {count - 1}));
 }
 

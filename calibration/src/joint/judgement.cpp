@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include <striper/core/error.hpp>
 #include <striper/geometry/triangulator.hpp>
 
 #include "joint/calibration_steps.hpp"
@@ -15,6 +16,7 @@ namespace striper::detail {
 namespace {
 
 constexpr double kBlurredPx = 2.5;
+constexpr std::size_t kFewestToCompare = 6;
 using Severity = Finding::Severity;
 
 void judge_pictures(Calibration& calibration) {
@@ -59,7 +61,7 @@ void judge_validation(const CalibrationOptions& options, Calibration& calibratio
          "give a model of this program, which carries it, or calibrate the camera from these "
          "pictures too");
   if (validation.splits == 0) {
-    if (!options.known_camera)
+    if (!options.known_camera || !calibration.solution.planes.empty())
       note(calibration, Severity::kNote, "not_cross_validated",
            "too few pictures to solve two halves of them against each other",
            "eight or more pictures let the halves be compared");
@@ -73,6 +75,34 @@ void judge_validation(const CalibrationOptions& options, Calibration& calibratio
            "{:.1f}, expected {:.1f} to {:.1f}); all error bars were widened by {:.2f} for it",
            validation.nees, validation.nees_low, validation.nees_high, times),
        "the board may be bent, the lens model too simple, or the camera moved its focus");
+}
+
+// `sigma` with two digits, the value with as many decimals.
+std::string with_sigma(double value, double variance) {
+  const double sigma = std::sqrt(variance);
+  const int decimals =
+      sigma > 0.0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(sigma))), 0, 9) : 2;
+  return fmt::format("{:.{}f} +- {:.{}f}", value, decimals, sigma, decimals);
+}
+
+// Whether two cameras are further apart than a covariance allows, held parameters left out.
+bool differ(const CameraModel& a, const CameraModel& b, const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd moved = b.parameters() - a.parameters();
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < moved.size(); ++i)
+    if (covariance(i, i) > 0.0) free.push_back(i);
+  const Eigen::VectorXd e = moved(free);
+  const double distance = e.dot(Eigen::MatrixXd(covariance(free, free)).ldlt().solve(e));
+  return distance > chi2_quantile(0.9999, static_cast<double>(free.size()));
+}
+
+// By a misfit of these pictures: what a given camera adds is no matter of theirs.
+void widen(double factor, Calibration& calibration) {
+  JointSolution& solution = calibration.solution;
+  solution.covariance *= factor;
+  if (solution.from_known_camera.size() > 0)
+    solution.covariance -= (factor - 1.0) * solution.from_known_camera;
+  calibration.model.covariance->matrix = solution.covariance;
 }
 
 void predict_ranges(Calibration& calibration) {
@@ -100,21 +130,44 @@ void predict_ranges(Calibration& calibration) {
 void compare_cameras(const JointSolution& from_corners, Calibration& calibration) {
   const JointSolution& joint = calibration.solution;
   if (from_corners.covariance.size() == 0 || joint.covariance.size() == 0) return;
-  const Eigen::VectorXd moved = joint.camera.parameters() - from_corners.camera.parameters();
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index i = 0; i < moved.size(); ++i)
-    if (from_corners.covariance(i, i) > 0.0) free.push_back(i);
-  const Eigen::MatrixXd covariance = from_corners.covariance(free, free);
-  const Eigen::VectorXd e = moved(free);
-  const double distance = e.dot(covariance.ldlt().solve(e));
-  if (!(distance > chi2_quantile(0.9999, static_cast<double>(free.size())))) return;
+  if (!differ(from_corners.camera, joint.camera, from_corners.covariance)) return;
   note(calibration, Severity::kWarning, "stripes_move_camera",
-       fmt::format("the stripes move the camera from where the corners put it: fx from {:.1f} "
-                   "+- {:.1f} to {:.1f}",
-                   from_corners.camera.fx(), std::sqrt(from_corners.covariance(0, 0)),
-                   joint.camera.fx()),
+       fmt::format(
+           "the stripes move the camera from where the corners put it: fx from {} to {:.2f}",
+           with_sigma(from_corners.camera.fx(), from_corners.covariance(0, 0)), joint.camera.fx()),
        "the board is not flat where the stripe lies on it, or gives way from picture to picture; "
        "calibrate the camera from pictures of a stiff board and give it with --intrinsics");
+}
+
+void compare_with_known_camera(const CalibrationOptions& options, Calibration& calibration) {
+  if (calibration.observations.views.size() < kFewestToCompare) return;
+  Observations corners = calibration.observations;
+  corners.stripes.clear();
+  JointOptions free = calibration.options;
+  free.known_camera.reset();
+  free.lens = options.known_camera->camera.lens();
+  free.start = &calibration.solution;
+  try {
+    const JointSolution own = solve_joint(corners, free);
+    if (own.covariance.size() == 0) return;
+    Eigen::MatrixXd covariance = own.covariance;
+    const Eigen::Index count = own.camera.parameters().size();
+    if (options.known_camera->covariance)
+      covariance.topLeftCorner(count, count) += *options.known_camera->covariance;
+    const double moved = std::abs(own.camera.fx() / options.known_camera->camera.fx() - 1.0);
+    if (moved < options.limits.high_focal_error ||
+        !differ(options.known_camera->camera, own.camera, covariance))
+      return;
+    note(calibration, Severity::kWarning, "known_camera_differs",
+         fmt::format("the intrinsics that were given do not fit these pictures: fx is {:.2f} in "
+                     "them, {} from the corners here",
+                     options.known_camera->camera.fx(),
+                     with_sigma(own.camera.fx(), own.covariance(0, 0))),
+         "were they made with this lens, at this focus? If so, the board here is bent more than "
+         "can be solved for: use a stiff one");
+  } catch (const Error&) {
+    // These pictures alone give no camera, and have no say.
+  }
 }
 
 void judge(const CalibrationOptions& options, Calibration& calibration) {
@@ -122,9 +175,9 @@ void judge(const CalibrationOptions& options, Calibration& calibration) {
   if (calibration.solution.covariance.size() > 0) {
     calibration.validation = cross_validate(calibration.observations, calibration.solution,
                                             calibration.options, options.threads);
-    calibration.model.covariance->matrix *= calibration.validation.covariance_factor;
-    calibration.solution.covariance *= calibration.validation.covariance_factor;
+    widen(calibration.validation.covariance_factor, calibration);
   }
+  if (options.known_camera) compare_with_known_camera(options, calibration);
   judge_pictures(calibration);
   judge_validation(options, calibration);
   for (Finding& finding :

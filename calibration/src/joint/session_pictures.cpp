@@ -68,7 +68,9 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
         PictureResult& picture = calibration.pictures[i];
         const cv::Mat image = picture.picture.load();
         common.check(picture.picture.name, image.size());
-        picture.board = find_board(image, input.board);
+        picture.board =
+            find_board(image, input.board,
+                       options.like_opencv ? BoardSearch::kLikeOpenCv : BoardSearch::kThorough);
         picture.board_reason = picture.board.reason;
         // Inside of the try: a caller may end the work by throwing from its progress.
         const std::lock_guard guard(lock);

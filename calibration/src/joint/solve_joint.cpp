@@ -265,6 +265,14 @@ JointSolution solve_joint(const Observations& observations, const JointOptions& 
   solution.unknowns = static_cast<int>(counts.camera_unknowns + counts.plane_unknowns);
   put_residuals(observations, weights, counts, state, solution);
   detail::fill_uncertainty(detail::linearise(*problem, state), counts, state, solution);
+  if (options.known_camera && options.known_camera->covariance) {
+    JointOptions freed = options;
+    freed.known_camera.reset();
+    freed.hold_k3 = false;
+    problem = detail::make_problem(observations, freed, weights, 0.0, state);
+    detail::add_known_camera(detail::linearise(*problem, state), *options.known_camera->covariance,
+                             state, solution);
+  }
   put_unknowns(state, solution);
   return solution;
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include <Eigen/Dense>
@@ -97,21 +98,62 @@ struct Checker {
   }
 
   void check_focal_length() {
-    if (options.known_camera || solution.covariance.size() == 0) return;
+    if (solution.covariance.size() == 0) return;
     const double error = std::max(std::sqrt(solution.covariance(0, 0)) / solution.camera.fx(),
                                   std::sqrt(solution.covariance(1, 1)) / solution.camera.fy());
-    const std::string figures = fmt::format(
-        "the focal length is known to {:.2f} % only (fx {:.1f} +- {:.1f}, fy {:.1f} +- {:.1f} px)",
-        100.0 * error, solution.camera.fx(), std::sqrt(solution.covariance(0, 0)),
-        solution.camera.fy(), std::sqrt(solution.covariance(1, 1)));
     const char* advice =
         "tilt the board more (30 to 45 degrees, both ways) and fill the picture with it";
-    if (error / widening > limits.most_focal_error)
+    const double geometric = options.known_camera ? error : error / widening;
+    if (geometric > limits.most_focal_error)
       add(Severity::kRefusal, "focal_length_unknown",
-          fmt::format("{}; the limit is {:.1f} %", figures, 100.0 * limits.most_focal_error),
+          fmt::format("the focal length is known to {:.2f} % only{}; the limit is {:.2f} %",
+                      100.0 * geometric,
+                      options.known_camera ? ", by the intrinsics that were given"
+                                           : " from pictures placed like these, however well the "
+                                             "corners fit",
+                      100.0 * limits.most_focal_error),
           advice);
     else if (error > limits.high_focal_error)
-      add(Severity::kWarning, "focal_length_uncertain", figures, advice);
+      add(Severity::kWarning, "focal_length_uncertain",
+          fmt::format("the focal length is known to {:.2f} % only (fx {:.1f} +- {:.1f}, fy {:.1f} "
+                      "+- {:.1f} px{}); {:.2f} % is usual",
+                      100.0 * error, solution.camera.fx(), std::sqrt(solution.covariance(0, 0)),
+                      solution.camera.fy(), std::sqrt(solution.covariance(1, 1)),
+                      options.known_camera ? std::string() : of_misfit(),
+                      100.0 * limits.high_focal_error),
+          advice);
+  }
+
+  // What part of an error bar is there for a misfit.
+  std::string of_misfit() const {
+    return widening > 1.005 ? fmt::format(
+                                  ", {:.1f} times as much as from pictures placed like "
+                                  "these, since they do not fit each other",
+                                  widening)
+                            : std::string();
+  }
+
+  // How much alike neighbouring corners err: about 0 where each errs by itself, near 1 where the
+  // board has another shape than the model's, which is smooth over it.
+  double neighbours_alike() const {
+    double product = 0.0;
+    double square = 0.0;
+    const int columns = observations.board.columns;
+    for (std::size_t v = 0; v < observations.views.size(); ++v) {
+      std::map<int, Eigen::Vector2d> residual;
+      for (std::size_t i = 0; i < observations.views[v].point.size(); ++i)
+        if (solution.corner_residual_px[v][i].allFinite())
+          residual.emplace(observations.views[v].point[i], solution.corner_residual_px[v][i]);
+      for (const auto& [point, r] : residual)
+        for (const int other : {point + 1, point + columns}) {
+          if (other == point + 1 && other % columns == 0) continue;
+          const auto neighbour = residual.find(other);
+          if (neighbour == residual.end()) continue;
+          product += r.dot(neighbour->second);
+          square += 0.5 * (r.squaredNorm() + neighbour->second.squaredNorm());
+        }
+    }
+    return square > 0.0 ? product / square : 0.0;
   }
 
   void check_residuals() {
@@ -127,12 +169,24 @@ struct Checker {
               "off its ends. The bend is solved for, as a parabola; a real one is not quite",
               1e3 * solution.bend_m.x(), 1e3 * solution.bend_m.y()),
           "glue the print to something flat: glass, aluminium, thick board");
-    if (solution.corners.rms_px > limit_px)
+    if (solution.corners.rms_px <= limit_px) return;
+    const std::string figures =
+        fmt::format("the corners fit to {:.2f} px rms only; {:.2f} px is usual",
+                    solution.corners.rms_px, limit_px);
+    const double alike = neighbours_alike();
+    if (alike > limits.bent_alike)
+      add(Severity::kWarning, "board_bent",
+          fmt::format("{}, and neighbouring corners err alike (correlation {:.2f}), as on a board "
+                      "that is bent otherwise than in a parabola common to all pictures",
+                      figures, alike),
+          "glue the print to something flat: glass, aluminium, thick board. If it is flat, try "
+          "another --lens");
+    else
       add(Severity::kWarning, "corners_do_not_fit",
-          fmt::format("the corners fit to {:.2f} px rms only; {:.2f} px is usual. The board is not "
-                      "flat, or the pictures are blurred, or the lens model does not fit",
-                      solution.corners.rms_px, limit_px),
-          "use a flat, stiff board; hold it still; look at the residual plots");
+          fmt::format("{}, each corner by itself (correlation of neighbours {:.2f}): the pictures "
+                      "are blurred, or corners are found wrongly",
+                      figures, alike),
+          "hold the board still, expose shorter; look at the residual plots");
   }
 
   void check_scale() {
@@ -219,17 +273,23 @@ struct Checker {
         relative.begin(), relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2),
         relative.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     const auto [range_m, error] = relative[relative.size() / 2];
-    const std::string figures = fmt::format(
-        "laser {}: the calibration leaves {:.1f} mm of one-sigma error at {:.2f} m ({:.2f} %)",
-        laser, 1e3 * error * range_m, range_m, 100.0 * error);
     const char* advice =
         "add pictures with the stripe on the board over the ranges that matter, the board tilted";
-    if (error / widening > limits.most_range_error)
+    const double geometric = error / widening;
+    if (geometric > limits.most_range_error)
       add(Severity::kRefusal, "range_unknown",
-          fmt::format("{}; the limit is {:.1f} %", figures, 100.0 * limits.most_range_error),
+          fmt::format("laser {}: pictures placed like these leave {:.2g} mm of one-sigma error at "
+                      "{:.2f} m ({:.2f} %), however well they fit; the limit is {:.2f} %",
+                      laser, 1e3 * geometric * range_m, range_m, 100.0 * geometric,
+                      100.0 * limits.most_range_error),
           advice);
     else if (error > limits.high_range_error)
-      add(Severity::kWarning, "range_uncertain", figures, advice);
+      add(Severity::kWarning, "range_uncertain",
+          fmt::format("laser {}: the calibration leaves {:.2g} mm of one-sigma error at {:.2f} m "
+                      "({:.2f} %{}); {:.2f} % is usual",
+                      laser, 1e3 * error * range_m, range_m, 100.0 * error, of_misfit(),
+                      100.0 * limits.high_range_error),
+          advice);
   }
 };
 

@@ -104,7 +104,30 @@ void fill_uncertainty(const Linearisation& linearisation, const Counts& counts,
     if (linearisation.parameter[static_cast<std::size_t>(i)] == camera)
       solution.bend_covariance = inverse.common().block<2, 2>(i, i);
   solution.covariance = file_covariance(linearisation, inverse.common(), state);
+  // A lens that has run away from a few corners can pass the test above and leave no figures.
+  if (!solution.covariance.allFinite() || solution.covariance.diagonal().minCoeff() < 0.0)
+    solution.covariance.resize(0, 0);
   fill_degrees_of_freedom(linearisation, counts, inverse, solution);
+}
+
+void add_known_camera(const Linearisation& freed, const Eigen::MatrixXd& camera_covariance,
+                      const JointState& state, JointSolution& solution) {
+  if (solution.covariance.size() == 0 && !state.planes.empty()) return;
+  const Eigen::MatrixXd information = NormalArrow(freed).schur();
+  const Eigen::Index camera = camera_covariance.rows();
+  const Eigen::Index others = freed.common() - camera;
+  Eigen::MatrixXd common = Eigen::MatrixXd::Zero(freed.common(), camera);  // By the camera.
+  common.topRows(camera).setIdentity();
+  if (others > 0)
+    common.bottomRows(others) = -information.bottomRightCorner(others, others)
+                                     .ldlt()
+                                     .solve(information.bottomLeftCorner(others, camera));
+  solution.from_known_camera =
+      file_covariance(freed, common * camera_covariance * common.transpose(), state);
+  if (solution.covariance.size() == 0)
+    solution.covariance = solution.from_known_camera;
+  else
+    solution.covariance += solution.from_known_camera;
 }
 
 }  // namespace striper::detail

@@ -15,4 +15,10 @@ namespace striper::detail {
 void fill_uncertainty(const Linearisation& linearisation, const Counts& counts,
                       const JointState& state, JointSolution& solution);
 
+/// Adds what the error of a camera that was held does to the result: d(planes) / d(camera), by the
+/// implicit function theorem, where the poses and the bend follow.
+/// @param freed the same problem with the camera free. @param camera_covariance of its parameters.
+void add_known_camera(const Linearisation& freed, const Eigen::MatrixXd& camera_covariance,
+                      const JointState& state, JointSolution& solution);
+
 }  // namespace striper::detail

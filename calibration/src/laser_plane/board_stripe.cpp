@@ -96,6 +96,7 @@ void average_neighbours(const Returns& returns, const std::vector<std::size_t>& 
     for (std::size_t k = first; k < std::min(first + group, kept.size()); ++k) {
       const std::size_t i = kept[k];
       const double weight = 1.0 / (returns.sigma_px[i] * returns.sigma_px[i]);
+      stripe.return_px.push_back(returns.pixel[i]);
       sum += weight * returns.pixel[i];
       weights += weight;
     }

@@ -243,21 +243,45 @@ TEST(SolveJoint, HoldsACameraThatIsGivenWithoutCovariance) {
   EXPECT_GT(solution.covariance.bottomRightCorner(4, 4).norm(), 0.0);
 }
 
-TEST(SolveJoint, WeighsACameraThatIsGivenWithCovariance) {
+// The derivative of the planes by the camera is that of solutions with other cameras, and the rest
+// of the covariance is that of a camera without error.
+TEST(SolveJoint, AddsTheErrorOfACameraThatItHolds) {
   SyntheticStriper striper;
   striper.stripe_step = 8;
-  const Observations observations = testing::varied_boards(striper, 4);
+  const Observations observations = testing::varied_boards(striper, 6);
   Eigen::VectorXd sigma(9);
   sigma << 0.5, 0.5, 0.5, 0.5, 0.002, 0.005, 1e-4, 1e-4, 0.005;
   JointOptions options;
   options.corner_sigma_px = 0.1;
   options.trust_stripe_sigma = true;
-  options.known_camera =
-      KnownCamera{striper.camera, Eigen::MatrixXd(sigma.cwiseAbs2().asDiagonal())};
-  const JointSolution solution = solve_joint(observations, options);
-  for (int i = 0; i < 9; ++i)
-    EXPECT_LE(solution.covariance(i, i), sigma[i] * sigma[i] * 1.0001) << "parameter " << i;
-  EXPECT_NE(solution.camera, striper.camera);
+  options.remove_outliers = false;
+  const auto solve = [&](const CameraModel& camera, bool with_error) {
+    options.known_camera = KnownCamera{camera, std::nullopt};
+    if (with_error)
+      options.known_camera->covariance = Eigen::MatrixXd(sigma.cwiseAbs2().asDiagonal());
+    return solve_joint(observations, options);
+  };
+  const JointSolution solution = solve(striper.camera, true);
+  EXPECT_EQ(solution.camera, striper.camera);
+  const Eigen::MatrixXd plane_by_camera =
+      solution.covariance.bottomLeftCorner(4, 9) * sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  const auto plane_of = [&](const Eigen::VectorXd& parameters) {
+    const LaserPlane plane = solve(striper.camera.with_parameters(parameters), false).planes[0];
+    return Eigen::Vector4d(plane.normal().x(), plane.normal().y(), plane.normal().z(),
+                           plane.distance_m());
+  };
+  for (int i = 0; i < 9; ++i) {
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(9);
+    step[i] = 0.1 * sigma[i];
+    const Eigen::VectorXd at = striper.camera.parameters();
+    const Eigen::Vector4d change = plane_of(at + step) - plane_of(at - step);
+    const Eigen::Vector4d derivative = change / (0.2 * sigma[i]);
+    EXPECT_LT((derivative - plane_by_camera.col(i)).norm(), 0.03 * derivative.norm() + 1e-7)
+        << "parameter " << i << ": " << derivative.transpose() << " and "
+        << plane_by_camera.col(i).transpose();
+  }
+  const Eigen::MatrixXd own = solution.covariance - solution.from_known_camera;
+  EXPECT_LT((own - solve(striper.camera, false).covariance).norm(), 1e-6 * own.norm());
 }
 
 TEST(SolveJoint, SeesThatFrontoParallelBoardsLeaveTheFocalLengthFree) {

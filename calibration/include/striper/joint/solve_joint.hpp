@@ -17,7 +17,7 @@ namespace striper {
 /// A camera that is known beforehand, from `--intrinsics`.
 struct KnownCamera {
   CameraModel camera;
-  /// Of its parameters; empty: the camera is held as it is, and its error is unknown.
+  /// Of its parameters; empty: its error is unknown. The camera is held as it is all the same.
   std::optional<Eigen::MatrixXd> covariance;
 };
 
@@ -79,6 +79,9 @@ struct JointSolution {
   /// Of (camera parameters, then nx, ny, nz, d of each plane); a plane's 4x4 block has rank 3.
   /// Empty where the observations do not determine everything: see `weakest`.
   Eigen::MatrixXd covariance;
+  /// The part of it that comes from the error of a given camera, of which no residual can tell;
+  /// empty: no camera with a known error was given.
+  Eigen::MatrixXd from_known_camera;
   Eigen::Matrix2d bend_covariance = Eigen::Matrix2d::Zero();
 
   /// Reciprocal condition of the scaled normal matrix of camera, bend and planes once the poses are

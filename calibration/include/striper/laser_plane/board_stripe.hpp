@@ -40,10 +40,11 @@ std::string to_string(const StripeRecipe& recipe);
 
 /// The stripe on the board of one picture.
 struct BoardStripe {
-  std::vector<Eigen::Vector2d> pixel;  ///< Neighbouring returns averaged: 120 at most.
-  std::vector<double> sigma_px;        ///< Across the stripe.
-  int returns = 0;                     ///< What the extractor found on the board.
-  int on_line = 0;                     ///< Of these, on one straight line.
+  std::vector<Eigen::Vector2d> pixel;      ///< Neighbouring returns averaged: 120 at most.
+  std::vector<double> sigma_px;            ///< Across the stripe.
+  std::vector<Eigen::Vector2d> return_px;  ///< The returns that were averaged, each by itself.
+  int returns = 0;                         ///< What the extractor found on the board.
+  int on_line = 0;                         ///< Of these, on one straight line.
   int at_albedo_edge = 0;     ///< Of these, left out since black meets white under the stripe.
   double line_rms_px = 0.0;   ///< Scatter of the kept returns about the line.
   double amplitude_dn = 0.0;  ///< Median.
