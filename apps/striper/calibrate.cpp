@@ -31,6 +31,7 @@ struct CalibrateArguments {
   std::string lens = "auto";
   std::string axis = "auto";
   std::string channel = "auto";
+  bool like_opencv = false;
   bool force = false;
   std::string camera_info;
   std::string output;
@@ -90,6 +91,9 @@ void define(CLI::App& command, CalibrateArguments& arguments) {
   command.add_option("--channel", arguments.channel, "What of a colour picture shows the stripe")
       ->type_name("NAME")
       ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
+  command.add_flag(
+      "--like-opencv", arguments.like_opencv,
+      "Corners and weights as OpenCV's calibration sample has them, to compare figures");
   command.add_flag("--force", arguments.force, "Write a model that must not be trusted, marked");
   command.add_option("--camera-info", arguments.camera_info, "Also write a ROS camera_info YAML")
       ->type_name("FILE");
@@ -166,6 +170,7 @@ CalibrationOptions options_of(const CalibrateArguments& arguments) {
   if (arguments.axis != "auto") options.axis = stripe_axis_from_string(arguments.axis);
   if (arguments.channel != "auto") options.channel = *channel_from_string(arguments.channel);
   if (!arguments.intrinsics.empty()) options.known_camera = load_camera(arguments.intrinsics);
+  options.like_opencv = arguments.like_opencv;
   options.force = arguments.force;
   options.date = today();
   return options;

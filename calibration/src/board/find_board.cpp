@@ -102,6 +102,13 @@ void refine_corners(const cv::Mat& grey, const Board& board, Corners& corners, B
   view.blur_px = blurs.empty() ? 0.0 : blurs[blurs.size() / 2];
 }
 
+// As OpenCV's sample program has it.
+void refine_like_opencv(const cv::Mat& grey, Corners& corners, BoardView& view) {
+  cv::cornerSubPix(grey, corners, {11, 11}, {-1, -1},
+                   {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 30, 0.0001});
+  view.reliable.assign(corners.size(), 1);
+}
+
 // Measures each dot; what is not as large as the others are is marked.
 void refine_circles(const cv::Mat& grey, const Board& board, Corners& corners, BoardView& view) {
   const Corners start = corners;
@@ -169,6 +176,7 @@ bool find_checkerboard(const cv::Mat& grey, const Board& board, BoardSearch sear
   const bool is_thorough = search == BoardSearch::kThorough;
   if (is_thorough && cv::findChessboardCornersSB(grey, size, corners, sb_flags)) return true;
   classic = find_classic(grey, size, corners);
+  if (search == BoardSearch::kLikeOpenCv) return classic;
   return classic || (is_thorough && find_enlarged(grey, size, sb_flags, corners));
 }
 
@@ -270,7 +278,9 @@ BoardView find_board(const cv::Mat& image, const Board& board, BoardSearch searc
     return view;
   }
   make_order_consistent(grey, board, corners);
-  if (checkerboard)
+  if (checkerboard && search == BoardSearch::kLikeOpenCv)
+    refine_like_opencv(grey, corners, view);
+  else if (checkerboard)
     refine_corners(grey, board, corners, view);
   else
     refine_circles(grey, board, corners, view);

@@ -45,12 +45,14 @@ class Calibrator {
     JointOptions& joint = result_.options;
     joint.known_camera = options_.known_camera;
     joint.threads = options_.threads;
+    joint.remove_outliers = !options_.like_opencv;
     if (!options_.known_camera) {
       result_.lens = choose_lens(result_.observations, options_.lens);
       joint.lens = result_.lens.lens;
       joint.hold_k3 = result_.lens.hold_k3;
     }
     result_.solution = solve_joint(result_.observations, joint);
+    if (options_.like_opencv) return;
     detail::leave_out_bad_views(result_);
     choose_bend();
   }

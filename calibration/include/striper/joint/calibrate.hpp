@@ -61,6 +61,9 @@ struct CalibrationOptions {
   Channel channel = Channel::kAuto;
   std::optional<KnownCamera> known_camera;
   std::optional<NoiseModel> noise;
+  /// Corners as OpenCV's calibration sample finds them (BoardSearch::kLikeOpenCv), no corner and no
+  /// picture left out, no bend: for figures that can be compared with its.
+  bool like_opencv = false;
   bool force = false;  ///< Return what must not be trusted too, marked.
   int threads = 2;
   TrustLimits limits;
