@@ -143,6 +143,10 @@ void Session::begin_streaming() {
     const std::lock_guard lock(mutex_);  // Which Aravis' thread takes before it touches a slot.
     pool_ =
         std::make_shared<FramePool>(options_.buffers.value_or(enough_buffers(payload)), payload);
+    arrivals_ = popped_ =
+        0;  // What was left unread when it was last stopped is gone with its pool.
+    is_awaiting_ = false;
+    overrun_ = 0;
   }
   pool_->attach(stream_.get());
   clock_.start();

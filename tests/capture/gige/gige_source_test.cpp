@@ -367,6 +367,21 @@ TEST(GigeSource, AReaderThatSleepsLosesTheOldestPictures) {
             statistics.delivered + statistics.dropped + statistics.overrun);
 }
 
+TEST(GigeSource, WhatWasLeftUnreadIsForgottenWhenItStartsAgain) {
+  const VirtualStriper striper(pattern());
+  const auto source = striper.open("buffers=4&fps=100");
+  source->start();
+  take(*source, 2);
+  std::this_thread::sleep_for(200ms);
+  EXPECT_GT(source->statistics().overrun, 0U);
+  source->stop();
+  source->start();
+  const std::vector<Frame> again = take(*source, 3);
+  EXPECT_EQ(again.front().sequence, 0U);
+  EXPECT_EQ(again.back().sequence, 2U);
+  EXPECT_EQ(source->statistics().overrun, 0U);
+}
+
 TEST(GigeSource, OnlyPacketsThatGetThroughAreAgreedOn) {
   VirtualCameraOptions options;
   options.mtu = 1500;
