@@ -53,6 +53,16 @@ Verdict verdict_of(ArvBufferStatus status) {
   }
 }
 
+std::string picture_name(const detail::PictureSetup& setup) {
+  return fmt::format("{} {}x{}", setup.layout->name, setup.size.width, setup.size.height);
+}
+
+// Whether pictures of a camera that was opened again are what `info` says.
+bool is_same_stream(const detail::PictureSetup& setup, const SourceInfo& info) {
+  return setup.size == info.image_size && setup.sensor_size == info.sensor_size &&
+         setup.layout->bit_depth == info.bit_depth && setup.layout->channels() == info.channels;
+}
+
 }  // namespace
 
 struct GigeSource::State {
@@ -101,6 +111,7 @@ struct GigeSource::State {
 
   std::thread supervisor;  // and what only it uses
   std::future<void> burial;
+  std::string last_refusal;  // why the lost camera could not be opened
   std::int64_t lost_at_ns = 0;
 };
 
@@ -112,8 +123,7 @@ GigeSource::State::State(SourceUri given)
 
   const detail::PictureSetup& setup = session->setup();
   info.uri = uri.text();
-  info.description = fmt::format("{}, {} {}x{}", session->description(), setup.layout->name,
-                                 setup.size.width, setup.size.height);
+  info.description = fmt::format("{}, {}", session->description(), picture_name(setup));
   info.image_size = setup.size;
   info.sensor_size = setup.sensor_size;
   info.bit_depth = setup.layout->bit_depth;
@@ -377,6 +387,11 @@ void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
 bool GigeSource::State::try_reopen() {
   try {
     auto camera = std::make_shared<Session>(options);
+    if (!is_same_stream(camera->setup(), info)) {
+      throw Error(ErrorKind::kDevice,
+                  fmt::format("camera {} came back with {} and was {}", camera->description(),
+                              picture_name(camera->setup()), info.description));
+    }
     camera->start([this] { wake(); });
     const double gone_s = 1e-9 * static_cast<double>(detail::monotonic_now_ns() - lost_at_ns);
     const std::lock_guard lock(mutex);
@@ -385,11 +400,15 @@ bool GigeSource::State::try_reopen() {
     ++epoch;
     ++statistics.reconnects;
     session = std::move(camera);
-    log(LogLevel::kInfo,
+    last_refusal.clear();
+    log(LogLevel::kWarning,
         fmt::format("camera {} is back after {:.1f} s", session->description(), gone_s));
     return true;
   } catch (const std::exception& failure) {  // a thread that cannot be made is no Error
-    log(LogLevel::kDebug, fmt::format("not yet: {}", failure.what()));
+    if (last_refusal != failure.what()) {
+      log(LogLevel::kWarning,
+          fmt::format("the lost camera is not open yet: {}", last_refusal = failure.what()));
+    }
     return false;
   }
 }
