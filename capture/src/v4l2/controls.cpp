@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <striper/core/log.hpp>
+
 namespace striper::v4l2 {
 namespace {
 
@@ -212,8 +214,23 @@ std::int64_t set_exposure(const VideoDevice& device, double exposure_us) {
   if (const Control* const mode = find(controls, V4L2_CID_EXPOSURE_AUTO))
     require_write(device, *mode, V4L2_EXPOSURE_MANUAL);
   const auto units = static_cast<std::int64_t>(std::llround(exposure_us / kExposureUnitUs));
-  require_write(device, *exposure, std::clamp(units, exposure->minimum, exposure->maximum));
-  return read_exposure_ns(device);
+  if (units < exposure->minimum || units > exposure->maximum) {
+    device.fail(
+        ErrorKind::kUnsupported,
+        fmt::format("exposure_us={}: the camera takes {:.0f} to {:.0f}, in steps of {:.0f}",
+                    exposure_us, static_cast<double>(exposure->minimum) * kExposureUnitUs,
+                    static_cast<double>(exposure->maximum) * kExposureUnitUs, kExposureUnitUs));
+  }
+  require_write(device, *exposure, units);
+  const std::int64_t exposure_ns = read_exposure_ns(device);
+  constexpr double kAsAskedFor = 0.1;
+  const double is_us = 1e-3 * static_cast<double>(exposure_ns);
+  if (std::abs(is_us - exposure_us) > kAsAskedFor * exposure_us) {
+    log(LogLevel::kWarning, fmt::format("v4l2 '{}': exposure_us={} became {:.0f}, the nearest that "
+                                        "the camera takes",
+                                        device.card(), exposure_us, is_us));
+  }
+  return exposure_ns;
 }
 
 std::int64_t read_exposure_ns(const VideoDevice& device) {

@@ -146,6 +146,17 @@ TEST(V4l2Source, ExposureInMicrosecondsSwitchesTheAutomaticOff) {
   EXPECT_EQ(rig.camera->control_value(V4L2_CID_EXPOSURE_ABSOLUTE), 3);
 }
 
+TEST(V4l2Source, ExposureThatTheCameraCannotTakeIsRefusedWithItsRange) {
+  for (const double exposure_us : {20.0, 500'100.0}) {
+    Rig rig;
+    rig.camera->add_control(V4L2_CID_EXPOSURE_ABSOLUTE, "Exposure Time, Absolute",
+                            V4L2_CTRL_TYPE_INTEGER, 1, 5000, 100);
+    rig.options.exposure_us = exposure_us;
+    EXPECT_THAT(error_of([&] { rig.open(); }).what(),
+                HasSubstr("the camera takes 100 to 500000, in steps of 100"));
+  }
+}
+
 TEST(V4l2Source, UnknownControlAndValueOutOfBoundsAreRefusedByName) {
   Rig rig;
   rig.camera->add_control(V4L2_CID_GAIN, "Gain", V4L2_CTRL_TYPE_INTEGER, 0, 255, 7);
