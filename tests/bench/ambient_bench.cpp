@@ -71,7 +71,8 @@ void roofline(benchmark::State& state) {
     for (int image = 0; image < 2; ++image) {
       const cv::Mat& pixels = all[n++ % all.size()].image;
       const auto* const words = pixels.ptr<std::uint64_t>();
-      for (std::size_t i = 0; i < pixels.total() / 8; ++i) sum += words[i];
+      const std::size_t count = pixels.total() / sizeof(std::uint64_t);
+      for (std::size_t i = 0; i < count; ++i) sum += words[i];
     }
     benchmark::DoNotOptimize(sum);
   }
