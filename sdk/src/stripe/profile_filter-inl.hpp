@@ -60,9 +60,11 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
   V sum = zero;
   V sum_k = zero;
   V k = set(static_cast<float>(plan.core));
-  for (int q = plan.core + 1; q <= plan.window; ++q) {
-    const V below = pixels.row(plan.window - q);
-    const V above = pixels.row(plan.window + q);
+  auto place_below = pixels.place_of(plan.window - plan.core - 1);
+  auto place_above = pixels.place_of(plan.window + plan.core + 1);
+  for (std::ptrdiff_t q = plan.core + 1; q <= plan.window; ++q) {
+    const V below = pixels.row_then_down(place_below);
+    const V above = pixels.row_then_up(place_above);
     hn::Store(below, d, centre - q * n);
     hn::Store(above, d, centre + q * n);
     k = hn::Add(k, set(1.0F));
@@ -70,8 +72,8 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
     sum_k = hn::MulAdd(k, hn::Sub(above, below), sum_k);
   }
   // Of a whole ring the distances are known beforehand, and they are even.
-  const V per_count = set(1.0F / plan.ring_count);
-  const V per_squares = set(1.0F / plan.ring_squares);
+  const V per_count = set(plan.per_ring_count);
+  const V per_squares = set(plan.per_ring_squares);
   b.level = hn::Mul(sum, per_count);
   b.slope = hn::Mul(sum_k, per_squares);
   b.level_variance = per_count;
@@ -79,12 +81,12 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
   b.extra = zero;
   b.left_level = b.level;
   b.left_slope = b.slope;
-  for (int row = -plan.core; row <= plan.core; ++row) {
-    hn::Store(pixels.row(plan.window + row), d, centre + row * n);
+  auto place = pixels.place_of(plan.window - plan.core);
+  for (std::ptrdiff_t row = -plan.core; row <= plan.core; ++row) {
+    hn::Store(pixels.row_then_up(place), d, centre + row * n);
   }
   w.is_plain = pixels.is_below(full_scale_dn);
-  const auto rows = static_cast<float>(2 * plan.window + 1);
-  hn::Store(hn::Mul(pixels.dark_sum, set(1.0F / rows)), d, w.dark);
+  hn::Store(hn::Mul(pixels.dark_sum, set(plan.per_rows)), d, w.dark);
   return w.is_plain;
 }
 
@@ -397,7 +399,7 @@ struct Expected {
     const V per_both = hn::Mul(per_roots, per_roots);
     per_width2 = hn::Mul(total, per_both);
     per_total = hn::Mul(width2, per_both);
-    per_gain = hn::Mul(hn::Mul(total, per_roots), set(1.0F / (plan.filter_sigma * 2.5066283F)));
+    per_gain = hn::Mul(hn::Mul(total, per_roots), set(plan.per_filter_root));
   }
 };
 

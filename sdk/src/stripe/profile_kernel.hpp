@@ -63,6 +63,9 @@ struct ProfilePlan {
   float ring_count = 0;    // Pixels of background where none is missing,
   float ring_squares = 0;  // and the sum of their squared distances from the seed.
 
+  // One over: those two, the window's rows, and filter_sigma sqrt(2 pi).
+  float per_ring_count = 0, per_ring_squares = 0, per_rows = 0, per_filter_root = 0;
+
   // variance = floor + per_dn * max(value - black, 0) + speckle2 * (value - background)^2
   float variance_floor = 0;
   float variance_per_dn = 0;

@@ -113,6 +113,14 @@ void set_locking(double width, ProfilePlan& plan) {
   plan.clipped_locking_variance = static_cast<float>(clipped * clipped);
 }
 
+// Dividing once for all batches.
+void set_inverses(ProfilePlan& plan) {
+  plan.per_ring_count = 1.0F / plan.ring_count;
+  plan.per_ring_squares = 1.0F / plan.ring_squares;
+  plan.per_rows = 1.0F / static_cast<float>(2 * plan.window + 1);
+  plan.per_filter_root = 1.0F / (plan.filter_sigma * 2.5066283F);
+}
+
 }  // namespace
 
 // The best multiple, to a few thousandths, of white and shot noise mixed: filter_white + share
@@ -176,6 +184,7 @@ ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool r
     plan.ring_count += 2.0F;
     plan.ring_squares += 2.0F * static_cast<float>(q * q);
   }
+  set_inverses(plan);
   return plan;
 }
 

@@ -106,18 +106,20 @@ struct Rows {
   const Pixel* first[kLevels];
   hn::Mask<PixelTag> lanes_of[kLevels];  // Of all but the first one.
 
-  HWY_INLINE hn::Vec<PixelTag> pixels_at(int k) const {
+  // `offset` is k * step.
+  HWY_INLINE hn::Vec<PixelTag> pixels_from(std::ptrdiff_t offset) const {
     const PixelTag dp;
-    auto pixels = hn::LoadU(dp, first[0] + k * step);
+    auto pixels = hn::LoadU(dp, first[0] + offset);
     for (int i = 1; i < kLevels; ++i) {
-      pixels = hn::IfThenElse(lanes_of[i], hn::LoadU(dp, first[i] + k * step), pixels);
+      pixels = hn::IfThenElse(lanes_of[i], hn::LoadU(dp, first[i] + offset), pixels);
     }
     return pixels;
   }
   static HWY_INLINE V to_float(hn::Vec<PixelTag> pixels) {
     return hn::ConvertTo(Tag(), hn::PromoteTo(IntTag(), pixels));
   }
-  HWY_INLINE V at(int k) const { return to_float(pixels_at(k)); }
+  HWY_INLINE V from(std::ptrdiff_t offset) const { return to_float(pixels_from(offset)); }
+  HWY_INLINE V at(int k) const { return from(k * step); }
 };
 
 template <int kLevels, typename Pixel>
@@ -148,12 +150,17 @@ HWY_INLINE Rows<Pixel, kLevels> rows_of(const void* pixels, const ProfileImages:
 // Calls with one of a few numbers of levels that are known when the call is compiled.
 template <typename Visitor>
 HWY_INLINE auto with_levels(const Centres& centres, const Visitor& visit) {
-  if (centres.levels <= 1) return visit(std::integral_constant<int, 1>());
-  if (centres.levels == 2) return visit(std::integral_constant<int, 2>());
-  if (centres.levels == 3) return visit(std::integral_constant<int, 3>());
-  if (centres.levels == 4) return visit(std::integral_constant<int, 4>());
-  if (centres.levels <= 6) return visit(std::integral_constant<int, 6>());
-  return visit(std::integral_constant<int, Centres::kMostLevels>());
+  // A single lane has but one.
+  if constexpr (hn::MaxLanes(Tag()) == 1) {
+    return visit(std::integral_constant<int, 1>());
+  } else {
+    if (centres.levels <= 1) return visit(std::integral_constant<int, 1>());
+    if (centres.levels == 2) return visit(std::integral_constant<int, 2>());
+    if (centres.levels == 3) return visit(std::integral_constant<int, 3>());
+    if (centres.levels == 4) return visit(std::integral_constant<int, 4>());
+    if (centres.levels <= 6) return visit(std::integral_constant<int, 6>());
+    return visit(std::integral_constant<int, Centres::kMostLevels>());
+  }
 }
 
 // ---- What is known of each pixel.
@@ -250,12 +257,29 @@ struct PlainReader {
     return hn::AllFalse(dp, hn::Eq(hn::Max(highest, clipped), highest));
   }
 
-  HWY_INLINE V row(int k) {
-    const auto pixels = lit.pixels_at(k);
+  // A row, found by additions alone.
+  struct Place {
+    std::ptrdiff_t lit, dark;
+  };
+  HWY_INLINE Place place_of(int k) const { return {k * lit.step, k * dark.step}; }
+  HWY_INLINE V row_then_down(Place& at) {
+    const V value = row(at);
+    at = {at.lit - lit.step, at.dark - dark.step};
+    return value;
+  }
+  HWY_INLINE V row_then_up(Place& at) {
+    const V value = row(at);
+    at = {at.lit + lit.step, at.dark + dark.step};
+    return value;
+  }
+
+ private:
+  HWY_INLINE V row(const Place& at) {
+    const auto pixels = lit.pixels_from(at.lit);
     highest = hn::Max(highest, pixels);
     const V value = PixelRows::to_float(pixels);
     if constexpr (!kHasDark) return value;
-    const V taken_off = dark.at(k);
+    const V taken_off = dark.from(at.dark);
     dark_sum = hn::Add(dark_sum, taken_off);
     return hn::Sub(value, taken_off);
   }
