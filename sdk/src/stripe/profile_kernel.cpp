@@ -25,7 +25,9 @@ constexpr int kMostMoves = 5;
 
 // As many profiles as a vector has lanes, and what is known of them, stage by stage.
 struct Batch {
+  hn::Vec<IntTag> line;
   hn::Vec<IntTag> across;  // Centres of the windows.
+  Centres centres;
   FilterPeak peak;
   Noise noise;
   V extra;           // Variance of a pixel beyond noise.
@@ -49,10 +51,8 @@ HWY_INLINE void set_centres(hn::Vec<IntTag> across, const ProfilePlan& plan, int
 }
 
 // Loads the window around the lanes' centres and finds its background.
-void load_with_background(const ProfileImages& images, const ProfilePlan& plan, Window& w,
-                          Background& background) {
-  const Centres centres =
-      look_at_centres(w, images.lit_steps.line == 1, plan.window, plan.aligned, images.length);
+void load_with_background(const ProfileImages& images, const ProfilePlan& plan,
+                          const Centres& centres, Window& w, Background& background) {
   const bool may_be_plain =
       centres.are_inside && images.blind == nullptr && images.variance == nullptr;
   if (may_be_plain && with_plain_reader(images, centres, plan.window, w, [&](const auto& pixels) {
@@ -65,13 +65,19 @@ void load_with_background(const ProfileImages& images, const ProfilePlan& plan, 
   remove_background(plan, background, w);
 }
 
+Centres centres_of(const ProfileImages& images, const ProfilePlan& plan, const Window& w) {
+  return look_at_centres(w, images.lit_steps.line == 1, plan.window, plan.aligned, images.length);
+}
+
 // Finds the filter's peak near the seeds, moving those where it lies too far off.
 Background locate(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
   const Tag d;
   const IntTag di;
+  hn::Store(b.line, di, w.line);
+  hn::Store(b.across, di, w.across);
   Background background;
   for (int move = 0;; ++move) {
-    load_with_background(images, plan, w, background);
+    load_with_background(images, plan, b.centres, w, background);
     b.peak = find_filter_peak(plan, background, w);
     const M strays = hn::Gt(hn::Abs(b.peak.at), set(static_cast<float>(plan.stray)));
     if (move == kMostMoves || hn::AllFalse(d, strays)) break;
@@ -79,6 +85,7 @@ Background locate(const ProfileImages& images, const ProfilePlan& plan, Window& 
     const V move_by = hn::IfThenElseZero(strays, b.peak.at);
     const auto moved = hn::Add(hn::Load(di, w.across), hn::ConvertTo(di, move_by));
     set_centres(hn::Max(moved, hn::Zero(di)), plan, images.length, w);
+    b.centres = centres_of(images, plan, w);
   }
   b.across = hn::Load(di, w.across);
   return background;
@@ -155,7 +162,7 @@ void finish(const ProfilePlan& plan, Batch& b, int first, const PeakMeasurements
 }
 
 void set_seeds(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds,
-               int first, int count, Window& w) {
+               int first, int count, Window& w, Batch& b) {
   const IntTag di;
   hn::Vec<IntTag> line;
   hn::Vec<IntTag> across;
@@ -173,10 +180,13 @@ void set_seeds(const ProfileImages& images, const ProfilePlan& plan, const PeakS
   }
   hn::Store(line, di, w.line);
   set_centres(across, plan, images.length, w);
+  b.line = line;
+  b.across = hn::Load(di, w.across);
+  b.centres = centres_of(images, plan, w);
 }
 
-// What follows the pixels is one long chain of a result waiting for the one before: several
-// batches' chains keep a core busy.
+// What comes before the pixels and what follows them are long chains of a result waiting for the
+// one before: several batches' chains keep a core busy.
 constexpr int kTogether = 4;
 
 void measure(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds, int count,
@@ -187,10 +197,10 @@ void measure(const ProfileImages& images, const ProfilePlan& plan, const PeakSee
   for (int start = 0; start < count; start += kTogether * n) {
     const int end = std::min(count, start + kTogether * n);
     Batch* b = batches;
-    for (int first = start; first < end; first += n, ++b) {
-      set_seeds(images, plan, seeds, first, count, w);
-      look(images, plan, w, *b);
+    for (int first = start; first < end; first += n) {
+      set_seeds(images, plan, seeds, first, count, w, *b++);
     }
+    for (Batch* each = batches; each != b; ++each) look(images, plan, w, *each);
     b = batches;
     for (int first = start; first < end; first += n, ++b) finish(plan, *b, first, out);
   }
