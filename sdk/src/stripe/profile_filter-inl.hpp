@@ -9,6 +9,7 @@
 #endif
 
 #include <cstddef>
+#include <type_traits>
 
 #include <hwy/contrib/math/math-inl.h>
 
@@ -285,18 +286,20 @@ struct LongFilter {
   }
 };
 
-template <typename AnyFilter>
-HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, const ProfilePlan& plan,
-                                   const Background& b, const Window& w) {
+// `any_reach` is plan.reach, perhaps known when this is compiled.
+template <typename AnyFilter, typename Reach>
+HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, Reach any_reach,
+                                   const ProfilePlan& plan, const Background& b, const Window& w) {
   const int n = lanes();
-  const float* next = w.value + (plan.window - plan.reach - 1) * n;
-  FilteredBackground background(plan, b, -plan.reach - 1);
+  const int reach = any_reach;
+  const float* next = w.value + (plan.window - reach - 1) * n;
+  FilteredBackground background(plan, b, -reach - 1);
   V before = background.take_off(filter.at(next));
   V here = background.take_off(filter.at(next + n));
   next += 2 * n;
-  V at = set(static_cast<float>(-plan.reach));
+  V at = set(static_cast<float>(-reach));
   FilterPeak best{hn::Zero(Tag()), before, set(-1e30F), here};
-  for (int i = -plan.reach; i <= plan.reach; ++i, next += n) {
+  for (int i = -reach; i <= reach; ++i, next += n) {
     const V after = background.take_off(filter.at(next));
     const M higher = hn::Gt(here, best.peak);
     best.at = hn::IfThenElse(higher, at, best.at);
@@ -310,20 +313,30 @@ HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, const ProfilePlan& p
   return best;
 }
 
+// The reach of stripes up to a sigma of 1.6 pixels is known when this is compiled: without a loop
+// every row is loaded once for all of the filter's places.
+template <int kTaps>
+HWY_INLINE FilterPeak find_peak_of(const ProfilePlan& plan, const Background& b, const Window& w) {
+  using CommonReach = std::integral_constant<int, 3>;
+  const Filter<kTaps> filter(plan);
+  if (plan.reach == CommonReach()) return find_peak_of(filter, CommonReach(), plan, b, w);
+  return find_peak_of(filter, plan.reach, plan, b, w);
+}
+
 FilterPeak find_filter_peak(const ProfilePlan& plan, const Background& b, const Window& w) {
   switch (plan.taps) {
     case 3:
-      return find_peak_of(Filter<3>(plan), plan, b, w);
+      return find_peak_of<3>(plan, b, w);
     case 4:
-      return find_peak_of(Filter<4>(plan), plan, b, w);
+      return find_peak_of<4>(plan, b, w);
     case 5:
-      return find_peak_of(Filter<5>(plan), plan, b, w);
+      return find_peak_of<5>(plan, b, w);
     case 6:
-      return find_peak_of(Filter<6>(plan), plan, b, w);
+      return find_peak_of<6>(plan, b, w);
     case 7:
-      return find_peak_of(Filter<7>(plan), plan, b, w);
+      return find_peak_of<7>(plan, b, w);
     default:
-      return find_peak_of(LongFilter{plan}, plan, b, w);
+      return find_peak_of(LongFilter{plan}, plan.reach, plan, b, w);
   }
 }
 
