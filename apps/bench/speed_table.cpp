@@ -139,6 +139,9 @@ class Bench {
     add("read roofline (sum)", [](const cv::Mat& image) { keep(sum_of(image)); });
     const double pass_us = add_candidate_passes();
     add_subtraction();
+    for (const SpeedCall& part : options_.parts_of_fast) {
+      add(part.name, [&](const cv::Mat& image) { part.call(lit_frame(image)); });
+    }
     const double fast_us =
         add("fast, whole extraction", extraction(ExtractMethod::kFast, StripeAxis::kColumns));
     const double refined_us =

@@ -9,7 +9,15 @@
 
 #include <opencv2/core/types.hpp>
 
+#include <striper/stripe/extractor.hpp>
+
 namespace striper::speed {
+
+/// Something else to be timed on the same picture, columns.
+struct SpeedCall {
+  std::string name;
+  std::function<void(const LitFrame&)> call;
+};
 
 struct SpeedOptions {
   double seconds_per_run = 0.06;                    ///< A figure is the median of five runs.
@@ -17,6 +25,7 @@ struct SpeedOptions {
   bool with_rivals = true;
   /// Allocations of the whole program so far; empty where nobody counts them.
   std::function<std::uint64_t()> allocations;
+  std::vector<SpeedCall> parts_of_fast;  ///< Rows before that of `fast`.
 };
 
 /// Time of one call on one picture.
