@@ -82,7 +82,6 @@ double trimmed_rms(std::vector<double> squares) {
 
 // @param is_wanted by the user: then it is for the judgement to say that it is not determined.
 void score(const Observations& corners, bool is_wanted, LensTrial& trial) {
-  trial.rms_px = trial.held_out_px = kNan;
   try {
     const JointSolution whole = solve_joint(corners, options_of(trial));
     if (whole.rcond < kDetermined && !is_wanted) return;

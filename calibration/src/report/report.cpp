@@ -33,7 +33,7 @@ table{border-collapse:collapse;margin:.5em 0}td,th{padding:3px 12px;text-align:l
 td.n{text-align:right;font-variant-numeric:tabular-nums}
 svg text{font:11px system-ui,sans-serif;fill:#444}svg .mark{fill:#fff;font-weight:600;paint-order:stroke;stroke:#0008;stroke-width:2px}
 .frame{fill:none;stroke:#888}.grid{stroke:#0001;fill:none}
-.row{display:flex;flex-wrap:wrap;gap:18px;align-items:flex-start}.card{width:320px;font-size:12.5px;line-height:1.35;overflow-wrap:anywhere}
+.row{display:flex;flex-wrap:wrap;gap:18px;align-items:flex-start}.row>div:not([class]){width:min-content}.card{width:320px;font-size:12.5px;line-height:1.35;overflow-wrap:anywhere}
 .small{color:#666;font-size:13px}.refusal{color:#b3261e;font-weight:600}.warning{color:#b86a10;font-weight:600}
 </style>)";
 
@@ -43,6 +43,10 @@ std::string mm(double metres) {
 
 std::string figure(double value, const char* unit = "") {
   return std::isfinite(value) ? fmt::format("{:.2g}{}", value, unit) : std::string("–");
+}
+
+std::string px(double pixels) {
+  return std::isfinite(pixels) ? fmt::format("{:.3f} px", pixels) : std::string("–");
 }
 
 std::string file_name(const std::string& path) {
@@ -112,7 +116,8 @@ class Report {
     const auto names = c_.model.camera.parameter_names();
     for (Eigen::Index i = 0; i < values.size(); ++i)
       add("<tr><td>{}</td><td class=\"n\">{:.5g}</td><td class=\"n\">{}</td></tr>",
-          names[static_cast<std::size_t>(i)], values[i], figure(sigma(i)));
+          names[static_cast<std::size_t>(i)], values[i],
+          sigma(i) == 0.0 ? "held" : figure(sigma(i)));
     add("</table>");
     for (std::size_t p = 0; p < c_.model.lasers.size(); ++p) {
       const LaserPlane& plane = c_.model.lasers[p].plane;
@@ -140,8 +145,12 @@ class Report {
     add("<table><tr><th>lens</th><th>fit</th><th>held-out views</th></tr>");
     for (const LensTrial& trial : c_.lens.trials) {
       const bool chosen = trial.lens == c_.lens.lens && trial.hold_k3 == c_.lens.hold_k3;
-      add("<tr><td>{}{}</td><td class=\"n\">{:.3f} px</td><td class=\"n\">{:.3f} px</td></tr>",
-          trial.name(), chosen ? " (chosen)" : "", trial.rms_px, trial.held_out_px);
+      const char* remark = chosen ? " (chosen)"
+                           : std::isfinite(trial.held_out_px)
+                               ? ""
+                               : " (not determined by these pictures)";
+      add("<tr><td>{}{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>", trial.name(),
+          remark, px(trial.rms_px), px(trial.held_out_px));
     }
     add("</table>");
   }
@@ -323,14 +332,14 @@ class Report {
       for (const double value : {v.held_out_corner_px[i], s_.view_rms_px(i)})
         if (std::isfinite(value)) top = std::max(top, 1.1 * value);
     const double count = static_cast<double>(o_.views.size());
-    SvgPlot plot(760, 240, {Eigen::Vector2d(0, 0), Eigen::Vector2d(count, top)}, false);
+    SvgPlot plot(760, 240, {Eigen::Vector2d(-0.5, 0), Eigen::Vector2d(count - 0.5, top)}, false);
     for (std::size_t i = 0; i < o_.views.size(); ++i) {
       const auto x = static_cast<double>(i);
-      plot.rectangle({x + 0.12, 0.0}, {x + 0.5, s_.view_rms_px(i)}, kGrey);
+      plot.rectangle({x - 0.38, 0.0}, {x, s_.view_rms_px(i)}, kGrey);
       if (std::isfinite(v.held_out_corner_px[i]))
-        plot.rectangle({x + 0.5, 0.0}, {x + 0.88, v.held_out_corner_px[i]}, kBlue);
+        plot.rectangle({x, 0.0}, {x + 0.38, v.held_out_corner_px[i]}, kBlue);
     }
-    plot.labels("picture", "corners, px rms");
+    plot.labels("picture, the first is 0", "corners, px rms");
     add("{}<p class=\"small\">Every picture as part of the fit (grey) and predicted from the "
         "others "
         "(blue; its pose is solved).</p>",
@@ -356,7 +365,8 @@ class Report {
   }
 
   void pictures() {
-    add("<h2>The pictures</h2><div class=\"row\">");
+    add("<h2>The pictures</h2><p class=\"small\">Green: corners; red: corners that the stripe or a "
+        "glare hides; blue: where the stripe was used.</p><div class=\"row\">");
     for (const PictureResult& picture : c_.pictures) {
       add("<div class=\"card\">{}<br><b>{}</b>", detail::thumbnail(c_, picture),
           escape_html(file_name(picture.laser >= 0 ? picture.lit.name : picture.picture.name)));

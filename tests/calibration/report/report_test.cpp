@@ -78,6 +78,15 @@ TEST(FormatReport, NeedsNothingElse) {
   EXPECT_THAT(html, Not(HasSubstr("nan")));
 }
 
+TEST(FormatReport, SaysWhichLensThePicturesDoNotDetermine) {
+  Calibration c = simulated();
+  c.lens.trials = {{LensModel::kPlumbBob, false, 0.1, 0.12}, {LensModel::kRationalPolynomial}};
+  const std::string html = format_report(c);
+  EXPECT_THAT(html, HasSubstr("plumb_bob (chosen)</td><td class=\"n\">0.100 px"));
+  EXPECT_THAT(html, HasSubstr("rational_polynomial (not determined by these pictures)"));
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
+}
+
 TEST(FormatReport, EscapesNamesAndShowsWhatIsGone) {
   Calibration c = simulated();
   c.pictures[0].picture = SessionPicture(std::filesystem::path("/gone/<b>&.png"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,10 @@ namespace striper {
 struct LensTrial {
   LensModel lens = LensModel::kPlumbBob;
   bool hold_k3 = false;
-  double rms_px = 0.0;       ///< Of the views that it was fitted to.
-  double held_out_px = 0.0;  ///< Of views that it was not fitted to: what decides. NaN: it failed.
+  /// Of the views that it was fitted to, and of views that it was not fitted to, which decides.
+  /// NaN: there are too few views to try it, they do not determine it, or it found no start.
+  double rms_px = std::numeric_limits<double>::quiet_NaN();
+  double held_out_px = std::numeric_limits<double>::quiet_NaN();
   std::string name() const;
 };
 
