@@ -78,7 +78,7 @@ void define(CLI::App& command, CalibrateArguments& arguments) {
       ->type_name("OFF ON");
   command
       .add_option("--intrinsics", arguments.intrinsics,
-                  "A camera known beforehand: a model, ROS camera_info or OpenCV file")
+                  "A camera known beforehand, held: a model, ROS camera_info or OpenCV file")
       ->type_name("FILE");
   command
       .add_option("--lens", arguments.lens,
@@ -93,7 +93,8 @@ void define(CLI::App& command, CalibrateArguments& arguments) {
       ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
   command.add_flag(
       "--like-opencv", arguments.like_opencv,
-      "Corners and weights as OpenCV's calibration sample has them, to compare figures");
+      "Corners as OpenCV's calibration sample has them and none left out, to compare figures "
+      "(with --lens plumb_bob)");
   command.add_flag("--force", arguments.force, "Write a model that must not be trusted, marked");
   command.add_option("--camera-info", arguments.camera_info, "Also write a ROS camera_info YAML")
       ->type_name("FILE");
