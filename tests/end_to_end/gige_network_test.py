@@ -48,6 +48,10 @@ def answer_as_a_camera(address):
             ears.sendto(answer, ("255.255.255.255", who[1]))
 
 
+# What the fake camera's pattern of slopes looks like to a striper is not what these tests are about.
+ANY_PICTURES = (0, 1)
+
+
 class Network(unittest.TestCase):
     def setUp(self):
         try:
@@ -98,9 +102,9 @@ class Network(unittest.TestCase):
             time.sleep(0.05)
         self.fail("arv-fake-gv-camera-0.8 does not begin")
 
-    def doctor(self, source="gige:", code=1):
+    def doctor(self, source="gige:", codes=(1,)):
         done = self.inside(HOST, STRIPER, "doctor", source, "--seconds", "1", "--json")
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        self.assertIn(done.returncode, codes, done.stdout + done.stderr)
         return json.loads(done.stdout)["findings"]
 
     def check(self, findings, severity, what, cure):
@@ -120,7 +124,7 @@ class SameSubnet(Network):
 
     def test_camera_that_is_well(self):
         self.start_fake_camera()
-        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20")
+        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20", ANY_PICTURES)
         self.check(findings, "good", "Fake FAKE1 answers at 10.77.1.2 on cable", "")
         self.check(findings, "good", "free to be opened", "")
         self.check(findings, "doubtful", "MTU of cable is 1500", "ip link set cable mtu 9000")
@@ -159,7 +163,7 @@ class OtherSubnet(Network):
     def test_the_cure_cures(self):
         self.start_fake_camera()
         ip("-n", HOST, "addr", "add", "10.77.2.254/24", "dev", "cable")
-        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20")
+        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20", ANY_PICTURES)
         self.check(findings, "good", "free to be opened", "")
         self.check(findings, "good", "opened: Aravis Fake FAKE1", "")
 
