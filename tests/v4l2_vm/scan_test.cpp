@@ -194,7 +194,7 @@ TEST_P(VividSync, CheckSeesTheLaserInItsField) {
   OnAir air(way);
   ASSERT_NO_FATAL_FAILURE(air.skip_pattern());
   air.source->stop();
-  constexpr double kLong_s = 10.0;  // An emulated machine reads a few pictures a second of them.
+  constexpr double kLong_s = 30.0;  // An emulated machine reads a few pictures a second of them.
   const SyncReport report = check_sync(*air.source, {kLong_s, {}});
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked)
       << report.agreeing << " of " << report.windows << " agree, " << report.others << " others";
