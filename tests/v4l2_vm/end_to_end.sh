@@ -54,7 +54,7 @@ camera='v4l2:/dev/video0?input=0&standard=ntsc&format=GREY'
 "$striper" devices | tee "$work/devices.txt"
 grep -q '^v4l2:/dev/video0$' "$work/devices.txt" || fail "devices does not list the camera"
 "$striper" devices --json | python3 -c 'import json, sys; assert len(json.load(sys.stdin)["cameras"]) >= 2'
-"$striper" devices --check-sync "$camera" --seconds 6 | tee "$work/sync.txt"
+"$striper" devices --check-sync "$camera" --seconds 30 | tee "$work/sync.txt"
 grep -q 'in the bottom field, the first exposure of two' "$work/sync.txt" || fail "sync is not seen"
 
 status=0
