@@ -9,7 +9,9 @@
 #define STRIPER_STRIPE_GAUSS_NEWTON_INL_
 #endif
 
-#include "stripe/profile_filter-inl.hpp"
+#include <hwy/contrib/math/math-inl.h>
+
+#include "stripe/profile_estimate-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace striper::detail {

@@ -12,6 +12,7 @@
 // clang-format off
 #include <hwy/highway.h>
 #include "stripe/gauss_newton-inl.hpp"
+#include "stripe/profile_estimate-inl.hpp"
 #include "stripe/profile_filter-inl.hpp"
 #include "stripe/profile_window-inl.hpp"
 // clang-format on
