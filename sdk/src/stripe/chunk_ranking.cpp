@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once for every instruction set (see hwy/foreach_target.h); the best one is chosen at run
 // time.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -21,6 +22,9 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+constexpr int kChunkBits = 5;
+static_assert(1 << kChunkBits == kChunkPixels);
+
 // Keys in lanes of the ranks.
 template <class D, typename Key>
 HWY_INLINE hn::Vec<D> load_keys(D d, const Key* keys) {
@@ -32,70 +36,108 @@ HWY_INLINE hn::Vec<D> load_keys(D d, const Key* keys) {
   }
 }
 
-template <typename Key, typename Rank, class D>
+// Lines side by side, chunk after chunk: the most prominent ones so far, best first.
+template <class D>
+struct Best {
+  using Rank = hn::TFromD<D>;
+  using Signed = hn::RebindToSigned<D>;
+  static constexpr int kShift = 4 * sizeof(Rank);
+  // Turns ranks into signed numbers of the same order, which every instruction set compares at
+  // once.
+  static constexpr Rank kSign = Rank{1} << (2 * kShift - 1);
+
+  hn::Vec<Signed> ranks[kBestChunks];
+  hn::Vec<D> first_key;  // Of the first of them.
+  // Of chunks: keys, and their values in the upper half of the lane.
+  hn::Vec<D> key, value, value_before;
+
+  // How far a chunk rises above the darker one of its neighbours.
+  HWY_INLINE hn::Vec<D> prominence(hn::Vec<D> value_after) const {
+    const auto darker = hn::Min(value_before, value_after);
+    if constexpr (sizeof(Rank) == 2) {
+      return hn::SaturatedSub(value, darker);
+    } else {
+      return hn::Sub(hn::Max(value, darker), darker);
+    }
+  }
+
+  HWY_INLINE void add(hn::Vec<Signed> rank) {
+    const auto is_first = hn::Gt(rank, ranks[0]);
+    first_key = hn::IfThenElse(hn::RebindMask(D(), is_first), key, first_key);
+    const auto second = hn::IfThenElse(is_first, ranks[0], rank);
+    ranks[0] = hn::IfThenElse(is_first, rank, ranks[0]);
+    rank = second;
+    for (int n = 1; n < kBestChunks; ++n) {
+      const auto lower = hn::Min(ranks[n], rank);
+      ranks[n] = hn::Max(ranks[n], rank);
+      rank = lower;
+    }
+  }
+
+  HWY_INLINE void store(D d, const Ranking<Rank>& ranking, int line) const {
+    const auto rank = [&](int n)
+                          HWY_ATTR { return hn::Xor(hn::BitCast(d, ranks[n]), hn::Set(d, kSign)); };
+    const auto last_chunk = hn::Set(d, static_cast<Rank>((Rank{1} << kShift) - 1));
+    const auto last_pixel = hn::Set(d, static_cast<Rank>(kChunkPixels - 1));
+    const auto chunk = hn::Sub(last_chunk, hn::And(rank(0), last_chunk));
+    const auto pixel = hn::Sub(last_pixel, hn::And(first_key, last_pixel));
+    hn::StoreU(hn::Add(hn::ShiftLeft<kChunkBits>(chunk), pixel), d, ranking.across + line);
+    for (int n = 0; n < kBestChunks; ++n) hn::StoreU(rank(n), d, ranking.best[n] + line);
+  }
+};
+
+// So many vectors of lines side by side.
+template <int kVectors, typename Key, typename Rank, class D>
 HWY_INLINE void rank_lines(D d, const Key* keys, int lines, int chunks,
                            const Ranking<Rank>& ranking, int line) {
-  constexpr int kShift = 4 * sizeof(Rank);
+  constexpr int kShift = Best<D>::kShift;
+  const int n = static_cast<int>(hn::Lanes(d));
+  const typename Best<D>::Signed ds;
   const auto zero = hn::Zero(d);
-  const auto one = hn::Set(d, Rank{1});
-  const auto chunk_length = hn::Set(d, static_cast<Rank>(kChunkPixels));
-  const auto last = hn::Set(d, static_cast<Rank>(kChunkPixels - 1));
   const auto high = hn::Set(d, static_cast<Rank>(~Rank{0} << kShift));
-  // A key's value, in the upper half of the lane.
   const auto value_of = [&](auto key) HWY_ATTR {
     return hn::And(hn::ShiftLeft<kShift - 4 * static_cast<int>(sizeof(Key))>(key), high);
   };
-  auto m1 = zero;
-  auto m2 = zero;
-  auto m3 = zero;
-  auto m4 = zero;
-  auto across = zero;
-  auto number = hn::Set(d, static_cast<Rank>((Rank{1} << kShift) - 1));
-  auto chunk_end = last;
-  auto key = load_keys(d, keys + line);
-  auto next_key = key;
-  auto current = value_of(key);
-  auto previous = zero;
-  if (chunks > 1) previous = value_of(load_keys(d, keys + lines + line));
-  for (int c = 0; c < chunks; ++c) {
-    auto next = previous;
-    if (c + 1 < chunks) {
-      next_key = load_keys(d, keys + static_cast<std::ptrdiff_t>(c + 1) * lines + line);
-      next = value_of(next_key);
-    }
-    const auto prominence = hn::Sub(current, hn::Min(current, hn::Min(previous, next)));
-    const auto x1 = hn::Or(prominence, number);
-    const auto x2 = hn::Min(m1, x1);
-    const auto x3 = hn::Min(m2, x2);
-    const auto x4 = hn::Min(m3, x3);
-    const auto best = hn::Max(m1, x1);
-    const auto here = hn::Sub(chunk_end, hn::And(key, last));
-    across = hn::IfThenElse(hn::Eq(best, m1), across, here);
-    m1 = best;
-    m2 = hn::Max(m2, x2);
-    m3 = hn::Max(m3, x3);
-    m4 = hn::Max(m4, x4);
-    previous = current;
-    current = next;
-    key = next_key;
-    number = hn::Sub(number, one);
-    chunk_end = hn::Add(chunk_end, chunk_length);
+  const std::ptrdiff_t last = chunks - 1;
+  Best<D> best[kVectors];
+  for (int v = 0; v < kVectors; ++v) {
+    Best<D>& b = best[v];
+    for (auto& rank : b.ranks) rank = hn::BitCast(ds, hn::Set(d, Best<D>::kSign));
+    b.first_key = zero;
+    b.key = load_keys(d, keys + line + v * n);
+    b.value = value_of(b.key);
+    // The first and the last chunk of a line have one neighbour only, and an only one none.
+    b.value_before = last > 0 ? value_of(load_keys(d, keys + lines + line + v * n)) : zero;
   }
-  hn::StoreU(across, d, ranking.across + line);
-  hn::StoreU(m1, d, ranking.best[0] + line);
-  hn::StoreU(m2, d, ranking.best[1] + line);
-  hn::StoreU(m3, d, ranking.best[2] + line);
-  hn::StoreU(m4, d, ranking.best[3] + line);
+  auto number = hn::Set(d, static_cast<Rank>(Best<D>::kSign | ((Rank{1} << kShift) - 1)));
+  for (std::ptrdiff_t c = 0; c <= last; ++c) {
+    const Key* const next = keys + std::min(c + 1, last) * lines + line;
+    for (int v = 0; v < kVectors; ++v) {
+      Best<D>& b = best[v];
+      const auto key = load_keys(d, next + v * n);
+      const auto value = c < last ? value_of(key) : b.value_before;
+      b.add(hn::BitCast(ds, hn::Xor(b.prominence(value), number)));
+      b.value_before = b.value;
+      b.value = value;
+      b.key = key;
+    }
+    number = hn::Sub(number, hn::Set(d, Rank{1}));
+  }
+  for (int v = 0; v < kVectors; ++v) best[v].store(d, ranking, line + v * n);
 }
 
 template <typename Key, typename Rank>
 void rank(const Key* keys, int lines, int chunks, const Ranking<Rank>& ranking) {
+  constexpr int kTogether = 2;
   const hn::ScalableTag<Rank> d;
   const hn::CappedTag<Rank, 1> one;
   const int n = static_cast<int>(hn::Lanes(d));
   int line = 0;
-  for (; line + n <= lines; line += n) rank_lines(d, keys, lines, chunks, ranking, line);
-  for (; line < lines; ++line) rank_lines(one, keys, lines, chunks, ranking, line);
+  for (; line + kTogether * n <= lines; line += kTogether * n) {
+    rank_lines<kTogether>(d, keys, lines, chunks, ranking, line);
+  }
+  for (; line + n <= lines; line += n) rank_lines<1>(d, keys, lines, chunks, ranking, line);
+  for (; line < lines; ++line) rank_lines<1>(one, keys, lines, chunks, ranking, line);
 }
 
 void rank_u16(const std::uint16_t* keys, int lines, int chunks,
