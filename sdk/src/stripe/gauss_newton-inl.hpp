@@ -251,14 +251,14 @@ struct Patience {
 // `ceiling` is used from the second step on, where `clipped` pixels say so.
 template <bool kPlain>
 void refine(const ProfilePlan& plan, const Window& w, const Background& background,
-            const Noise& noise, const ExtraVariance& extra, const Expected& expected, V clipped,
-            V ceiling, Estimate& estimate) {
+            const Noise& noise, const ExtraVariance& extra, const Expected<V>& expected, V clipped,
+            V ceiling, Estimate<V>& estimate) {
   const Tag d;
   const V width = expected.width;
   const Shape shape(width);
   const Patience patience(clipped, width);
-  const Estimate start = estimate;
-  Estimate e = start;
+  const Estimate<V> start = estimate;
+  Estimate<V> e = start;
   V limit = set(1e30F);
   for (int n = 1; n <= patience.most_steps; ++n) {
     const Step<kPlain> step{plan, w, background, noise, shape, e.position, e.amplitude, limit};
@@ -281,7 +281,7 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
   const M is_astray = hn::Gt(hn::Abs(hn::Sub(e.position, start.position)), allowed);
   estimate = e;
   if (hn::AllFalse(d, is_astray)) return;
-  const V start_variance = filter_variance(plan, noise.with(extra.of_pixel),
+  const V start_variance = filter_variance(plan, hn::Add(noise.base, extra.of_pixel),
                                            background.slope_variance, expected, start.amplitude);
   estimate.position = hn::IfThenElse(is_astray, start.position, e.position);
   estimate.amplitude = hn::IfThenElse(is_astray, start.amplitude, e.amplitude);

@@ -5,7 +5,7 @@ namespace striper::detail {
 
 void PeakList::make_room(std::size_t count) {
   seeds.reserve(count);
-  const std::size_t padded = count + PeakMeasurements::kLanesAtMost;
+  const std::size_t padded = count + PeakMeasurements::kMultiple;
   if (offset.size() >= padded) return;
   across.resize(padded);
   for (auto* values :

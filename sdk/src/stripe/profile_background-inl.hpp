@@ -192,7 +192,6 @@ struct Noise {
   HWY_INLINE V variance(V signal) const {
     return hn::MulAdd(signal, hn::MulAdd(speckle, signal, per_dn), base);
   }
-  HWY_INLINE Noise with(V extra) const { return {hn::Add(base, extra), per_dn, speckle}; }
 };
 
 Noise noise_of(const ProfilePlan& plan, const ProfileImages& images, const Background& background,

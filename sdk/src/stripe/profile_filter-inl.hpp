@@ -20,9 +20,10 @@ namespace {
 
 // ---- Matched filter.
 
+template <typename T>
 struct FilterPeak {
-  V at;  // Whole pixels from the seed.
-  V before, peak, after;
+  T at;  // Whole pixels from the seed.
+  T before, peak, after;
 };
 
 // The background that a window has kept, as the filter sees it at successive pixels.
@@ -84,8 +85,9 @@ struct LongFilter {
 
 // `any_reach` is plan.reach, perhaps known when this is compiled.
 template <typename AnyFilter, typename Reach>
-HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, Reach any_reach,
-                                   const ProfilePlan& plan, const Background& b, const Window& w) {
+HWY_INLINE FilterPeak<V> find_peak_of(const AnyFilter& filter, Reach any_reach,
+                                      const ProfilePlan& plan, const Background& b,
+                                      const Window& w) {
   const int n = lanes();
   const int reach = any_reach;
   const float* next = w.value + (plan.window - reach - 1) * n;
@@ -94,7 +96,7 @@ HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, Reach any_reach,
   V here = background.take_off(filter.at(next + n));
   next += 2 * n;
   V at = set(static_cast<float>(-reach));
-  FilterPeak best{hn::Zero(Tag()), before, set(-1e30F), here};
+  FilterPeak<V> best{hn::Zero(Tag()), before, set(-1e30F), here};
   for (int i = -reach; i <= reach; ++i, next += n) {
     const V after = background.take_off(filter.at(next));
     const M higher = hn::Gt(here, best.peak);
@@ -112,14 +114,15 @@ HWY_INLINE FilterPeak find_peak_of(const AnyFilter& filter, Reach any_reach,
 // The reach of stripes up to a sigma of 1.6 pixels is known when this is compiled: without a loop
 // every row is loaded once for all of the filter's places.
 template <int kTaps>
-HWY_INLINE FilterPeak find_peak_of(const ProfilePlan& plan, const Background& b, const Window& w) {
+HWY_INLINE FilterPeak<V> find_peak_of(const ProfilePlan& plan, const Background& b,
+                                      const Window& w) {
   using CommonReach = std::integral_constant<int, 3>;
   const Filter<kTaps> filter(plan);
   if (plan.reach == CommonReach()) return find_peak_of(filter, CommonReach(), plan, b, w);
   return find_peak_of(filter, plan.reach, plan, b, w);
 }
 
-FilterPeak find_filter_peak(const ProfilePlan& plan, const Background& b, const Window& w) {
+FilterPeak<V> find_filter_peak(const ProfilePlan& plan, const Background& b, const Window& w) {
   switch (plan.taps) {
     case 3:
       return find_peak_of<3>(plan, b, w);

@@ -29,14 +29,14 @@ struct Batch {
   hn::Vec<IntTag> line;
   hn::Vec<IntTag> across;  // Centres of the windows.
   Centres centres;
-  FilterPeak peak;
+  FilterPeak<V> peak;
   Noise noise;
   V extra;           // Variance of a pixel beyond noise.
   V beyond_pixels;   // Of the filter's response.
   V slope_variance;  // Of the background.
   V width;           // Expected.
   V clipped;
-  Estimate estimate;  // With `refine`.
+  Estimate<V> estimate;  // With `refine`.
 };
 
 // The middle of the `2 * aligned + 1` pixels that a pixel is one of: neighbouring columns that
@@ -105,7 +105,7 @@ V count_clipped(const ProfilePlan& plan, const Window& w) {
 
 void refine_in_window(const ProfileImages& images, const ProfilePlan& plan, const Window& w,
                       const Background& background, const ExtraVariance& extra, Batch& b) {
-  const Expected expected(plan, b.width);
+  const Expected<V> expected(plan, b.width);
   b.estimate = estimate_from_filter(plan, b.peak, expected);
   if (w.is_plain) {
     refine<true>(plan, w, background, b.noise, extra, expected, b.clipped, b.clipped, b.estimate);
@@ -130,36 +130,70 @@ void look(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch
   if (plan.refine) refine_in_window(images, plan, w, background, extra, b);
 }
 
-// All the rest.
-void finish(const ProfilePlan& plan, Batch& b, int first, const PeakMeasurements& out) {
-  const Tag d;
-  const IntTag di;
-  const FilterPeak& peak = b.peak;
-  const Noise noise = b.noise.with(b.extra);
-  const Expected expected(plan, b.width);
-  Estimate e;
+// What the batches know of one thing.
+template <typename T>
+HWY_INLINE Together<T> gather(const Batch* b, T Batch::*what) {
+  return {{b[0].*what, b[1].*what, b[2].*what, b[3].*what}};
+}
+template <typename Whole>
+HWY_INLINE Group gather(const Batch* b, Whole Batch::*whole, V Whole::*what) {
+  return {{b[0].*whole.*what, b[1].*whole.*what, b[2].*whole.*what, b[3].*whole.*what}};
+}
+
+template <typename T, typename Element>
+HWY_INLINE void store(const Together<T>& group, Element* out) {
+  const hn::Rebind<Element, Tag> d;
+  hn::StoreU(group.of[0], d, out);
+  hn::StoreU(group.of[1], d, out + lanes());
+  hn::StoreU(group.of[2], d, out + 2 * lanes());
+  hn::StoreU(group.of[3], d, out + 3 * lanes());
+}
+
+// All the rest, of a group of batches.
+void finish(const ProfilePlan& plan, const Batch* b, int first, const PeakMeasurements& out) {
+  const FilterPeak<Group> peak{gather(b, &Batch::peak, &FilterPeak<V>::at),
+                               gather(b, &Batch::peak, &FilterPeak<V>::before),
+                               gather(b, &Batch::peak, &FilterPeak<V>::peak),
+                               gather(b, &Batch::peak, &FilterPeak<V>::after)};
+  const Group base = gather(b, &Batch::noise, &Noise::base);
+  const Group expected_width = gather(b, &Batch::width);
+  const Group clipped = gather(b, &Batch::clipped);
+  const auto is_clipped = is_above(clipped, set(0.0F));
+  store(clipped, out.clipped + first);
+  const Group width = width_from_filter(plan, peak, base);
+  store(choose(is_clipped, expected_width, width), out.width + first);
+  store(significance_of(plan, peak.peak, base, gather(b, &Batch::beyond_pixels)),
+        out.significance + first);
+  store(
+      apply([](auto centre, V at) HWY_ATTR { return hn::Add(centre, hn::ConvertTo(IntTag(), at)); },
+            gather(b, &Batch::across), peak.at),
+      out.across + first);
+
+  const Expected<Group> expected(plan, expected_width);
+  const Group pixel_base = add(base, gather(b, &Batch::extra));
+  Estimate<Group> e;
   if (plan.refine) {
-    e = b.estimate;
+    e = {gather(b, &Batch::estimate, &Estimate<V>::position),
+         gather(b, &Batch::estimate, &Estimate<V>::amplitude),
+         gather(b, &Batch::estimate, &Estimate<V>::variance),
+         gather(b, &Batch::estimate, &Estimate<V>::per_curvature)};
   } else {
     e = estimate_from_filter(plan, peak, expected);
-    e.variance = filter_variance(plan, noise, b.slope_variance, expected, e.amplitude);
+    e.variance =
+        filter_variance(plan, pixel_base, gather(b, &Batch::slope_variance), expected, e.amplitude);
   }
-  hn::StoreU(hn::Add(b.across, hn::ConvertTo(di, peak.at)), di, out.across + first);
-  hn::StoreU(hn::Sub(e.position, peak.at), d, out.offset + first);
-  hn::StoreU(e.amplitude, d, out.amplitude + first);
-  hn::StoreU(b.clipped, d, out.clipped + first);
-  const M is_clipped = hn::Gt(b.clipped, hn::Zero(d));
-  const V locking =
-      hn::IfThenElse(is_clipped, set(plan.clipped_locking_variance), set(plan.locking_variance));
+  store(sub(e.position, peak.at), out.offset + first);
+  store(e.amplitude, out.amplitude + first);
+  const V locking = set(plan.locking_variance);
+  const V clipped_locking = set(plan.clipped_locking_variance);
   // Of clipped peaks the filter's is none of the likelihood.
-  const V variance = hn::IfThenElse(is_clipped, e.variance, observed_variance(e, expected));
-  hn::StoreU(rough_root(hn::Add(variance, locking)), d, out.sigma + first);
-  const V width = width_from_filter(plan, peak, b.noise.base);
-  hn::StoreU(hn::IfThenElse(is_clipped, b.width, width), d, out.width + first);
-  const V significance = significance_of(plan, peak.peak, b.noise.base, b.beyond_pixels);
-  hn::StoreU(significance, d, out.significance + first);
-  const V at_peak = noise.variance(hn::Max(e.amplitude, hn::Zero(d)));
-  hn::StoreU(hn::Mul(e.amplitude, rough_inverse_root(at_peak)), d, out.snr + first);
+  const Group variance = choose(is_clipped, add(e.variance, clipped_locking),
+                                add(observed_variance(e, expected), locking));
+  store(rough_root(variance), out.sigma + first);
+  const Group signal = max(e.amplitude, set(0.0F));
+  const Group at_peak =
+      mul_add(signal, mul_add(set(plan.speckle2), signal, set(plan.variance_per_dn)), pixel_base);
+  store(mul(e.amplitude, rough_inverse_root(at_peak)), out.snr + first);
 }
 
 void set_seeds(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds,
@@ -186,24 +220,20 @@ void set_seeds(const ProfileImages& images, const ProfilePlan& plan, const PeakS
   b.centres = centres_of(images, plan, w);
 }
 
-// What comes before the pixels and what follows them are long chains of a result waiting for the
-// one before: several batches' chains keep a core busy.
-constexpr int kTogether = 4;
-
 void measure(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds, int count,
              const PeakMeasurements& out) {
+  static_assert(kTogether * kMostLanes <= PeakMeasurements::kMultiple);
   const int n = lanes();
   Window w;
   Batch batches[kTogether];
   for (int start = 0; start < count; start += kTogether * n) {
-    const int end = std::min(count, start + kTogether * n);
     Batch* b = batches;
-    for (int first = start; first < end; first += n) {
+    for (int first = start; first < std::min(count, start + kTogether * n); first += n) {
       set_seeds(images, plan, seeds, first, count, w, *b++);
     }
     for (Batch* each = batches; each != b; ++each) look(images, plan, w, *each);
-    b = batches;
-    for (int first = start; first < end; first += n, ++b) finish(plan, *b, first, out);
+    while (b != batches + kTogether) *b++ = batches[0];  // Written where nobody reads.
+    finish(plan, batches, start, out);
   }
 }
 

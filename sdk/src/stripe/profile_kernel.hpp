@@ -82,9 +82,9 @@ struct ProfilePlan {
 };
 
 /// What was measured, one element per seed. Arrays of the caller, of at least `count` rounded up to
-/// a multiple of kLanesAtMost.
+/// a multiple of kMultiple.
 struct PeakMeasurements {
-  static constexpr int kLanesAtMost = 16;
+  static constexpr int kMultiple = 64;
   std::int32_t* across = nullptr;  // Whole pixel nearest the filter's peak.
   float* offset = nullptr;         // Position minus `across`.
   float* amplitude = nullptr;      // DN above the background.

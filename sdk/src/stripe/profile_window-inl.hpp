@@ -21,7 +21,8 @@ namespace striper::detail {
 namespace HWY_NAMESPACE {
 namespace {
 
-constexpr int kMostLanes = PeakMeasurements::kLanesAtMost;
+constexpr int kMostLanes = 16;
+static_assert(hn::MaxLanes(Tag()) <= kMostLanes);
 constexpr int kMostRows = 2 * ProfilePlan::kLargestWindow + 1;
 
 // Row k, then lane. Rows count from `half` pixels before the lane's centre.

@@ -114,8 +114,8 @@ const Pixel* start_of(const cv::Mat& image, StripeAxis axis, cv::Mat& turned,
 
 struct Measured {
   explicit Measured(std::size_t count)
-      : across(count + PeakMeasurements::kLanesAtMost),
-        values(7, std::vector<float>(count + PeakMeasurements::kLanesAtMost)) {}
+      : across(count + PeakMeasurements::kMultiple),
+        values(7, std::vector<float>(count + PeakMeasurements::kMultiple)) {}
 
   PeakMeasurements room() {
     return {across.data(),    values[0].data(), values[1].data(), values[2].data(),
