@@ -64,8 +64,8 @@ bool is_flank(std::int32_t across, std::int32_t peak, int reach) {
   return (is_above || is_below) && std::abs(across - peak) <= reach;
 }
 
-template <typename Key, typename Rank>
-void find_rivals_in(const std::vector<Key>& keys,
+template <typename Rank>
+void find_rivals_in(const ChunkMaxima& chunks,
                     const std::array<std::vector<Rank>, ChunkMaxima::kBest>& best,
                     const std::vector<Rank>& best_across, const ChunkMaxima::RivalLimits& limits,
                     ChunkMaxima::Rivals& rivals) {
@@ -94,9 +94,8 @@ void find_rivals_in(const std::vector<Key>& keys,
       return;
     }
     for (std::size_t n = 1; n < best.size() && best[n][line] >= second; ++n) {
-      const std::size_t chunk = kChunkBits - (best[n][line] & kChunkBits);
-      const auto before_end = static_cast<int>(keys[chunk * lines + line] % ChunkMaxima::kChunk);
-      const int across = (static_cast<int>(chunk) + 1) * ChunkMaxima::kChunk - 1 - before_end;
+      const auto chunk = static_cast<int>(kChunkBits - (best[n][line] & kChunkBits));
+      const int across = chunks.at(chunk, number).across;
       if (!is_flank(across, first_across, limits.flank_px))
         rivals.places.push_back({number, across});
     }
@@ -118,6 +117,8 @@ void find_rivals_in(const std::vector<Key>& keys,
 
 void ChunkMaxima::find(const LitFrame& frame, StripeAxis axis) {
   const bool columns = axis == StripeAxis::kColumns;
+  axis_ = axis;
+  keep_images_of_rows(frame);
   lines_ = columns ? frame.lit.cols : frame.lit.rows;
   const int length = columns ? frame.lit.rows : frame.lit.cols;
   chunks_ = (length + kChunk - 1) / kChunk;
@@ -168,12 +169,10 @@ void ChunkMaxima::find_rivals(const RivalLimits& limits, Rivals& rivals) const {
   rivals.places.clear();
   rivals.weak_lines.clear();
   rivals.flat_lines.clear();
-  if (has_wide_keys_) {
-    find_rivals_in(keys16_, best16_, best_across16_, limits, rivals);
-  } else if (is_wide_) {
-    find_rivals_in(keys8_, best16_, best_across16_, limits, rivals);
+  if (is_wide_) {
+    find_rivals_in(*this, best16_, best_across16_, limits, rivals);
   } else {
-    find_rivals_in(keys8_, best8_, best_across8_, limits, rivals);
+    find_rivals_in(*this, best8_, best_across8_, limits, rivals);
   }
 }
 
@@ -186,6 +185,40 @@ void ChunkMaxima::rank() {
   } else {
     rank_into(keys8_, lines_, chunks_, best8_, best_across8_);
   }
+  if (axis_ == StripeAxis::kRows) find_best_in_rows();
+}
+
+void ChunkMaxima::keep_images_of_rows(const LitFrame& frame) {
+  if (axis_ != StripeAxis::kRows) return;
+  row_images_.lit = frame.lit;
+  row_images_.dark = frame.dark;
+  row_images_.blind = frame.blind;
+}
+
+// The ranking tells which chunk; the maximum is somewhere in it.
+void ChunkMaxima::find_best_in_rows() {
+  if (has_wide_keys_) {
+    detail::move_to_maxima_of_rows(planes_of<std::uint16_t>(row_images_), keys16_.data(), 0, lines_,
+                                   best_across16_.data());
+  } else if (is_wide_) {
+    detail::move_to_maxima_of_rows(planes_of<std::uint8_t>(row_images_), keys8_.data(), 0, lines_,
+                                   best_across16_.data());
+  } else {
+    detail::move_to_maxima_of_rows(planes_of<std::uint8_t>(row_images_), keys8_.data(), 0, lines_,
+                                   best_across8_.data());
+  }
+}
+
+int ChunkMaxima::across_in_row(int chunk, int line) const noexcept {
+  auto across = static_cast<std::uint32_t>(chunk * kChunk);
+  if (has_wide_keys_) {
+    detail::move_to_maxima_of_rows(planes_of<std::uint16_t>(row_images_), keys16_.data(), line, 1,
+                                   &across);
+  } else {
+    detail::move_to_maxima_of_rows(planes_of<std::uint8_t>(row_images_), keys8_.data(), line, 1,
+                                   &across);
+  }
+  return static_cast<int>(across);
 }
 
 }  // namespace striper

@@ -60,14 +60,9 @@ HWY_INLINE void strip_of(const R& reader, int row, int rows, int col,
 
 template <typename R>
 void narrow_columns(const R& reader, int row, int rows, int cols, KeyOf<typename R::Pixel>* keys) {
-  using Key = KeyOf<typename R::Pixel>;
-  constexpr int kShift = 4 * sizeof(Key);
   for (int col = 0; col < cols; ++col) {
-    Key best = 0;
-    for (int k = 0; k < rows; ++k) {
-      const auto value = static_cast<Key>(reader.value(row + k, col));
-      best = std::max(best, static_cast<Key>(value << kShift | static_cast<Key>(kLast - k)));
-    }
+    KeyOf<typename R::Pixel> best = 0;
+    for (int k = 0; k < rows; ++k) best = std::max(best, key_of(reader.value(row + k, col), k));
     keys[col] = best;
   }
 }

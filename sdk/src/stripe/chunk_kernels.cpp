@@ -30,6 +30,18 @@ void rows_u8(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys) {
 void rows_u16(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys) {
   with_reader(planes, [&](const auto& reader) { rows(reader, keys); });
 }
+void move_u8_u16(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys, int first_row,
+                 int count, std::uint16_t* across) {
+  with_reader(planes, [&](const auto& r) { move_to_maxima(r, keys, first_row, count, across); });
+}
+void move_u8_u32(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys, int first_row,
+                 int count, std::uint32_t* across) {
+  with_reader(planes, [&](const auto& r) { move_to_maxima(r, keys, first_row, count, across); });
+}
+void move_u16_u32(const PixelPlanes<std::uint16_t>& planes, const std::uint32_t* keys,
+                  int first_row, int count, std::uint32_t* across) {
+  with_reader(planes, [&](const auto& r) { move_to_maxima(r, keys, first_row, count, across); });
+}
 
 }  // namespace
 }  // namespace HWY_NAMESPACE
@@ -43,6 +55,9 @@ HWY_EXPORT(columns_u8);
 HWY_EXPORT(columns_u16);
 HWY_EXPORT(rows_u8);
 HWY_EXPORT(rows_u16);
+HWY_EXPORT(move_u8_u16);
+HWY_EXPORT(move_u8_u32);
+HWY_EXPORT(move_u16_u32);
 
 void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys) {
   HWY_DYNAMIC_DISPATCH(columns_u8)(planes, keys);
@@ -55,6 +70,18 @@ void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint16_t
 }
 void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys) {
   HWY_DYNAMIC_DISPATCH(rows_u16)(planes, keys);
+}
+void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
+                            int first_row, int count, std::uint16_t* across) {
+  HWY_DYNAMIC_DISPATCH(move_u8_u16)(planes, keys, first_row, count, across);
+}
+void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
+                            int first_row, int count, std::uint32_t* across) {
+  HWY_DYNAMIC_DISPATCH(move_u8_u32)(planes, keys, first_row, count, across);
+}
+void move_to_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, const std::uint32_t* keys,
+                            int first_row, int count, std::uint32_t* across) {
+  HWY_DYNAMIC_DISPATCH(move_u16_u32)(planes, keys, first_row, count, across);
 }
 
 }  // namespace striper::detail

@@ -27,8 +27,20 @@ struct PixelPlanes {
 /// chunk is its first largest pixel.
 void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys);
 void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys);
+
+/// The same with every position left at 0: where in a row a maximum is costs less to look up than
+/// to keep.
 void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys);
 void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys);
+
+/// Looks it up: of `count` rows from `first_row` on, across[i] is the first pixel of a chunk and
+/// becomes the first of the chunk's largest ones. `keys` are those of chunk_maxima_of_rows.
+void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
+                            int first_row, int count, std::uint16_t* across);
+void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
+                            int first_row, int count, std::uint32_t* across);
+void move_to_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, const std::uint32_t* keys,
+                            int first_row, int count, std::uint32_t* across);
 
 /// Of every line: its most prominent chunks, best first, as prominence << 8 (16) | 255 (65535) -
 /// chunk; and the pixel that the first of them has its maximum at.

@@ -28,18 +28,23 @@ using KeyOf = std::conditional_t<std::is_same_v<Pixel, std::uint8_t>, std::uint1
 constexpr int kLast = kChunkPixels - 1;
 
 template <typename Pixel>
+constexpr KeyOf<Pixel> key_of(Pixel value, int position) {
+  using Key = KeyOf<Pixel>;
+  return static_cast<Key>(Key{value} << 8 * sizeof(Pixel) | static_cast<Key>(kLast - position));
+}
+
+template <typename Pixel>
 using PixelTag = hn::ScalableTag<Pixel>;
 
 template <typename Pixel>
 using PixelVec = hn::Vec<PixelTag<Pixel>>;
 
-template <typename Pixel>
-HWY_INLINE PixelVec<Pixel> load_blind(const std::uint8_t* blind) {
-  const PixelTag<Pixel> d;
-  if constexpr (sizeof(Pixel) == 1) {
+template <class D>
+HWY_INLINE hn::Vec<D> load_blind(D d, const std::uint8_t* blind) {
+  if constexpr (sizeof(hn::TFromD<D>) == 1) {
     return hn::LoadU(d, blind);
   } else {
-    const hn::Rebind<std::uint8_t, decltype(d)> half;
+    const hn::Rebind<std::uint8_t, D> half;
     return hn::PromoteTo(d, hn::LoadU(half, blind));
   }
 }
@@ -52,14 +57,19 @@ struct Reader {
   PixelPlanes<Pixel> planes;
 
   HWY_INLINE PixelVec<Pixel> load(int row, int col) const {
-    const PixelTag<Pixel> d;
+    return load(PixelTag<Pixel>(), row, col);
+  }
+
+  // As many as `d` has lanes.
+  template <class D>
+  HWY_INLINE hn::Vec<D> load(D d, int row, int col) const {
     auto v = hn::LoadU(d, planes.lit + row * planes.lit_stride + col);
     if constexpr (kHasDark) {
       v = hn::SaturatedSub(v, hn::LoadU(d, planes.dark + row * planes.dark_stride + col));
     }
     if constexpr (kHasBlind) {
       const auto seen =
-          hn::Eq(load_blind<Pixel>(planes.blind + row * planes.blind_stride + col), hn::Zero(d));
+          hn::Eq(load_blind(d, planes.blind + row * planes.blind_stride + col), hn::Zero(d));
       v = hn::IfThenElseZero(seen, v);
     }
     return v;

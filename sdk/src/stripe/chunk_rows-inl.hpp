@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 
 #include "stripe/chunk_reader-inl.hpp"
 
@@ -23,201 +22,226 @@ namespace {
 
 template <typename R>
 void rows(const R& reader, KeyOf<typename R::Pixel>* keys) {
-  using Key = KeyOf<typename R::Pixel>;
-  constexpr int kShift = 4 * sizeof(Key);
+  using Pixel = typename R::Pixel;
   for (int first = 0; first < reader.planes.cols; first += kChunkPixels) {
-    const int count = std::min(kChunkPixels, reader.planes.cols - first);
+    const int end = std::min(first + kChunkPixels, reader.planes.cols);
     for (int row = 0; row < reader.planes.rows; ++row) {
-      Key best = 0;
-      for (int k = 0; k < count; ++k) {
-        const auto value = static_cast<Key>(reader.value(row, first + k));
-        best = std::max(best, static_cast<Key>(value << kShift | static_cast<Key>(kLast - k)));
-      }
-      *keys++ = best;
+      Pixel largest = 0;
+      for (int col = first; col < end; ++col) largest = std::max(largest, reader.value(row, col));
+      *keys++ = key_of(largest, 0);
     }
   }
 }
 
 #else
 
-// ---- Rows: pixels become keys (value, position), which a maximum folds together. As many rows as
-// a 128-bit block has keys are folded at once, so that the result of a chunk is one block of keys,
-// one per row. To turn lanes into one takes 55 instructions for eight vectors of AVX-512 where
-// columns take 24: 2.3 times as long in the nearest caches, 1.5 times for 2 MB, the same from
-// memory.
+// ---- Rows: the pixels of a chunk are folded into one, of as many rows together as a 128-bit block
+// has pixels, so that a block of the result holds a chunk's maxima, a row to a lane. To make one
+// vector of two takes three instructions, in AVX-512 evenly for both of its ports: for a vector of
+// pixels it comes to as many as columns take, which learn by them where the maxima are, too. Of
+// rows that is looked up later, of the few chunks that matter.
+
+// So many chunks are folded together, each into a block of its own.
+constexpr int kChunksAtOnce = HWY_MAX_BYTES / 16;
+constexpr int kSpan = kChunksAtOnce * kChunkPixels;
 
 template <typename Pixel>
-using KeyTag = hn::Repartition<KeyOf<Pixel>, PixelTag<Pixel> >;
+inline constexpr int kRowsAtOnce = 16 / sizeof(Pixel);
 
-template <typename Pixel>
-using KeyVec = hn::Vec<KeyTag<Pixel> >;
-
-template <typename Pixel>
-inline constexpr int kRowsAtOnce = 16 / sizeof(KeyOf<Pixel>);
-
-// The key parts "31 - position in the chunk" of the even and odd pixels of a vector.
-template <typename Pixel>
-struct Positions {
-  KeyVec<Pixel> even;
-  KeyVec<Pixel> odd;
-
-  explicit HWY_INLINE Positions(int first_pixel) {
-    const KeyTag<Pixel> dk;
-    using Key = KeyOf<Pixel>;
-    const auto lane = hn::Iota(dk, 0);
-    const auto pixel = hn::Add(hn::Add(lane, lane), hn::Set(dk, static_cast<Key>(first_pixel)));
-    const auto last = hn::Set(dk, static_cast<Key>(kLast));
-    even = hn::Sub(last, hn::And(pixel, last));
-    odd = hn::Sub(last, hn::And(hn::Add(pixel, hn::Set(dk, Key{1})), last));
-  }
-
-  // The larger key of each pair of pixels.
-  HWY_INLINE KeyVec<Pixel> keys_of(PixelVec<Pixel> v) const {
-    const KeyTag<Pixel> dk;
-    using Key = KeyOf<Pixel>;
-    constexpr int kShift = 4 * sizeof(Key);
-    const auto pairs = hn::BitCast(dk, v);
-    const auto high = hn::Set(dk, static_cast<Key>(~Key{0} << kShift));
-    return hn::Max(hn::Or(hn::ShiftLeft<kShift>(pairs), even), hn::Or(hn::And(pairs, high), odd));
-  }
-};
-
-// Lane j of a and of b become lanes of one vector, each the larger of two old lanes. `DW` is the
-// tag whose lanes hold what belongs together.
-template <class DW, class V>
-HWY_INLINE V fold_pair(DW dw, V a, V b) {
-  const hn::DFromV<V> dk;
-  const auto wide_a = hn::BitCast(dw, a);
-  const auto wide_b = hn::BitCast(dw, b);
-  return hn::Max(hn::BitCast(dk, hn::InterleaveLower(dw, wide_a, wide_b)),
-                 hn::BitCast(dk, hn::InterleaveUpper(dw, wide_a, wide_b)));
+// Which block a chunk is in after `fold_blocks`.
+constexpr int block_of_chunk(int chunk) {
+  return kChunksAtOnce == 4 ? (chunk & 1) << 1 | chunk >> 1 : chunk;
 }
 
-template <class V>
-HWY_INLINE V fold_rows(const V (&k)[4]) {
-  const hn::DFromV<V> dk;
-  const hn::Repartition<std::uint64_t, decltype(dk)> d64;
-  return fold_pair(d64, fold_pair(dk, k[0], k[1]), fold_pair(dk, k[2], k[3]));
+// Halves, each of one chunk: those of a, then those of b.
+template <class D, class V>
+HWY_INLINE V fold_halves(D d, V a, V b) {
+  return hn::Max(hn::ConcatUpperLower(d, b, a), hn::ConcatLowerUpper(d, b, a));
 }
 
-template <class V>
-HWY_INLINE V fold_rows(const V (&k)[8]) {
-  const hn::DFromV<V> dk;
-  const hn::Repartition<std::uint32_t, decltype(dk)> d32;
-  const hn::Repartition<std::uint64_t, decltype(dk)> d64;
-  const V abcd = fold_pair(d32, fold_pair(dk, k[0], k[1]), fold_pair(dk, k[2], k[3]));
-  const V efgh = fold_pair(d32, fold_pair(dk, k[4], k[5]), fold_pair(dk, k[6], k[7]));
-  return fold_pair(d64, abcd, efgh);
-}
-
-// Folds the blocks of one chunk together.
-template <int kBlocks, class V>
-HWY_INLINE V fold_blocks(V v) {
-#if HWY_MAX_BYTES >= 32
-  const hn::DFromV<V> dk;
-  if constexpr (kBlocks >= 2) v = hn::Max(v, hn::SwapAdjacentBlocks(v));
-  if constexpr (kBlocks >= 4) v = hn::Max(v, hn::ReverseBlocks(dk, v));
+// Of two vectors whose neighbouring blocks belong together, or which belong together where they are
+// a block: one, a block to a chunk.
+template <class D, class V>
+HWY_INLINE V fold_blocks(D d, V a, V b) {
+#if HWY_MAX_BYTES == 64
+  // Blocks 1 of a, 0 of b, 3 of a, 2 of b: in one instruction.
+  const V crossed{
+      _mm512_permutex2var_epi64(a.raw, _mm512_setr_epi64(2, 3, 8, 9, 6, 7, 12, 13), b.raw)};
+  return hn::Max(hn::OddEvenBlocks(b, a), crossed);
+#elif HWY_MAX_BYTES == 32
+  return fold_halves(d, a, b);
+#else
+  return hn::Max(a, b);
 #endif
-  return v;
 }
 
-template <typename Pixel>
-struct RowsLayout {
-  static constexpr int kLanes = static_cast<int>(HWY_MAX_BYTES / sizeof(Pixel));
-  static constexpr int kVectorsPerChunk = kLanes >= kChunkPixels ? 1 : kChunkPixels / kLanes;
-  static constexpr int kChunksPerVector = kLanes >= kChunkPixels ? kLanes / kChunkPixels : 1;
-  static constexpr int kSpan = kLanes * kVectorsPerChunk;  // Pixels of a row done in one go.
-  static constexpr int kBlocksPerChunk = HWY_MAX_BYTES / 16 / kChunksPerVector;
-  static constexpr int kLanesPerBlock = 16 / sizeof(KeyOf<Pixel>);
+// kChunksAtOnce chunks of a row, each folded into a block.
+template <typename R>
+HWY_INLINE PixelVec<typename R::Pixel> fold_chunks(const R& reader, int row, int col) {
+  using Pixel = typename R::Pixel;
+  const PixelTag<Pixel> d;
+  constexpr int kLanes = static_cast<int>(HWY_MAX_BYTES / sizeof(Pixel));
+  const auto vector = [&](int n) HWY_ATTR { return reader.load(d, row, col + n * kLanes); };
+  if constexpr (sizeof(Pixel) == 1) {
+    return fold_blocks(d, vector(0), vector(1));
+#if HWY_MAX_BYTES == 64
+  } else {
+    return fold_blocks(d, fold_halves(d, vector(0), vector(1)),
+                       fold_halves(d, vector(2), vector(3)));
+#else
+  } else {
+    return fold_blocks(d, hn::Max(vector(0), vector(1)), hn::Max(vector(2), vector(3)));
+#endif
+  }
+}
+
+// The same of kRows rows, which share the lanes: to halve what is left of a row leaves room for the
+// next one.
+template <int kRows, typename R>
+HWY_INLINE PixelVec<typename R::Pixel> fold_rows(const R& reader, int row, int col) {
+  using Pixel = typename R::Pixel;
+  if constexpr (kRows == 1) {
+    return fold_chunks(reader, row, col);
+  } else {
+    constexpr int kHalf = kRows / 2;
+    const PixelTag<Pixel> d;
+    const hn::Repartition<hwy::UnsignedFromSize<kHalf * sizeof(Pixel)>, PixelTag<Pixel> > together;
+    const auto a = hn::BitCast(together, fold_rows<kHalf>(reader, row, col));
+    const auto b = hn::BitCast(together, fold_rows<kHalf>(reader, row + kHalf, col));
+    return hn::Max(hn::BitCast(d, hn::InterleaveLower(together, a, b)),
+                   hn::BitCast(d, hn::InterleaveUpper(together, a, b)));
+  }
+}
+
+// Where the keys of some rows go: those of the first chunk to `first`, those of the next one
+// `lines` further on.
+template <typename Key>
+struct KeysOfRows {
+  Key* first;
+  std::ptrdiff_t lines;
+  int rows;
+  int chunks;
+
+  // A chunk's keys come as those of its first and of its last kHalf rows.
+  template <int kHalf>
+  HWY_INLINE void put(int chunk, const Key (&upper)[kHalf], const Key (&lower)[kHalf]) const {
+    Key* const to = first + chunk * lines;
+    if (rows == 2 * kHalf) {
+      hwy::CopyBytes<sizeof(upper)>(upper, to);
+      hwy::CopyBytes<sizeof(lower)>(lower, to + kHalf);
+    } else {
+      std::copy_n(upper, std::min(rows, kHalf), to);
+      std::copy_n(lower, std::max(rows - kHalf, 0), to + kHalf);
+    }
+  }
 };
 
-// The chunk maxima of `kSpan` pixels of `row_count` rows from `row` on, as keys of chunks chunk,
-// chunk + 1, ... of the lines from `line` on. All kRowsAtOnce rows are read. In line with its loop
-// it would have more row addresses alive than there are registers.
+// Reads kSpan pixels of kRowsAtOnce rows.
 template <typename R>
-HWY_NOINLINE void span_of_rows(const R& reader, int row, int row_count, int col, int chunk,
-                               int chunk_count, int lines, int line,
-                               KeyOf<typename R::Pixel>* keys) {
+HWY_INLINE void span_of_rows(const R& reader, int row, int col, int chunk,
+                             const KeysOfRows<KeyOf<typename R::Pixel> >& to) {
   using Pixel = typename R::Pixel;
   using Key = KeyOf<Pixel>;
-  using Layout = RowsLayout<Pixel>;
-  const KeyTag<Pixel> dk;
-  KeyVec<Pixel> per_row[kRowsAtOnce<Pixel>];
-  const Positions<Pixel> positions(0);
-  for (int j = 0; j < kRowsAtOnce<Pixel>; ++j) {
-    per_row[j] = positions.keys_of(reader.load(row + j, col));
-  }
-  for (int q = 1; q < Layout::kVectorsPerChunk; ++q) {
-    const Positions<Pixel> next(q * Layout::kLanes);
-    for (int j = 0; j < kRowsAtOnce<Pixel>; ++j) {
-      per_row[j] =
-          hn::Max(per_row[j], next.keys_of(reader.load(row + j, col + q * Layout::kLanes)));
-    }
-  }
-  const auto folded = fold_blocks<Layout::kBlocksPerChunk>(fold_rows(per_row));
-  HWY_ALIGN Key result[HWY_MAX_BYTES / sizeof(Key)];
-  hn::Store(folded, dk, result);
-  for (int c = 0; c < Layout::kChunksPerVector && chunk + c < chunk_count; ++c) {
-    Key* const to = keys + static_cast<std::ptrdiff_t>(chunk + c) * lines + line;
-    const Key* const from = result + c * Layout::kBlocksPerChunk * Layout::kLanesPerBlock;
-    if (row_count == kRowsAtOnce<Pixel>) {
-      hwy::CopyBytes<kRowsAtOnce<Pixel> * sizeof(Key)>(from, to);
-    } else {
-      std::memcpy(to, from, static_cast<std::size_t>(row_count) * sizeof(Key));
-    }
+  constexpr int kRows = kRowsAtOnce<Pixel>;
+  const PixelTag<Pixel> d;
+  const auto largest = fold_rows<kRows>(reader, row, col);
+  const auto position = hn::Set(d, static_cast<Pixel>(kLast));
+  // Little endian: position in the low half, value in the high half of a key.
+  HWY_ALIGN Key upper[kChunksAtOnce][kRows / 2];
+  HWY_ALIGN Key lower[kChunksAtOnce][kRows / 2];
+  hn::Store(hn::InterleaveLower(d, position, largest), d, reinterpret_cast<Pixel*>(upper));
+  hn::Store(hn::InterleaveUpper(d, position, largest), d, reinterpret_cast<Pixel*>(lower));
+  const int chunks = std::min(kChunksAtOnce, to.chunks - chunk);
+  for (int c = 0; c < chunks; ++c) {
+    to.put(chunk + c, upper[block_of_chunk(c)], lower[block_of_chunk(c)]);
   }
 }
 
 // What is no whole span of rows or columns: copied into rows of their own, padded with zeros, which
 // never win against a real pixel before them.
 template <typename R>
-HWY_NOINLINE void rest_of_rows(const R& reader, int row, int row_count, int col,
-                               KeyOf<typename R::Pixel>* keys) {
+HWY_NOINLINE void rest_of_rows(const R& reader, int row, int col,
+                               const KeysOfRows<KeyOf<typename R::Pixel> >& to) {
   using Pixel = typename R::Pixel;
-  using Layout = RowsLayout<Pixel>;
-  const int cols = reader.planes.cols;
-  const int chunk_count = (cols + kChunkPixels - 1) / kChunkPixels;
-  Pixel padded[kRowsAtOnce<Pixel> * Layout::kSpan] = {};
-  for (int j = 0; j < row_count; ++j) {
-    for (int k = col; k < std::min(cols, col + Layout::kSpan); ++k) {
-      padded[j * Layout::kSpan + k - col] = reader.value(row + j, k);
+  const PixelTag<Pixel> d;
+  constexpr int kLanes = static_cast<int>(HWY_MAX_BYTES / sizeof(Pixel));
+  constexpr int kStride = kLanes + kSpan;  // A row's last vector may begin before its first pixel.
+  HWY_ALIGN Pixel padded[kRowsAtOnce<Pixel> * kStride] = {};
+  const int end = std::min(reader.planes.cols, col + kSpan);
+  for (int j = 0; j < to.rows; ++j) {
+    Pixel* const copy = padded + j * kStride + kLanes - col;
+    int k = col;
+    for (; k + kLanes <= end; k += kLanes) hn::StoreU(reader.load(row + j, k), d, copy + k);
+    if (k < end && end >= kLanes) {
+      hn::StoreU(reader.load(row + j, end - kLanes), d, copy + end - kLanes);
+    } else {
+      for (; k < end; ++k) copy[k] = reader.value(row + j, k);
     }
   }
   PixelPlanes<Pixel> planes;
-  planes.lit = padded;
-  planes.lit_stride = Layout::kSpan;
-  span_of_rows(Reader<Pixel, false, false>{planes}, 0, row_count, 0, col / kChunkPixels,
-               chunk_count, reader.planes.rows, row, keys);
+  planes.lit = padded + kLanes;
+  planes.lit_stride = kStride;
+  span_of_rows(Reader<Pixel, false, false>{planes}, 0, 0, col / kChunkPixels, to);
 }
 
 template <typename R>
 void rows(const R& reader, KeyOf<typename R::Pixel>* keys) {
   using Pixel = typename R::Pixel;
-  using Layout = RowsLayout<Pixel>;
   constexpr int kRows = kRowsAtOnce<Pixel>;
   const int lines = reader.planes.rows;
   const int cols = reader.planes.cols;
-  const int chunk_count = (cols + kChunkPixels - 1) / kChunkPixels;
+  const int chunks = (cols + kChunkPixels - 1) / kChunkPixels;
+  const int row_count = std::min(kRows, lines);
   for (int line = 0; line < lines; line += kRows) {
     // The last rows and spans may overlap those before them: the same keys are written twice.
     const int row = std::max(0, std::min(line, lines - kRows));
-    const int row_count = std::min(kRows, lines);
+    const KeysOfRows<KeyOf<Pixel> > to{keys + row, lines, row_count, chunks};
     int col = 0;
     if (row_count == kRows) {
-      for (; col + Layout::kSpan <= cols; col += Layout::kSpan) {
-        span_of_rows(reader, row, kRows, col, col / kChunkPixels, chunk_count, lines, row, keys);
+      for (; col + kSpan <= cols; col += kSpan) {
+        span_of_rows(reader, row, col, col / kChunkPixels, to);
       }
-      if (col < cols && cols % kChunkPixels == 0 && cols >= Layout::kSpan) {
-        col = cols - Layout::kSpan;
-        span_of_rows(reader, row, kRows, col, col / kChunkPixels, chunk_count, lines, row, keys);
+      if (col < cols && cols % kChunkPixels == 0 && cols >= kSpan) {
+        col = cols - kSpan;
+        span_of_rows(reader, row, col, col / kChunkPixels, to);
         col = cols;
       }
     }
-    for (; col < cols; col += Layout::kSpan) rest_of_rows(reader, row, row_count, col, keys);
+    for (; col < cols; col += kSpan) rest_of_rows(reader, row, col, to);
   }
 }
 
 #endif  // HWY_TARGET == HWY_SCALAR
+
+// ---- Where in its chunk a maximum is.
+
+template <typename R>
+HWY_INLINE int first_in_chunk(const R& reader, int row, int col, typename R::Pixel value) {
+  const hn::CappedTag<typename R::Pixel, kChunkPixels> d;
+  const int n = static_cast<int>(hn::Lanes(d));
+  const auto wanted = hn::Set(d, value);
+  const int count = std::min(kChunkPixels, reader.planes.cols - col);
+  int k = 0;
+  for (; k + n <= count; k += n) {
+    const auto at = hn::FindFirstTrue(d, hn::Eq(reader.load(d, row, col + k), wanted));
+    if (at >= 0) return k + static_cast<int>(at);
+  }
+  while (k + 1 < count && reader.value(row, col + k) != value) ++k;
+  return k;
+}
+
+template <typename R, typename Rank>
+void move_to_maxima(const R& reader, const KeyOf<typename R::Pixel>* keys, int first_row, int count,
+                    Rank* across) {
+  using Pixel = typename R::Pixel;
+  for (int i = 0; i < count; ++i) {
+    const int col = static_cast<int>(across[i]);
+    const std::ptrdiff_t chunk = col / kChunkPixels;
+    const auto key = keys[chunk * reader.planes.rows + first_row + i];
+    const auto value = static_cast<Pixel>(key >> 8 * sizeof(Pixel));
+    across[i] = static_cast<Rank>(col + first_in_chunk(reader, first_row + i, col, value));
+  }
+}
 
 }  // namespace
 }  // namespace HWY_NAMESPACE

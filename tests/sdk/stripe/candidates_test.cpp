@@ -134,10 +134,13 @@ std::vector<Case> all_cases() {
 INSTANTIATE_TEST_SUITE_P(ChunkMaxima, EveryInstructionSet, ::testing::ValuesIn(all_cases()),
                          [](const auto& instance) { return instance.param.name(); });
 
-TEST(ChunkMaxima, TallImagesNumberMoreThan256Chunks) {
+TEST(ChunkMaxima, LongLinesNumberMoreThan256Chunks) {
+  constexpr int kLength = 300 * ChunkMaxima::kChunk + 5;
   LitFrame frame;
-  frame.lit = random_image(300 * ChunkMaxima::kChunk + 5, 3, CV_8UC1, 5, 256);
+  frame.lit = random_image(kLength, 3, CV_8UC1, 5, 256);
   expect_equal_to_oracle(frame, StripeAxis::kColumns);
+  frame.lit = random_image(3, kLength, CV_8UC1, kLength + 2, 256);
+  expect_equal_to_oracle(frame, StripeAxis::kRows);
 }
 
 TEST(ChunkMaxima, KnowsTheLinesWithBlindPixels) {

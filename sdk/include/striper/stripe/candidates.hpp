@@ -18,6 +18,9 @@ namespace striper {
 /// at run time). `lit - dark` stops at 0, blind pixels count as 0, and among equal values the first
 /// one wins. Two peaks of a line inside one chunk give one candidate, the higher one.
 ///
+/// Along rows only the values are kept, and where they are is looked up for the chunks asked about:
+/// until the next `find` the pixels must stay as they were.
+///
 /// No allocation after the first frame of a size. Not thread-safe.
 class ChunkMaxima {
  public:
@@ -44,9 +47,9 @@ class ChunkMaxima {
     const std::size_t i = static_cast<std::size_t>(chunk) * static_cast<std::size_t>(lines_) +
                           static_cast<std::size_t>(line);
     const std::uint32_t key = has_wide_keys_ ? keys16_[i] : keys8_[i];
-    const std::uint32_t value = has_wide_keys_ ? key >> 16 : key >> 8;
-    return {chunk * kChunk + kChunk - 1 - static_cast<int>(key & (kChunk - 1)),
-            static_cast<int>(value), 0};
+    const auto value = static_cast<int>(has_wide_keys_ ? key >> 16 : key >> 8);
+    if (axis_ == StripeAxis::kRows) return {across_in_row(chunk, line), value, 0};
+    return {chunk * kChunk + kChunk - 1 - static_cast<int>(key & (kChunk - 1)), value, 0};
   }
 
   /// How prominent the `nth` most prominent chunk of a line is, 0 <= nth < kBest.
@@ -101,13 +104,19 @@ class ChunkMaxima {
     return is_wide_ ? best16_[n][l] : best8_[n][l];
   }
 
+  void keep_images_of_rows(const LitFrame& frame);
+  void find_best_in_rows();
+  int across_in_row(int chunk, int line) const noexcept;
   void find_blind_lines(const LitFrame& frame, StripeAxis axis);
 
+  StripeAxis axis_ = StripeAxis::kColumns;
+  LitFrame row_images_;  // Those that maxima of rows are looked up in.
   int lines_ = 0;
   int chunks_ = 0;
   bool is_wide_ = false;  // 16-bit pixels, or so many chunks that 8 bits do not number them.
   bool has_wide_keys_ = false;
-  std::vector<std::uint16_t> keys8_;   // [chunk][line]: value << 8 | 31 - position in the chunk.
+  // [chunk][line]: value << 8 | 31 - position in the chunk, which of rows is not known.
+  std::vector<std::uint16_t> keys8_;
   std::vector<std::uint32_t> keys16_;  // The same with value << 16, for 16-bit pixels.
   std::array<std::vector<std::uint16_t>, kBest> best8_;   // [line]: prominence << 8 | 255 - chunk.
   std::array<std::vector<std::uint32_t>, kBest> best16_;  // prominence << 16 | 65535 - chunk.
