@@ -82,6 +82,47 @@ HWY_NOINLINE void copy_lane_at_border(const Pixel* line, std::ptrdiff_t step, in
   for (int k = 0; k < rows; ++k) out[k * n] = line[std::clamp(first + k, 0, length - 1) * step];
 }
 
+#if HWY_TARGET == HWY_SCALAR
+
+template <typename Pixel>
+bool turn_window(const Pixel* /*image*/, const ProfileImages::Steps& /*steps*/, const Window& /*w*/,
+                 int /*half*/, Pixel* /*out*/) {
+  return false;  // A single lane needs no turning.
+}
+
+#else
+
+// Of windows inside the image, whose pixels follow one another: a block of 128 bits of each lane at
+// a time. To interleave the first half of it all with the second, once for every doubling of the
+// lanes, turns rows and lanes. Returns false where there is no such block.
+template <typename Pixel>
+HWY_NOINLINE bool turn_window(const Pixel* image, const ProfileImages::Steps& steps,
+                              const Window& w, int half, Pixel* out) {
+  const hn::Full128<Pixel> d;
+  constexpr int kAtOnce = static_cast<int>(16 / sizeof(Pixel));
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(Tag()));
+  const int last = 2 * half + 1 - kAtOnce;
+  if (steps.across != 1 || last < 0) return false;
+  for (int k = 0;; k = std::min(k + kAtOnce, last)) {
+    hn::Vec<decltype(d)> v[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      v[lane] = hn::LoadU(d, image + w.line[lane] * steps.line + w.across[lane] - half + k);
+    }
+    for (int turned = 1; turned < kLanes; turned *= 2) {
+      hn::Vec<decltype(d)> next[kLanes];
+      for (int i = 0; i < kLanes / 2; ++i) {
+        next[2 * i] = hn::InterleaveLower(d, v[i], v[i + kLanes / 2]);
+        next[2 * i + 1] = hn::InterleaveUpper(d, v[i], v[i + kLanes / 2]);
+      }
+      for (int i = 0; i < kLanes; ++i) v[i] = next[i];
+    }
+    for (int i = 0; i < kLanes; ++i) hn::StoreU(v[i], d, out + k * kLanes + i * kAtOnce);
+    if (k == last) return true;
+  }
+}
+
+#endif  // HWY_TARGET == HWY_SCALAR
+
 template <typename Pixel>
 HWY_NOINLINE void copy_window(const Pixel* image, const ProfileImages::Steps& steps, int length,
                               const Window& w, int half, int n, Pixel* out) {
@@ -130,7 +171,8 @@ HWY_INLINE Rows<Pixel, kLevels> rows_of(const void* pixels, const ProfileImages:
   const auto* const image = static_cast<const Pixel*>(pixels);
   Rows<Pixel, kLevels> rows;
   if (centres.levels == 0) {
-    copy_window(image, steps, length, w, half, lanes(), copy);
+    const bool is_turned = centres.are_inside && turn_window(image, steps, w, half, copy);
+    if (!is_turned) copy_window(image, steps, length, w, half, lanes(), copy);
     rows.step = lanes();
     rows.first[0] = copy;
     return rows;
