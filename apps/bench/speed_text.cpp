@@ -38,8 +38,11 @@ std::string to_text(const SpeedTable& table) {
   std::string text = fmt::format("{:<36}{:>12} {:>7} {:>7}{:>12} {:>7} {:>7}\n", title, "hot us",
                                  "GB/s", "roof", "stream us", "GB/s", "roof");
   for (const SpeedRow& row : table.rows) text += to_text(table, row);
-  text += fmt::format("  Scanner::process: {:.0f} frames/s; latency p50 {:.1f} us, p99 {:.1f} us",
-                      table.frames_per_s, table.latency_p50_us, table.latency_p99_us);
+  text += fmt::format(
+      "  Scanner::process: {:.0f} frames/s; latency p50 {:.1f} us, p99 {:.1f} us, "
+      "worst {:.0f} us, of the first frames {:.0f} us",
+      table.frames_per_s, table.latency_p50_us, table.latency_p99_us, table.latency_worst_us,
+      table.first_frames_worst_us);
   if (table.allocations_per_frame) {
     text += fmt::format("; {:.2f} allocations a frame", *table.allocations_per_frame);
   }
@@ -65,6 +68,8 @@ nlohmann::json to_json(const SpeedTable& table) {
                       {"frames_per_s", table.frames_per_s},
                       {"latency_p50_us", table.latency_p50_us},
                       {"latency_p99_us", table.latency_p99_us},
+                      {"latency_worst_us", table.latency_worst_us},
+                      {"first_frames_worst_us", table.first_frames_worst_us},
                       {"refined_over_fast", table.refined_over_fast}};
   if (table.argmax_over_pass) json["argmax_over_pass"] = *table.argmax_over_pass;
   if (table.allocations_per_frame) json["allocations_per_frame"] = *table.allocations_per_frame;

@@ -127,9 +127,11 @@ void AmbientStage::State::heed_unknown_illumination(std::uint64_t number, bool i
 }
 
 void AmbientStage::State::look(const Frame& exposure, std::uint64_t number) {
+  const bool is_said = has_own_illumination && !is_source_unsure;
   finder.add(exposure, number);
+  if (!is_said) finder.compare();
   if (finder.pictures() < CadenceFinder::kPictures) return;
-  if (has_own_illumination && !is_source_unsure) {
+  if (is_said) {
     if (!is_settled) conclude_from_labels();
   } else {
     const CadenceFinder::Finding finding = finder.find();

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "ambient/line_kernels.hpp"
+
 namespace striper::detail {
 
 /// Follows a line that runs across the picture from band to band of lines: of all paths the one
@@ -54,16 +56,8 @@ class LinePath {
 
   /// Goes on through the next band. @param heights of its folded places, sigmas.
   void add(std::span<const float> heights) {
-    std::copy(best_, best_ + places_, next_);
-    for (int j = 1; j <= jump_; ++j) {
-      const float toll = kTollPerJump * static_cast<float>(j);
-      for (int i = 0; i < places_; ++i) {
-        next_[i] = std::max(next_[i], std::max(best_[i - j], best_[i + j]) - toll);
-      }
-    }
-    for (int i = 0; i < places_; ++i) {
-      next_[i] += std::clamp(heights[static_cast<std::size_t>(i)], kGap, kClear);
-    }
+    PathStep{best_, next_, jump_, kTollPerJump, kGap, kClear}.take(
+        heights.first(static_cast<std::size_t>(places_)));
     std::swap(best_, next_);
     ++bands_;
   }

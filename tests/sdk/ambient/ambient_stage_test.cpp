@@ -553,5 +553,29 @@ TEST(AmbientStage, AllocatesNothingOnceWarm) {
   }
 }
 
+// An empty street: pictures neither confirm nor refute what was given, and are asked again.
+TEST(AmbientStage, AsksThePicturesAgainWithoutAllocating) {
+  for (const Field order : {Field::kProgressive, Field::kInterlacedTopFirst}) {
+    testing::reseed();
+    Street street;
+    street.field = order;
+    street.size = {160, 120};
+    street.amplitude_dn = 0.0;
+    street.speed_px = 5.0;
+    street.build();
+    AmbientStage stage(with_cadence("0"));
+    std::uint64_t allocations = 0;
+    for (std::uint64_t sequence = 0; sequence < 100; ++sequence) {
+      const Frame picture = street.picture(sequence);
+      const testing::AllocationCounter counter;
+      stage.push(picture);
+      while (stage.next() != nullptr) {
+      }
+      if (sequence >= 30) allocations += counter.count();
+    }
+    EXPECT_EQ(allocations, 0U);
+  }
+}
+
 }  // namespace
 }  // namespace striper
