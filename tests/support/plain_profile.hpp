@@ -186,6 +186,7 @@ class PlainProfile {
       base_ +=
           plan_.dark_noise_gain *
           (plan_.variance_floor + plan_.variance_per_dn * std::max(0.0, dark_ - plan_.black_dn));
+      base_ += excess_shot_noise();
     }
     double deviations = 0.0;
     for (int i = -plan_.taps; i <= plan_.taps; ++i) {
@@ -194,6 +195,22 @@ class PlainProfile {
       deviations += deviation;
     }
     extra_of_response_ = deviations * deviations;
+  }
+
+  // Of what the dark image has at the peak, in weights of noise, above its mean and one sigma of
+  // such a sum.
+  double excess_shot_noise() const {
+    double under = 0.0;
+    double squares = 0.0;
+    for (int i = -plan_.noise_reach; i <= plan_.noise_reach; ++i) {
+      const double weight = plan_.noise_weight[static_cast<std::size_t>(std::abs(i))];
+      under += weight * pixel(pictures_.dark, static_cast<int>(peak_at) + i);
+      squares += weight * weight;
+    }
+    const double of_mean =
+        plan_.variance_floor + plan_.variance_per_dn * std::max(0.0, dark_ - plan_.black_dn);
+    const double brighter = std::max(0.0, under - dark_ - std::sqrt(squares * of_mean));
+    return (1.0 + plan_.dark_noise_gain) * plan_.variance_per_dn * brighter;
   }
 
   double variance(double signal) const {

@@ -11,6 +11,7 @@
 #include <hwy/foreach_target.h>  // Must come first.
 // clang-format off
 #include <hwy/highway.h>
+#include "stripe/dark_noise-inl.hpp"
 #include "stripe/gauss_newton-inl.hpp"
 #include "stripe/profile_estimate-inl.hpp"
 #include "stripe/profile_filter-inl.hpp"
@@ -120,6 +121,10 @@ void look(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch
   const Tag d;
   const Background background = locate(images, plan, w, b);
   b.noise = noise_of(plan, images, background, w);
+  if (images.dark != nullptr && plan.variance_per_dn > 0.0F) {
+    const auto peak = hn::Add(b.across, hn::ConvertTo(IntTag(), b.peak.at));
+    b.noise.base = hn::Add(b.noise.base, excess_shot_noise(plan, images, w, peak));
+  }
   b.width = width_at(plan, hn::Add(hn::ConvertTo(d, b.across), b.peak.at));
   b.clipped = count_clipped(plan, w);
   ExtraVariance extra{hn::Zero(d), hn::Zero(d)};

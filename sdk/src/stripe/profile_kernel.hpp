@@ -42,6 +42,11 @@ struct ProfilePlan {
   float filter_energy = 0;      // sum g_i^2
   float filter_covariance = 0;  // sum g_i g_(i+2)
 
+  // The weights of pixels' noise in the filter's answer: g_i^2, those that count, their sum 1.
+  int noise_reach = 0;
+  std::array<float, kMostTaps + 1> noise_weight{};
+  float noise_of_weights = 0;  // The sigma of such a mean, of pixels of sigma 1.
+
   // The variance of the filter's peak for a stripe of width w and amplitude A: (w (white v + shot A
   // per_dn + speckle A^2 speckle2) + slope w^4 v v_slope) / A^2, v the variance of a pixel of the
   // background and v v_slope that of the background's slope.

@@ -25,6 +25,28 @@ double typical_width(const WidthModel& width) {
   return std::clamp(width.at_pivot, kSmallestWidth, kLargestWidth);
 }
 
+void set_noise_weights(ProfilePlan& plan) {
+  constexpr float kLeast = 0.02F;
+  const auto square = [&](int i) {
+    const float tap = plan.filter[static_cast<std::size_t>(i)];
+    return tap * tap;
+  };
+  while (plan.noise_reach < plan.taps && square(plan.noise_reach + 1) >= kLeast) {
+    ++plan.noise_reach;
+  }
+  float sum = 0.0F;
+  float squares = 0.0F;
+  for (int i = 0; i <= plan.noise_reach; ++i) {
+    const float times = i == 0 ? 1.0F : 2.0F;
+    sum += times * square(i);
+    squares += times * square(i) * square(i);
+  }
+  for (int i = 0; i <= plan.noise_reach; ++i) {
+    plan.noise_weight[static_cast<std::size_t>(i)] = square(i) / sum;
+  }
+  plan.noise_of_weights = std::sqrt(squares) / sum;
+}
+
 void make_filter(double sigma, ProfilePlan& plan) {
   plan.taps = std::min(ProfilePlan::kMostTaps, static_cast<int>(std::ceil(kFilterReach * sigma)));
   plan.filter_sigma = static_cast<float>(sigma);
@@ -46,6 +68,7 @@ void make_filter(double sigma, ProfilePlan& plan) {
   plan.filter_sum = static_cast<float>(sum);
   plan.filter_energy = static_cast<float>(energy);
   plan.filter_covariance = static_cast<float>(covariance);
+  set_noise_weights(plan);
 }
 
 // The filter of a stripe of width w, against the derivative of which noise of each kind stands.
