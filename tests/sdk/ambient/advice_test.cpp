@@ -8,9 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <striper/ambient/ambient_stage.hpp>
-
-#include "support/street.hpp"
+#include "support/decisions_on.hpp"
 
 namespace striper {
 namespace {
@@ -24,18 +22,7 @@ std::string decisions_on(
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
   testing::reseed();
   street.build();
-  AmbientStage stage(options);
-  for (std::uint64_t sequence = 0; sequence < 12; ++sequence) {
-    Frame frame = street.picture(sequence);
-    change(frame);
-    stage.push(frame);
-    while (stage.next() != nullptr) {
-    }
-  }
-  stage.finish();
-  while (stage.next() != nullptr) {
-  }
-  return stage.decisions();
+  return testing::decisions_on(street, options, 12, change);
 }
 
 AmbientOptions with_method(AmbientMethod method) {

@@ -9,7 +9,7 @@
 
 #include <striper/ambient/ambient_stage.hpp>
 
-#include "support/street.hpp"
+#include "support/decisions_on.hpp"
 
 namespace striper {
 namespace {
@@ -25,18 +25,7 @@ std::string decisions_on(
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
   AmbientOptions options;
   options.cadence = Cadence::parse(given);
-  AmbientStage stage(options);
-  for (std::uint64_t sequence = 0; sequence < pictures; ++sequence) {
-    Frame frame = street.picture(sequence);
-    change(frame);
-    stage.push(frame);
-    while (stage.next() != nullptr) {
-    }
-  }
-  stage.finish();
-  while (stage.next() != nullptr) {
-  }
-  return stage.decisions();
+  return testing::decisions_on(street, options, pictures, change);
 }
 
 // Past boxes, and at so many pixels an exposure that nothing is where it was.
