@@ -12,6 +12,7 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -33,14 +34,9 @@ std::string random_text(const std::string& characters, std::size_t longest) {
 }
 
 std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was refused";
-  return {};
+  const Error error = testing::error_of(action);
+  EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+  return error.what();
 }
 
 TEST(SourceUri, QueryBeginsAtTheLastQuestionMarkThatIsFollowedByAKey) {

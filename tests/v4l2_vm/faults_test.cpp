@@ -17,6 +17,7 @@
 #include <striper/core/log.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
+#include "support/error_of.hpp"
 #include "v4l2/v4l2_stream.hpp"
 #include "v4l2_vm/calls_between.hpp"
 #include "v4l2_vm/vivid.hpp"
@@ -82,14 +83,7 @@ class VividFaults : public ::testing::Test {
   }
 };
 
-std::string refusal(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing was refused";
-}
+std::string refusal(const std::function<void()>& action) { return error_of(action).what(); }
 
 struct Losses {
   std::uint64_t pictures = 0;  // With the lost ones.

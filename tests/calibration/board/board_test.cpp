@@ -13,6 +13,7 @@
 #include <striper/core/error.hpp>
 
 #include "support/board_picture.hpp"
+#include "support/error_of.hpp"
 #include "support/striper_session.hpp"
 
 namespace striper {
@@ -31,12 +32,9 @@ TEST(ParseBoard, ReadsCornersAndCircles) {
 TEST(ParseBoard, RefusesWhatIsNoBoard) {
   for (const char* text :
        {"", "8", "8x", "x6", "8x6x2", "8 x 6", "-8x6", "circles:", "rings:7x7"}) {
-    try {
-      parse_board(text, 0.04);
-      ADD_FAILURE() << "'" << text << "' was taken";
-    } catch (const Error& error) {
-      EXPECT_TRUE(error.kind() == ErrorKind::kUsage || error.kind() == ErrorKind::kBadValue);
-    }
+    SCOPED_TRACE(text);
+    const Error error = testing::error_of([&] { parse_board(text, 0.04); });
+    EXPECT_TRUE(error.kind() == ErrorKind::kUsage || error.kind() == ErrorKind::kBadValue);
   }
   EXPECT_THROW(parse_board("2x6", 0.04), Error);
   EXPECT_THROW(parse_board("8x6", 0.0), Error);

@@ -8,6 +8,7 @@
 #include <striper/intrinsics/camera_file.hpp>
 #include <striper/model/model_yaml.hpp>
 
+#include "support/error_of.hpp"
 #include "support/models.hpp"
 #include "support/scratch_directory.hpp"
 
@@ -59,14 +60,10 @@ class LoadCamera : public ::testing::Test {
 
   // The message of the refusal.
   std::string refusal(const std::string& text) const {
-    try {
-      load(text);
-    } catch (const Error& error) {
-      EXPECT_EQ(ErrorKind::kBadFile, error.kind());
-      return error.what();
-    }
-    ADD_FAILURE() << "it was taken: " << text;
-    return {};
+    SCOPED_TRACE(text);
+    const Error error = testing::error_of([&] { load(text); });
+    EXPECT_EQ(ErrorKind::kBadFile, error.kind());
+    return error.what();
   }
 
   testing::ScratchDirectory directory_;

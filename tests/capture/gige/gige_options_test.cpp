@@ -7,6 +7,8 @@
 #include <striper/core/error.hpp>
 #include <striper/gige/gige_options.hpp>
 
+#include "support/error_of.hpp"
+
 namespace striper {
 namespace {
 
@@ -24,13 +26,9 @@ GigeOptions options_of(const std::string& text) {
 }
 
 std::string refusal(const std::string& text) {
-  try {
-    options_of(text);
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-    return error.what();
-  }
-  return "accepted";
+  const Error error = testing::error_of([&] { options_of(text); });
+  EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+  return error.what();
 }
 
 TEST(GigeOptions, UnderstandEveryKey) {

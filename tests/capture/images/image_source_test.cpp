@@ -16,6 +16,7 @@
 #include <striper/core/error.hpp>
 #include <striper/images/image_source.hpp>
 
+#include "support/error_of.hpp"
 #include "support/scratch_directory.hpp"
 
 namespace striper {
@@ -49,12 +50,7 @@ class ImagesOfADirectory : public ::testing::Test {
   }
   std::vector<Frame> read_all(const std::string& query = "") { return read_all(*open(query)); }
   Error error_of(const std::string& query) {
-    try {
-      open(query);
-    } catch (const Error& error) {
-      return error;
-    }
-    return {ErrorKind::kBadFile, "nothing was refused"};
+    return testing::error_of([&] { open(query); });
   }
 
   ScratchDirectory scratch_;

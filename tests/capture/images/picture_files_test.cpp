@@ -6,6 +6,7 @@
 #include <striper/core/error.hpp>
 #include <striper/images/picture_files.hpp>
 
+#include "support/error_of.hpp"
 #include "support/scratch_directory.hpp"
 
 namespace striper {
@@ -23,12 +24,7 @@ std::vector<std::string> names(const std::string& pattern) {
 }
 
 Error error_of(const std::string& pattern) {
-  try {
-    picture_files(pattern);
-  } catch (const Error& error) {
-    return error;
-  }
-  return {ErrorKind::kBadValue, "nothing was refused"};
+  return testing::error_of([&] { picture_files(pattern); });
 }
 
 TEST(PictureFiles, DirectoryGivesItsPicturesInNaturalOrder) {

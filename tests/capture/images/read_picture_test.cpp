@@ -13,6 +13,7 @@
 #include <striper/core/error.hpp>
 #include <striper/images/read_picture.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 #include "support/scratch_directory.hpp"
 #include "support/shared_data.hpp"
@@ -46,12 +47,7 @@ cv::Mat draw_picture(int type, cv::Size size = {61, 47}) {
 }
 
 Error error_of(const std::filesystem::path& path) {
-  try {
-    read_picture(path);
-  } catch (const Error& error) {
-    return error;
-  }
-  return {ErrorKind::kUsage, "nothing was refused"};
+  return testing::error_of([&] { read_picture(path); });
 }
 
 struct Encoding {

@@ -13,6 +13,7 @@
 #include <striper/core/log.hpp>
 #include <striper/images/recorder.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 #include "support/scratch_directory.hpp"
 
@@ -181,13 +182,9 @@ TEST(Recorder, NeverWritesIntoADirectoryOfPictures) {
   const ScratchDirectory scratch;
   { Recorder(scratch.path(), {}).write(plain_frame(0)); }
   const std::string table = testing::read_bytes(scratch / "frames.csv");
-  try {
-    Recorder(scratch.path(), {});
-    FAIL() << "it was overwritten";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-    EXPECT_THAT(error.what(), HasSubstr("already holds a recording or pictures"));
-  }
+  const Error error = testing::error_of([&] { Recorder(scratch.path(), {}); });
+  EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+  EXPECT_THAT(error.what(), HasSubstr("already holds a recording or pictures"));
   EXPECT_EQ(testing::read_bytes(scratch / "frames.csv"), table);
 }
 
@@ -201,13 +198,9 @@ TEST(Recorder, WithoutAFrameLeavesADirectoryThatCanBeUsed) {
 TEST(Recorder, DirectoryThatCannotBeMadeIsAnIoError) {
   const ScratchDirectory scratch;
   testing::write_bytes(scratch / "file", "x");
-  try {
-    Recorder(scratch / "file/rec", {});
-    FAIL() << "nothing was refused";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kIo);
-    EXPECT_THAT(error.what(), HasSubstr("file/rec': Not a directory"));
-  }
+  const Error error = testing::error_of([&] { Recorder(scratch / "file/rec", {}); });
+  EXPECT_EQ(error.kind(), ErrorKind::kIo);
+  EXPECT_THAT(error.what(), HasSubstr("file/rec': Not a directory"));
 }
 
 // A limit on the size of files stands for a full disk: a write is cut short, then refused.
@@ -270,14 +263,13 @@ class FrameTable : public ::testing::Test {
   void write_table(const std::string& text) {
     testing::write_bytes(scratch_ / "rec" / "frames.csv", text);
   }
+  Error error_of_replay() {
+    return testing::error_of([&] { replay(scratch_ / "rec"); });
+  }
   std::string message_of_replay() {
-    try {
-      replay(scratch_ / "rec");
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
-      return error.what();
-    }
-    return "nothing was refused";
+    const Error error = error_of_replay();
+    EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
+    return error.what();
   }
 
   ScratchDirectory scratch_;
@@ -344,13 +336,9 @@ TEST_F(FrameTable, EveryMalformedLineIsNamed) {
 
 TEST_F(FrameTable, WithoutLinesIsNotFound) {
   write_table("file\n");
-  try {
-    replay(scratch_ / "rec");
-    FAIL() << "nothing was refused";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
-    EXPECT_THAT(error.what(), HasSubstr("has no frames"));
-  }
+  const Error error = error_of_replay();
+  EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
+  EXPECT_THAT(error.what(), HasSubstr("has no frames"));
 }
 
 }  // namespace

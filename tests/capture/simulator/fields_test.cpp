@@ -9,6 +9,8 @@
 #include <striper/core/error.hpp>
 #include <striper/simulator/simulator.hpp>
 
+#include "support/error_of.hpp"
+
 namespace striper {
 namespace {
 
@@ -144,12 +146,8 @@ TEST(SimulatedCadence, LasersTakeTurns) {
 
 TEST(SimulatedCadence, PartThatAPictureDoesNotHaveIsRefused) {
   Simulator simulator(quiet_wall());
-  try {
-    simulator.render(0, 1);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "part 1 of a picture - expected 0 to 0");
-  }
+  const Error error = testing::error_of([&] { simulator.render(0, 1); });
+  EXPECT_STREQ(error.what(), "part 1 of a picture - expected 0 to 0");
 }
 
 }  // namespace

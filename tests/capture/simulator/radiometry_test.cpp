@@ -10,6 +10,8 @@
 #include <striper/simulator/radiometry.hpp>
 #include <striper/simulator/simulator.hpp>
 
+#include "support/error_of.hpp"
+
 namespace striper {
 namespace {
 
@@ -121,12 +123,8 @@ TEST(Radiometry, TiltedWallGetsTheCosineOfTheIncidence) {
 }
 
 TEST(Radiometry, RatioOfALaserThatIsNotThereIsRefused) {
-  try {
-    stripe_to_sun_ratio(Scene(), 1, 2.0);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "laser 1 - the scene has lasers 0 to 0");
-  }
+  const Error error = testing::error_of([&] { stripe_to_sun_ratio(Scene(), 1, 2.0); });
+  EXPECT_STREQ(error.what(), "laser 1 - the scene has lasers 0 to 0");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <striper/core/error.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 
+#include "support/error_of.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
@@ -229,24 +230,17 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
        "imager.binning: '[2, 1.5]' - expected two whole numbers [across, down]"},
   };
   for (const Malformed& malformed : cases) {
-    try {
-      parse_scene(malformed.yaml, "x");
-      ADD_FAILURE() << "accepted: " << malformed.yaml;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), ErrorKind::kBadFile) << malformed.yaml;
-      EXPECT_NE(std::string(error.what()).find(malformed.message), std::string::npos)
-          << malformed.yaml << "said: " << error.what() << "\nnot:  " << malformed.message;
-    }
+    SCOPED_TRACE(malformed.yaml);
+    const Error error = testing::error_of([&] { parse_scene(malformed.yaml, "x"); });
+    EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
+    EXPECT_NE(std::string(error.what()).find(malformed.message), std::string::npos)
+        << "said: " << error.what() << "\nnot:  " << malformed.message;
   }
 }
 
 TEST(SceneYaml, MissingFileIsNotFound) {
-  try {
-    load_scene("no/such.yaml");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
-  }
+  const Error error = testing::error_of([&] { load_scene("no/such.yaml"); });
+  EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <striper/core/error.hpp>
 #include <striper/simulator/simulated_source.hpp>
 
+#include "support/error_of.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
@@ -33,14 +34,9 @@ std::vector<Frame> all_frames(FrameSource& source) {
 }
 
 std::string refusal(const std::string& uri, ErrorKind kind) {
-  try {
-    open_source(uri);
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind);
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was refused";
-  return {};
+  const Error error = testing::error_of([&] { open_source(uri); });
+  EXPECT_EQ(error.kind(), kind);
+  return error.what();
 }
 
 TEST(SimulatedSource, GivesTheNumberOfPicturesThatIsAskedFor) {

@@ -3,15 +3,13 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <thread>
 
 #include <gtest/gtest.h>
 
-#include <striper/core/error.hpp>
-
 #include "capture/v4l2/stand_in_camera.hpp"
+#include "support/error_of.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
 namespace striper::testing {
@@ -41,17 +39,6 @@ inline StandInCamera::Setup television(std::uint32_t field,
   setup.field = field;
   setup.standard = standard;
   return setup;
-}
-
-/// What an action is refused with.
-inline Error error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error;
-  }
-  ADD_FAILURE() << "nothing was refused";
-  return {ErrorKind::kUsage, ""};
 }
 
 /// The next frame, which must come.

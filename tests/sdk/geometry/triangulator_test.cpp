@@ -12,6 +12,7 @@
 #include <striper/core/error.hpp>
 #include <striper/geometry/triangulator.hpp>
 
+#include "support/error_of.hpp"
 #include "support/models.hpp"
 #include "support/random.hpp"
 
@@ -106,12 +107,8 @@ TEST(Triangulator, WithRowsUpInThePictureIsPositiveBearing) {
 }
 
 TEST(Triangulator, MissingLaserIsNamed) {
-  try {
-    Triangulator(testing::typical_model(), 1);
-    ADD_FAILURE() << "accepted";
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "the model has 1 laser and no laser 1; calibrate it");
-  }
+  EXPECT_STREQ(testing::error_of([] { Triangulator(testing::typical_model(), 1); }).what(),
+               "the model has 1 laser and no laser 1; calibrate it");
 }
 
 // The point as a function of everything: the oracle for the derivatives.

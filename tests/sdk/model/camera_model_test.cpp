@@ -16,6 +16,7 @@
 #include <striper/core/error.hpp>
 #include <striper/model/camera_model.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -349,13 +350,10 @@ TEST(CameraModel, RefusesNanPixels) {
 }
 
 std::string message_of(int width, double fx, LensModel lens, std::vector<double> k) {
-  try {
-    const CameraModel camera(width, 480, fx, 600.0, 320.0, 240.0, lens, std::move(k));
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
-    return error.what();
-  }
-  return "no error";
+  const Error error = testing::error_of(
+      [&] { CameraModel(width, 480, fx, 600.0, 320.0, 240.0, lens, std::move(k)); });
+  EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
+  return error.what();
 }
 
 TEST(CameraModel, RefusesWhatIsNoCamera) {

@@ -18,6 +18,7 @@
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 #include "support/shared_data.hpp"
 
@@ -165,13 +166,9 @@ TEST_P(MalformedModel, IsRefusedWithItsExactMessage) {
   const std::string name = std::string(GetParam().file) + ".yaml";
   const auto path = zoo_path() / name;
   ASSERT_TRUE(std::filesystem::exists(path));
-  try {
-    parse_model(read(path), name);
-    FAIL() << "was accepted";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.what(), name + GetParam().message);
-    EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
-  }
+  const Error error = testing::error_of([&] { parse_model(read(path), name); });
+  EXPECT_EQ(error.what(), name + GetParam().message);
+  EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
 }
 
 TEST(MalformedModelZoo, TableHasEveryFile) {

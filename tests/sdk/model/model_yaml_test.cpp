@@ -17,6 +17,7 @@
 #include <striper/core/log.hpp>
 #include <striper/model/model_yaml.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -258,21 +259,12 @@ TEST_F(ModelFile, ReplacesTheTargetOfALinkAndKeepsPermissions) {
 
 TEST_F(ModelFile, SaysWhatCannotBeReadOrWritten) {
   const auto missing = directory_ / "none" / "striper.yaml";
-  try {
-    load_model(missing);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
-    EXPECT_EQ(error.what(),
-              missing.string() + ": there is no such file - expected a striper model");
-  }
-  try {
-    save_model(random_model(), missing);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kIo);
-    EXPECT_EQ(error.what(), missing.string() + ": cannot be written: No such file or directory");
-  }
+  const Error unread = testing::error_of([&] { load_model(missing); });
+  EXPECT_EQ(unread.kind(), ErrorKind::kNotFound);
+  EXPECT_EQ(unread.what(), missing.string() + ": there is no such file - expected a striper model");
+  const Error unwritten = testing::error_of([&] { save_model(random_model(), missing); });
+  EXPECT_EQ(unwritten.kind(), ErrorKind::kIo);
+  EXPECT_EQ(unwritten.what(), missing.string() + ": cannot be written: No such file or directory");
   EXPECT_THROW(load_model(directory_), Error);
   EXPECT_THROW(save_model(random_model(), directory_), Error);
   EXPECT_THROW(load_model("/dev/zero"), Error);

@@ -14,6 +14,7 @@
 #include <striper/core/error.hpp>
 #include <striper/sinks/csv_sink.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -119,13 +120,9 @@ TEST_F(CsvSinkTest, NumbersReadBackToTheSameBits) {
 }
 
 TEST_F(CsvSinkTest, PathThatCannotBeWrittenIsNamed) {
-  try {
-    CsvSink sink("/no/such/folder/scans.csv");
-    ADD_FAILURE() << "opened";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kIo);
-    EXPECT_THAT(error.what(), HasSubstr("'/no/such/folder/scans.csv': No such file or directory"));
-  }
+  const Error error = testing::error_of([] { CsvSink("/no/such/folder/scans.csv"); });
+  EXPECT_EQ(error.kind(), ErrorKind::kIo);
+  EXPECT_THAT(error.what(), HasSubstr("'/no/such/folder/scans.csv': No such file or directory"));
 }
 
 TEST_F(CsvSinkTest, FullDiskLeavesWholeLines) {

@@ -11,6 +11,7 @@
 #include <striper/core/error.hpp>
 #include <striper/stripe/extractor.hpp>
 
+#include "support/error_of.hpp"
 #include "support/synthetic_stripe.hpp"
 
 namespace striper {
@@ -202,12 +203,8 @@ TEST(PaperExtractor, PictureTooSmallForThreePixelsHasNoStripe) {
 TEST(ExtractOptions, RefuseAThresholdThatIsNotAboveZero) {
   ExtractOptions options;
   options.threshold_dn = -3.0;
-  try {
-    make_extractor(options);
-    ADD_FAILURE() << "accepted";
-  } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "threshold_dn is -3; expected a number of DN above 0");
-  }
+  const Error error = testing::error_of([&] { make_extractor(options); });
+  EXPECT_STREQ(error.what(), "threshold_dn is -3; expected a number of DN above 0");
 }
 
 }  // namespace

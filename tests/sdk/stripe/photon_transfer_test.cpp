@@ -15,6 +15,7 @@
 #include <striper/core/error.hpp>
 #include <striper/stripe/photon_transfer.hpp>
 
+#include "support/error_of.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -121,13 +122,10 @@ TEST(PhotonTransfer, KeepsStreamsApart) {
 }
 
 void expect_refused(const std::function<void()>& action, ErrorKind kind, const std::string& why) {
-  try {
-    action();
-    ADD_FAILURE() << "not refused: " << why;
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    EXPECT_THAT(error.what(), ::testing::HasSubstr(why));
-  }
+  SCOPED_TRACE(why);
+  const Error error = testing::error_of(action);
+  EXPECT_EQ(error.kind(), kind) << error.what();
+  EXPECT_THAT(error.what(), ::testing::HasSubstr(why));
 }
 
 TEST(PhotonTransfer, RefusesWhatDoesNotTell) {

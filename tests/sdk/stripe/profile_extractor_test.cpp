@@ -18,6 +18,7 @@
 #include <striper/stripe/extractor.hpp>
 
 #include "support/allocation_counter.hpp"
+#include "support/error_of.hpp"
 #include "support/instruction_sets.hpp"
 #include "support/synthetic_stripe.hpp"
 
@@ -378,13 +379,10 @@ TEST(ExtractOptions, RefusesValuesOutOfBoundsNamingThem) {
   const auto refuses = [](auto change, const std::string& field) {
     ExtractOptions options;
     change(options);
-    try {
-      options.validate();
-      ADD_FAILURE() << "accepted " << field;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
-      EXPECT_EQ(std::string(error.what()).rfind(field, 0), 0U) << error.what();
-    }
+    SCOPED_TRACE(field);
+    const Error error = testing::error_of([&] { options.validate(); });
+    EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
+    EXPECT_EQ(std::string(error.what()).rfind(field, 0), 0U) << error.what();
   };
   refuses([](ExtractOptions& o) { o.threshold_dn = 0.0; }, "threshold_dn");
   refuses([](ExtractOptions& o) { o.false_alarm_rate = 1.0; }, "false_alarm_rate");
