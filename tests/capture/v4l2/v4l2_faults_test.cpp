@@ -3,27 +3,19 @@
 // streams that break, stall or vanish. The device is a stand-in; the same against the kernel's own
 // driver is in tests/v4l2_vm.
 #include <cerrno>
-#include <vector>
+#include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "capture/v4l2/stand_in_rig.hpp"
 
-namespace striper {
+namespace striper::testing {
 namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
-using testing::error_of;
-using testing::eventually;
 using ::testing::HasSubstr;
-using testing::kPatience;
-using testing::next;
-using testing::now_ns;
-using testing::Rig;
-using testing::StandInCamera;
-using testing::television;
 
 constexpr milliseconds kNoTime{0};
 
@@ -88,30 +80,38 @@ TEST(V4l2Source, PicturesOfNoiseThatWereLyingThereAreNotUsedAfterTheSignalIsBack
   }
 }
 
+// A grabber that streams, and whose next answers about its signal take so long.
+class HesitantGrabber {
+ public:
+  HesitantGrabber(milliseconds delay, int answers)
+      : rig_(television(V4L2_FIELD_ALTERNATE)), source_(rig_.open()) {
+    rig_.camera->delay_next(VIDIOC_ENUMINPUT, delay, answers);
+    source_->start();
+  }
+  void lose_the_signal() const { rig_.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL); }
+  FrameStatus exposed() const {
+    rig_.camera->expose();
+    return next(*source_).status;
+  }
+
+ private:
+  Rig rig_;
+  std::unique_ptr<FrameSource> source_;
+};
+
 // The first answer comes late because something else had the processor; the device itself is quick.
 TEST(V4l2Source, OneLateAnswerAboutTheSignalLetsNoNoisePass) {
-  const Rig rig(television(V4L2_FIELD_ALTERNATE));
-  const auto source = rig.open();
-  rig.camera->delay_next(VIDIOC_ENUMINPUT, milliseconds(30));
-  source->start();
-  rig.camera->expose();
-  EXPECT_EQ(next(*source).status, FrameStatus::kOk);
-  rig.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
-  rig.camera->expose();
-  EXPECT_EQ(next(*source).status, FrameStatus::kCorrupt);
+  const HesitantGrabber grabber(milliseconds(30), 1);
+  EXPECT_EQ(grabber.exposed(), FrameStatus::kOk);
+  grabber.lose_the_signal();
+  EXPECT_EQ(grabber.exposed(), FrameStatus::kCorrupt);
 }
 
 TEST(V4l2Source, SlowGrabberIsAskedForItsSignalTenTimesASecond) {
-  const Rig rig(television(V4L2_FIELD_ALTERNATE));
-  const auto source = rig.open();
-  rig.camera->delay_next(VIDIOC_ENUMINPUT, milliseconds(8), 1000);
-  source->start();
-  rig.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
+  const HesitantGrabber grabber(milliseconds(8), 1000);
+  grabber.lose_the_signal();
   const auto lost_at = steady_clock::now();
-  const auto is_seen = [&] {
-    rig.camera->expose();
-    return next(*source).status == FrameStatus::kCorrupt;
-  };
+  const auto is_seen = [&] { return grabber.exposed() == FrameStatus::kCorrupt; };
   EXPECT_FALSE(is_seen()) << "it was asked just now";
   EXPECT_TRUE(eventually(is_seen));
   EXPECT_LT(steady_clock::now() - lost_at, milliseconds(1000));
@@ -251,4 +251,4 @@ TEST(V4l2Source, StopsInTimeWhileItWaitsForTheDevice) {
 }
 
 }  // namespace
-}  // namespace striper
+}  // namespace striper::testing

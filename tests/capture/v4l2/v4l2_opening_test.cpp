@@ -9,16 +9,11 @@
 
 #include "capture/v4l2/stand_in_rig.hpp"
 
-namespace striper {
+namespace striper::testing {
 namespace {
 
 using ::testing::AllOf;
-using testing::error_of;
 using ::testing::HasSubstr;
-using testing::next;
-using testing::Rig;
-using testing::StandInCamera;
-using testing::television;
 
 TEST(V4l2Source, EachReasonNotToOpenHasItsOwnMessage) {
   struct Case {
@@ -198,4 +193,4 @@ TEST(V4l2Options, ValuesThatMakeNoSenseAreQuoted) {
 }
 
 }  // namespace
-}  // namespace striper
+}  // namespace striper::testing

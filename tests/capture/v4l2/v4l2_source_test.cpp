@@ -10,18 +10,10 @@
 
 #include "capture/v4l2/stand_in_rig.hpp"
 
-namespace striper {
+namespace striper::testing {
 namespace {
 
-using testing::error_of;
-using testing::eventually;
 using ::testing::HasSubstr;
-using testing::kPatience;
-using testing::next;
-using testing::now_ns;
-using testing::Rig;
-using testing::StandInCamera;
-using testing::television;
 
 // --- Fields, numbers and times ---
 
@@ -199,4 +191,4 @@ TEST(V4l2Source, NothingIsLeftOpenOrMappedInTheEnd) {
 }
 
 }  // namespace
-}  // namespace striper
+}  // namespace striper::testing
