@@ -6,20 +6,19 @@ cannot give one, cameras handed on, boards drawn, models compared, a striper ver
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 calibrate_test.py
 """
 import json
-import os
 import pathlib
-import subprocess
 import tempfile
 import unittest
 
-STRIPER = os.environ["STRIPER"]
-SOURCE = pathlib.Path(os.environ["STRIPER_SOURCE_DIR"])
+import program
+
+SOURCE = pathlib.Path(program.SOURCE_DIR)
 SESSION = SOURCE / "data" / "calibration"
 BOARD = ["--board", "9x6", "--square", "0.06"]
 
 
 def run(*arguments):
-    return subprocess.run([STRIPER, *map(str, arguments)], capture_output=True, text=True, timeout=240)
+    return program.striper(*arguments, code=None, timeout=240)
 
 
 class Calibrate(unittest.TestCase):

@@ -14,11 +14,10 @@ import os
 import resource
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
-STRIPER = os.environ["STRIPER"]
+from program import STRIPER, InScratch, striper
 COLUMNS = (
     "frame,time_s,laser,u_px,v_px,bearing_rad,range_m,range_near_m,range_far_m,sigma_m,sigma_cal_m,"
     "x_m,y_m,intensity,width_px,row_sigma_px,confidence,status"
@@ -64,39 +63,20 @@ def limit_file_size(count):
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (count, count))
 
 
-class EndToEnd(unittest.TestCase):
+class EndToEnd(InScratch):
     def setUp(self):
-        scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
-        self.addCleanup(scratch.cleanup)
-        self.scratch = scratch.name
+        super().setUp()
         self.shots = self.path("shots")
-        os.mkdir(self.shots)
         for number in (1, 2, 3, 10):
             self.write(f"shots/shot{number}.pgm", pgm())
-        self.model = self.write("striper.yaml", MODEL.encode())
-
-    def path(self, *names):
-        return os.path.join(self.scratch, *names)
-
-    def write(self, name, content):
-        with open(self.path(name), "wb") as file:
-            file.write(content)
-        return self.path(name)
+        self.model = self.write("striper.yaml", MODEL)
 
     def read(self, name):
         with open(self.path(name), "rb") as file:
             return file.read()
 
-    def striper(self, *arguments, code=0, **options):
-        """Runs the program and returns it finished, its output as text."""
-        done = subprocess.run(
-            [STRIPER, *arguments], capture_output=True, text=True, timeout=60, check=False, **options
-        )
-        self.assertEqual(done.returncode, code, f"{arguments}\n{done.stdout[-2000:]}\n{done.stderr}")
-        return done
-
-    def capture(self, *arguments, code=0, **options):
-        return self.striper("capture", *arguments, code=code, **options)
+    def capture(self, *arguments, **options):
+        return striper("capture", *arguments, **options)
 
     def rows(self, text):
         """The lines of a CSV; fails where one is not whole."""
@@ -120,30 +100,30 @@ class EndToEnd(unittest.TestCase):
 
 class Help(EndToEnd):
     def test_every_command_teaches(self):
-        overview = self.striper("--help").stdout
+        overview = striper("--help").stdout
         for command in ("capture", "record", "simulate"):
             with self.subTest(command=command):
                 self.assertIn(f"  {command} ", overview)
-                done = self.striper(command, "--help")
+                done = striper(command, "--help")
                 self.assertEqual(done.stderr, "")
                 self.assertIn("Examples:", done.stdout)
                 self.assertIn(f"  striper {command} ", done.stdout.split("Examples:")[1])
 
     def test_lines_fit_a_terminal(self):
         for arguments in (["--help"], ["capture", "--help"], ["record", "--help"]):
-            for line in self.striper(*arguments).stdout.splitlines():
+            for line in striper(*arguments).stdout.splitlines():
                 self.assertLessEqual(len(line), 100, line)
 
     def test_version(self):
-        self.assertRegex(self.striper("--version").stdout, r"^striper \d+\.\d+\.\d+\n$")
+        self.assertRegex(striper("--version").stdout, r"^striper \d+\.\d+\.\d+\n$")
 
     def test_nothing_asked_for_is_wrong_usage(self):
-        self.assertIn("See striper --help", self.striper(code=2).stderr)
+        self.assertIn("See striper --help", striper(code=2).stderr)
 
 
 class WrongUsage(EndToEnd):
     def check(self, expected, *arguments):
-        done = self.striper(*arguments, code=2)
+        done = striper(*arguments, code=2)
         self.assertIn(expected, done.stderr)
         self.assertEqual(done.stdout, "")
 
@@ -213,7 +193,7 @@ class BadInput(EndToEnd):
         self.assertEqual(self.read("scans.csv"), b"precious")
 
     def test_not_a_number_in_the_model(self):
-        self.write("striper.yaml", MODEL.replace("distance_m: 0.5", "distance_m: .nan").encode())
+        self.write("striper.yaml", MODEL.replace("distance_m: 0.5", "distance_m: .nan"))
         done = self.capture(self.shots, "-m", self.model, code=1)
         self.assertIn("striper.yaml", done.stderr)
         self.assertIn("distance_m", done.stderr)
@@ -224,11 +204,11 @@ class BadInput(EndToEnd):
   - normal: [0, 1, 0]
     distance_m: 0.5
 """, "lasers: []\n")
-        self.write("striper.yaml", text.encode())
+        self.write("striper.yaml", text)
         self.assertIn("lasers", self.capture(self.shots, "-m", self.model, code=1).stderr)
 
     def test_model_of_another_camera(self):
-        self.write("striper.yaml", MODEL.replace("image_width: 64", "image_width: 65").encode())
+        self.write("striper.yaml", MODEL.replace("image_width: 64", "image_width: 65"))
         done = self.capture(self.shots, "-m", self.model, code=1)
         self.assertIn("65x48", done.stderr)
         self.assertIn("64x48", done.stderr)
@@ -443,30 +423,30 @@ class Output(EndToEnd):
 class Record(EndToEnd):
     def test_recording_replays_to_the_same_scans(self):
         expected = self.capture(self.shots + "?fps=7", "-m", self.model, "--missing").stdout
-        self.striper("record", self.shots + "?fps=7", "-o", self.path("rec"))
+        striper("record", self.shots + "?fps=7", "-o", self.path("rec"))
         again = self.capture(self.path("rec"), "-m", self.model, "--missing").stdout
         self.assertEqual(again, expected)
 
     def test_bad_pictures_are_recorded_as_such(self):
         self.write("shots/shot2.pgm", pgm()[:-1])
-        done = self.striper("record", self.shots, "-o", self.path("rec"), "--json", code=1)
+        done = striper("record", self.shots, "-o", self.path("rec"), "--json", code=1)
         self.assertEqual(json.loads(done.stdout)["recorded"], 4)
         self.assertEqual(json.loads(done.stdout)["corrupt"], 1)
         done = self.capture(self.path("rec"), code=1)
         self.assertIn("shot2.pgm' is a truncated PGM", done.stderr)
 
     def test_every_keeps_pictures_that_far_apart(self):
-        self.striper("record", self.shots + "?fps=10", "-o", self.path("rec"), "--every", "0.2")
+        striper("record", self.shots + "?fps=10", "-o", self.path("rec"), "--every", "0.2")
         table = csv.DictReader(io.StringIO(self.read("rec/frames.csv").decode()))
         self.assertEqual([row["sequence"] for row in table], ["0", "2"])
 
     def test_never_into_a_directory_with_pictures(self):
-        done = self.striper("record", self.shots, "-o", self.shots, code=2)
+        done = striper("record", self.shots, "-o", self.shots, code=2)
         self.assertIn("already holds a recording or pictures", done.stderr)
 
     def test_full_disk_keeps_what_was_recorded(self):
         source = self.long_recording(1000)
-        done = self.striper(
+        done = striper(
             "record", source, "-o", self.path("rec"), code=1, preexec_fn=limit_file_size(5000)
         )
         self.assertIn("frames.csv': File too large", done.stderr)

@@ -9,26 +9,14 @@ import json
 import math
 import os
 import re
-import subprocess
 import tempfile
 import unittest
 
-STRIPER = os.environ["STRIPER"]
-SOURCE_DIR = os.environ.get(
-    "STRIPER_SOURCE_DIR", os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
-)
-WALL = os.path.join(SOURCE_DIR, "data/scenes/wall.yaml")
-NTSC = os.path.join(SOURCE_DIR, "data/scenes/ntsc_grabber.yaml")
+from program import InScratch, scene_path, striper
+
+WALL = scene_path("wall.yaml")
+NTSC = scene_path("ntsc_grabber.yaml")
 WIDTH, HEIGHT = 160, 120
-
-
-def striper(*arguments, code=0):
-    done = subprocess.run(
-        [STRIPER, *arguments], capture_output=True, text=True, timeout=120, check=False
-    )
-    if code is not None and done.returncode != code:
-        raise AssertionError(f"{arguments} gave {done.returncode}\n{done.stdout}\n{done.stderr}")
-    return done
 
 
 def stripe(height, at=60.0, sigma=1.2):
@@ -57,19 +45,9 @@ def green_on_white(background, light):
     return b"P6 %d %d 255\n" % (WIDTH, HEIGHT) + bytes(pixels)
 
 
-class Doctor(unittest.TestCase):
-    def setUp(self):
-        scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
-        self.addCleanup(scratch.cleanup)
-        self.scratch = scratch.name
-
-    def path(self, name):
-        return os.path.join(self.scratch, name)
-
+class Doctor(InScratch):
     def picture(self, content, name="picture.pnm"):
-        with open(self.path(name), "wb") as file:
-            file.write(content)
-        return "images:" + self.path(name)
+        return "images:" + self.write(name, content)
 
     def findings(self, source, code, *options):
         return json.loads(striper("doctor", source, "--json", *options, code=code).stdout)["findings"]

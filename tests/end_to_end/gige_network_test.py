@@ -16,7 +16,8 @@ import sys
 import time
 import unittest
 
-STRIPER = os.environ["STRIPER"]
+from program import STRIPER
+
 HOST, CAMERA = (f"striper-{side}-{os.getpid()}" for side in ("host", "camera"))
 
 

@@ -25,12 +25,10 @@ import time
 import unittest
 import xml.etree.ElementTree
 
-STRIPER = os.environ["STRIPER"]
-SOURCE_DIR = os.environ.get(
-    "STRIPER_SOURCE_DIR", os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
-)
-WALL = os.path.join(SOURCE_DIR, "data/scenes/wall.yaml")
-ROOM = os.path.join(SOURCE_DIR, "data/scenes/room.yaml")
+from program import STRIPER, InScratch, run, scene_path, striper
+
+WALL = scene_path("wall.yaml")
+ROOM = scene_path("room.yaml")
 # Of the same wall, a small camera: rendered in no time.
 SMALL = """striper_scene: 1
 camera: {width: 160, height: 120, fov_deg: 55, lens: plumb_bob, distortion: [-0.2, 0.05, 0, 0, 0]}
@@ -109,32 +107,7 @@ class VirtualCamera:
             return list(csv.DictReader(file))
 
 
-class Gige(unittest.TestCase):
-    def setUp(self):
-        scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
-        self.addCleanup(scratch.cleanup)
-        self.scratch = scratch.name
-
-    def path(self, name):
-        return os.path.join(self.scratch, name)
-
-    def write(self, name, content):
-        with open(self.path(name), "wb" if isinstance(content, bytes) else "w") as file:
-            file.write(content)
-        return self.path(name)
-
-    def run_program(self, *arguments, code=0, **options):
-        done = subprocess.run(
-            arguments, capture_output=True, text=True, timeout=120, check=False, **options
-        )
-        if code is not None:
-            said = f"{arguments}\n{done.stdout[-3000:]}\n{done.stderr}"
-            self.assertEqual(done.returncode, code, said)
-        return done
-
-    def striper(self, *arguments, code=0):
-        return self.run_program(STRIPER, *arguments, code=code)
-
+class Gige(InScratch):
     def start_capture(self, uri, *options):
         """A capture that runs until it is told to end; returns when it is at work."""
         program = subprocess.Popen(
@@ -159,12 +132,12 @@ class CaptureEqualsSimulator(Gige):
 
     def check(self, scene, gige_query="", sim_query="", options=(), sim_scene=None, frames=4, least=100):
         model_from = self.path(f"truth{len(os.listdir(self.scratch))}")
-        self.striper("simulate", scene, "-o", model_from, "--frames", "1")
+        striper("simulate", scene, "-o", model_from, "--frames", "1")
         common = ["--model", os.path.join(model_from, "model.yaml"), "--frames", str(frames), *options]
         simulated = f"sim:{sim_scene or scene}?frames={frames}" + (f"&{sim_query}" if sim_query else "")
-        expected = self.rows(self.striper("capture", simulated, *common))
+        expected = self.rows(striper("capture", simulated, *common))
         with VirtualCamera(scene) as camera:
-            got = self.rows(self.striper("capture", camera.uri(gige_query), *common))
+            got = self.rows(striper("capture", camera.uri(gige_query), *common))
         self.assertGreater(len(expected), least, "there is something to compare")
         self.assertEqual(len(got), len(expected))
         for one, other in zip(got, expected):
@@ -211,7 +184,7 @@ class CaptureEqualsSimulator(Gige):
 
 class Devices(Gige):
     def listed(self, camera):
-        cameras = json.loads(self.striper("devices", "--json").stdout)["cameras"]
+        cameras = json.loads(striper("devices", "--json").stdout)["cameras"]
         ours = [one for one in cameras if one["address"] == camera.address]
         self.assertEqual(len(ours), 1, cameras)
         return ours[0]
@@ -225,14 +198,14 @@ class Devices(Gige):
             self.assertEqual(one["serial"], camera.serial)
             self.assertEqual(one["access"], "free")
             self.assertIn("gige:" + camera.address, one["other_uris"])
-            self.striper("capture", one["uri"], "--frames", "2", "-o", self.path("scans.csv"))
+            striper("capture", one["uri"], "--frames", "2", "-o", self.path("scans.csv"))
 
             program = self.start_capture(camera.uri())
             self.assertRegex(self.listed(camera)["access"], r"^held by 127\.0\.0\.1:\d+$")
-            text = self.striper("devices").stdout
+            text = striper("devices").stdout
             self.assertIn(f"gige:{camera.serial}\n  Striper VirtualStriper {camera.serial}", text)
             self.assertRegex(text, r"held by 127\.0\.0\.1:\d+")
-            refused = self.striper("capture", camera.uri(), "--frames", "1", code=1)
+            refused = striper("capture", camera.uri(), "--frames", "1", code=1)
             self.assertIn("busy: held by another program (127.0.0.1:", refused.stderr)
             program.send_signal(signal.SIGINT)
             program.communicate(timeout=20)
@@ -272,7 +245,7 @@ class LaserOff(Gige):
         with VirtualCamera(
             self.write("small.yaml", small_scene()), registers=self.path("writes.csv")
         ) as camera:
-            done = self.run_program(
+            done = run(
                 STRIPER, "capture", camera.uri(self.QUERY), "-o", self.path("scans.csv"), code=1,
                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50000, 50000)),
             )
@@ -307,12 +280,12 @@ class OtherClients(Gige):
         cls.folder.cleanup()
 
     def arv_tool(self, *arguments):
-        done = self.run_program("arv-tool-0.8", "-a", self.camera.address, *arguments)
+        done = run("arv-tool-0.8", "-a", self.camera.address, *arguments)
         self.assertNotIn("error", (done.stdout + done.stderr).lower())
         return done.stdout
 
     def test_arv_tool_finds_it(self):
-        listing = self.run_program("arv-tool-0.8").stdout
+        listing = run("arv-tool-0.8").stdout
         self.assertIn(f"Striper-{self.camera.serial} ({self.camera.address})", listing)
 
     def test_arv_tool_reads_a_description_that_is_xml(self):
@@ -331,13 +304,13 @@ class OtherClients(Gige):
                              "Gain=6", "PixelFormat=Mono12")
         for words in ("Width = 64", "OffsetX = 32", "ExposureTime = 250", "Gain = 6", "Mono12"):
             self.assertIn(words, said)
-        done = self.run_program(STRIPER, "doctor", self.camera.uri(), "--seconds", "0.5", code=None)
+        done = striper("doctor", self.camera.uri(), "--seconds", "0.5", code=None)
         self.assertIn("Mono12 64x120", done.stdout)
         self.arv_tool("control", "OffsetX=0", "Width=160", "PixelFormat=Mono8", "Gain=0")
 
     def test_arv_tool_is_refused_what_is_out_of_range(self):
         before = self.arv_tool("control", "Gain")
-        done = self.run_program(
+        done = run(
             "arv-tool-0.8", "-a", self.camera.address, "--range-check=enable", "control", "Gain=99",
             code=None,
         )
@@ -345,7 +318,7 @@ class OtherClients(Gige):
         self.assertEqual(self.arv_tool("control", "Gain"), before)
 
     def test_arv_camera_test_streams_without_loss(self):
-        done = self.run_program(
+        done = run(
             "arv-camera-test-0.8", "-n", self.camera.address, "-f", "50", "-e", "500", "-w", "128",
             "-h", "96", "--no-packet-socket", "--duration", "3",
         )
@@ -375,27 +348,27 @@ class AnotherMakersCamera(Gige):
         self.addCleanup(self.camera.terminate)
         deadline = time.monotonic() + 10
         while time.monotonic() < deadline:
-            if "SHIPPED" in self.striper("devices").stdout:
+            if "SHIPPED" in striper("devices").stdout:
                 return
         self.fail("arv-fake-gv-camera-0.8 does not answer")
 
     def test_lists_records_and_scans(self):
-        listed = self.striper("devices").stdout
+        listed = striper("devices").stdout
         self.assertIn("gige:SHIPPED\n  Aravis Fake SHIPPED (GigE Vision on lo, 127.0.0.1), free", listed)
         uri = "gige:SHIPPED?roi=0,0,320,240&fps=25&exposure_us=1000"
-        done = self.striper("record", uri, "-o", self.path("pictures"), "--frames", "10")
+        done = striper("record", uri, "-o", self.path("pictures"), "--frames", "10")
         self.assertIn("10 pictures", done.stderr)
         with open(self.path("pictures/frames.csv"), encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual([row["sequence"] for row in rows], [str(n) for n in range(10)])
-        self.striper("capture", uri, "--frames", "5", "--missing", "-o", self.path("scans.csv"))
+        striper("capture", uri, "--frames", "5", "--missing", "-o", self.path("scans.csv"))
 
 
 class Doctor(Gige):
     """Each trouble is told from the others, with its cure. What it says of pictures is in doctor_test.py."""
 
     def findings(self, source, code, seconds="1"):
-        done = self.striper("doctor", source, "--seconds", seconds, "--json", code=code)
+        done = striper("doctor", source, "--seconds", seconds, "--json", code=code)
         return json.loads(done.stdout)["findings"]
 
     def check(self, findings, severity, what, cure):

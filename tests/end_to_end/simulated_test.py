@@ -14,19 +14,10 @@ import subprocess
 import tempfile
 import unittest
 
-STRIPER = os.environ["STRIPER"]
+from program import SOURCE_DIR, STRIPER, run, scene_path, striper
+
 EXAMPLE = os.environ["STRIPER_EXAMPLE"]
-SOURCE_DIR = os.environ.get(
-    "STRIPER_SOURCE_DIR", os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
-)
-WALL = os.path.join(SOURCE_DIR, "data/scenes/wall.yaml")
-
-
-def run(*arguments, code=0):
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=120, check=False)
-    if done.returncode != code:
-        raise AssertionError(f"{arguments} gave {done.returncode}\n{done.stderr}")
-    return done
+WALL = scene_path("wall.yaml")
 
 
 class Simulated(unittest.TestCase):
@@ -34,7 +25,7 @@ class Simulated(unittest.TestCase):
     def setUpClass(cls):
         cls.scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
         cls.room = os.path.join(cls.scratch.name, "wall")
-        run(STRIPER, "simulate", WALL, "-o", cls.room, "--frames", "3")
+        striper("simulate", WALL, "-o", cls.room, "--frames", "3")
         cls.model = os.path.join(cls.room, "model.yaml")
 
     @classmethod
@@ -48,9 +39,9 @@ class Simulated(unittest.TestCase):
 class Replay(Simulated):
     def check(self, name, query, *options, scene=WALL):
         source = f"sim:{scene}?frames=5{query}"
-        live = run(STRIPER, "capture", source, *options).stdout
-        run(STRIPER, "record", source, "-o", self.path(name))
-        again = run(STRIPER, "capture", "images:" + self.path(name), *options).stdout
+        live = striper("capture", source, *options).stdout
+        striper("record", source, "-o", self.path(name))
+        again = striper("capture", "images:" + self.path(name), *options).stdout
         self.assertEqual(again, live)
         self.assertGreater(len(live.splitlines()), 500, "there is something to compare")
 
@@ -85,7 +76,7 @@ class Replay(Simulated):
 
 class Simulate(Simulated):
     def test_scans_agree_with_the_truth(self):
-        scans = run(STRIPER, "capture", self.room, "-m", self.model).stdout
+        scans = striper("capture", self.room, "-m", self.model).stdout
         with open(os.path.join(self.room, "truth.csv"), encoding="utf-8") as file:
             truth = {(r["frame"], r["u_px"]): r for r in csv.DictReader(file)}
         self.assertEqual(len(truth), 3 * 640)
@@ -101,7 +92,7 @@ class Simulate(Simulated):
 
     def test_same_seed_same_files(self):
         again = self.path("again")
-        run(STRIPER, "simulate", WALL, "-o", again, "--frames", "3")
+        striper("simulate", WALL, "-o", again, "--frames", "3")
         for name in sorted(os.listdir(self.room)):
             with open(os.path.join(self.room, name), "rb") as a, open(
                 os.path.join(again, name), "rb"
@@ -109,11 +100,11 @@ class Simulate(Simulated):
                 self.assertEqual(a.read(), b.read(), name)
 
     def test_missing_scene(self):
-        done = run(STRIPER, "simulate", "none.yaml", "-o", self.path("x"), code=1)
+        done = striper("simulate", "none.yaml", "-o", self.path("x"), code=1)
         self.assertIn("none.yaml", done.stderr)
 
     def test_wrong_key(self):
-        done = run(STRIPER, "simulate", WALL + "?sead=1", "-o", self.path("y"), code=2)
+        done = striper("simulate", WALL + "?sead=1", "-o", self.path("y"), code=2)
         self.assertIn("sead", done.stderr)
 
     def test_endless_source_ends_with_ctrl_c(self):
@@ -137,12 +128,12 @@ class Ntsc(Simulated):
     def setUpClass(cls):
         cls.scratch = tempfile.TemporaryDirectory(prefix="striper-test-")
         scene = os.path.join(cls.scratch.name, "ntsc.yaml")
-        with open(os.path.join(SOURCE_DIR, "data/scenes/ntsc_sun.yaml"), encoding="utf-8") as file:
+        with open(scene_path("ntsc_sun.yaml"), encoding="utf-8") as file:
             text = file.read()
         with open(scene, "w", encoding="utf-8") as file:
             file.write(text.replace("scan: bottom-first", "scan: top-first"))
         cls.room = os.path.join(cls.scratch.name, "simulated")
-        run(STRIPER, "simulate", scene, "-o", cls.room, "--frames", "6")
+        striper("simulate", scene, "-o", cls.room, "--frames", "6")
         cls.model = os.path.join(cls.room, "model.yaml")
         cls.pictures = os.path.join(cls.scratch.name, "pictures")  # And nothing that explains them.
         os.mkdir(cls.pictures)
@@ -154,7 +145,7 @@ class Ntsc(Simulated):
         with open(os.path.join(self.room, "truth.csv"), encoding="utf-8") as file:
             truth = {(r["frame"], r["u_px"]): r for r in csv.DictReader(file)}
         visible = collections.Counter(r["frame"] for r in truth.values() if r["status"] == "ok")
-        done = run(STRIPER, "capture", self.pictures + query, "-m", self.model, *options)
+        done = striper("capture", self.pictures + query, "-m", self.model, *options)
         scans = list(csv.DictReader(done.stdout.splitlines()))
         right = collections.Counter()
         for row in scans:
@@ -182,10 +173,10 @@ class Ntsc(Simulated):
         self.check("?fields=split-top&laser=0,dark", least=0.9, in_first=0.65)
 
     def test_laser_and_shutter_run_together(self):
-        woven = os.path.join(SOURCE_DIR, "data/scenes/ntsc_sun.yaml")
+        woven = scene_path("ntsc_sun.yaml")
         for query, verdict, laser, code in (("", "locked", "0,dark", 0), ("?laser=0", "no_difference", None, 3)):
             watch = ("--check-sync", f"sim:{woven}{query}", "--seconds", "0.8", "--json")
-            report = json.loads(run(STRIPER, "devices", *watch, code=code).stdout)
+            report = json.loads(striper("devices", *watch, code=code).stdout)
             self.assertEqual((report["verdict"], report["laser"]), (verdict, laser), report)
 
 
@@ -209,8 +200,8 @@ objects:
         with open(scene, "w", encoding="utf-8") as file:
             file.write(self.SCENE.replace("VELOCITY", velocity))
         source = [f"sim:{scene}", "--frames", str(frames)] if live else [f"sim:{scene}?frames={frames}"]
-        done = run(
-            STRIPER, "record", *source, "-o", self.path(name), "--json", "--when-board", board,
+        done = striper(
+            "record", *source, "-o", self.path(name), "--json", "--when-board", board,
             code=code,
         )
         return done if code else json.loads(done.stdout)["recorded"]
@@ -243,7 +234,7 @@ class Plot(Simulated):
     def setUpClass(cls):
         super().setUpClass()
         cls.scans = os.path.join(cls.scratch.name, "scans.csv")
-        run(STRIPER, "capture", cls.room, "-m", cls.model, "-o", cls.scans)
+        striper("capture", cls.room, "-m", cls.model, "-o", cls.scans)
 
     def gnuplot(self, script, *arguments, code=0):
         return run("gnuplot", "-c", os.path.join(self.SCRIPTS, script), *arguments, code=code)
@@ -266,7 +257,7 @@ class Plot(Simulated):
 
     def test_scan_without_ranges_is_refused(self):
         bare = self.path("bare.csv")
-        run(STRIPER, "capture", self.room, "-o", bare)
+        striper("capture", self.room, "-o", bare)
         done = self.gnuplot("scan.gp", bare, self.path("none.svg"), code=1)
         self.assertIn("has no ranges (was there a model?)", done.stderr)
 
