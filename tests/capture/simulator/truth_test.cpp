@@ -4,25 +4,22 @@
 // truth says on tilted walls too. Does not prove the stripe's shape at depth edges.
 #include <cmath>
 #include <set>
+#include <string_view>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
 #include <striper/simulator/simulator.hpp>
+#include <striper/simulator/truth.hpp>
 
+#include "capture/simulator/lit_scene.hpp"
 #include "support/random.hpp"
 
 namespace striper {
 namespace {
 
 using Eigen::Vector3d;
-
-SceneObject object(const Shape& shape, const Vector3d& position) {
-  SceneObject result;
-  result.shape = shape;
-  result.T_world_object.translation() = position;
-  return result;
-}
+using testing::object;
 
 /// What an independent chain says of a return: scan frame -> camera -> lens.
 void expect_consistent(const Simulator& simulator, int laser, const TrueReturn& there) {
@@ -299,6 +296,16 @@ TEST(Truth, ObjectPosesAreThoseOfTheScene) {
   const Simulator simulator(scene);
   const Eigen::Isometry3d T_cam_wall = simulator.T_cam_object(0, 30);
   EXPECT_TRUE(T_cam_wall.translation().isApprox(Vector3d(-0.3, 0.0, 2.0), 1e-12));
+}
+
+TEST(Truth, EveryStatusHasAWordOfItsOwn) {
+  std::set<std::string_view> words;
+  for (const auto status : {TruthStatus::kVisible, TruthStatus::kNoSurface, TruthStatus::kShadowed,
+                            TruthStatus::kOutsideFan, TruthStatus::kOutsideModel}) {
+    EXPECT_NE(to_string(status), "");
+    EXPECT_TRUE(words.insert(to_string(status)).second) << to_string(status);
+  }
+  EXPECT_EQ(to_string(TruthStatus::kNoSurface), "no_surface");
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves the statistics of each noise by itself: Poisson by chi-square, the photon-transfer line,
-// normal read noise, fixed pattern, speckle, rounding and clipping; and that every one of them can
-// be switched off alone. Does not prove that a real sensor is like this.
+// normal read noise, fixed pattern, speckle, rounding and clipping; that every one of them can be
+// switched off alone; and bloom and falloff of the lens. Region and binning are proved with
+// determinism. Does not prove that a real sensor is like this.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -9,10 +10,16 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
+#include <striper/simulator/imager.hpp>
 #include <striper/simulator/simulator.hpp>
+
+#include "capture/simulator/lit_scene.hpp"
 
 namespace striper {
 namespace {
+
+using testing::lit_scene;
+using testing::object;
 
 /// An evenly lit wall that puts `electrons` into every pixel, no laser, every noise off.
 Scene even_light(double electrons) {
@@ -219,6 +226,32 @@ TEST(SimulatedSensor, FullShutterLetsInProportionallyMoreDaylight) {
   Scene scene = even_light(100.0);
   scene.imager.shutter_s *= 40.0;
   EXPECT_NEAR(moments(Simulator(scene).expected_dn(0)).mean, 4000.0, 0.01);
+}
+
+TEST(SimulatedLens, BloomSpreadsLightAndLosesNone) {
+  Scene scene = lit_scene();
+  scene.daylight.ambient_w_m2_nm = 0.0;
+  scene.objects.push_back(object(Disc{0.02}, {2.0, 0.0, 0.0}));
+  scene.objects[0].material.radiance_w_m2_sr_nm = 10.0;
+  const cv::Mat sharp = Simulator(scene).expected_dn(0);
+  scene.imager.bloom = {.fraction = 0.05, .sigma_px = 6.0};
+  const cv::Mat soft = Simulator(scene).expected_dn(0);
+  EXPECT_NEAR(cv::sum(soft)[0] / cv::sum(sharp)[0], 1.0, 1e-5);
+  EXPECT_EQ(sharp.at<float>(240, 340), 0.0F);
+  EXPECT_GT(soft.at<float>(240, 340), 0.0F);
+  // A disc of radius 0.02 m at 2 m covers pi r^2 f^2 / d^2 pixels.
+  const double pixels = M_PI * std::pow(0.02 * scene.camera.fx() / 2.0, 2);
+  EXPECT_NEAR(cv::sum(sharp)[0] / sharp.at<float>(240, 320), pixels, 0.02 * pixels);
+}
+
+TEST(SimulatedLens, FalloffIsThePowerOfTheCosine) {
+  Scene scene = lit_scene();
+  scene.objects.push_back(object(Plane{}, {2.0, 0.0, 0.0}));
+  scene.imager.falloff_exponent = 4.0;
+  const cv::Mat image = Simulator(scene).expected_dn(0);
+  const double tan_theta = (600.0 - 319.5) / scene.camera.fx();
+  const double cos_theta = 1.0 / std::sqrt(1.0 + tan_theta * tan_theta);
+  EXPECT_NEAR(image.at<float>(239, 600) / image.at<float>(239, 319), std::pow(cos_theta, 4), 1e-4);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves what daylight, lamps and textures put into the picture: checkerboard corners against a
-// corner finder, paint, mottling, sun shadows, sky, retroreflection, bloom. Does not prove that
-// grass looks like grass.
+// Proves what surfaces put into the picture: checkerboard corners against a corner finder, paint,
+// mottling, retroreflection. Does not prove that grass looks like grass.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -9,32 +8,18 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include <striper/simulator/material.hpp>
 #include <striper/simulator/simulator.hpp>
 
+#include "capture/simulator/lit_scene.hpp"
 #include "support/random.hpp"
 
 namespace striper {
 namespace {
 
 using Eigen::Vector3d;
-
-/// Daylight without a laser, numbers large enough to see small differences.
-Scene lit_scene() {
-  Scene scene;
-  scene.lasers[0].pulse_energy_j = 0.0;
-  scene.imager.bit_depth = 16;
-  scene.imager.dn_per_electron = 10.0;
-  scene.imager.black_level_dn = 0.0;
-  scene.daylight.ambient_w_m2_nm = 1.0;
-  return scene;
-}
-
-SceneObject object(const Shape& shape, const Vector3d& position) {
-  SceneObject result;
-  result.shape = shape;
-  result.T_world_object.translation() = position;
-  return result;
-}
+using testing::lit_scene;
+using testing::object;
 
 /// The picture in 8 bits, its brightest pixel at 220.
 cv::Mat exposed(const cv::Mat& expected) {
@@ -171,45 +156,6 @@ TEST(SimulatedMottle, VariesAboutTheReflectanceWithinItsContrast) {
   EXPECT_NEAR(cv::mean(image)[0], plain, 0.02 * plain);
 }
 
-TEST(SimulatedSun, BoxCastsTheShadowThatGeometryGives) {
-  Scene scene = lit_scene();
-  scene.daylight.ambient_w_m2_nm = 0.1;
-  scene.daylight.sun_w_m2_nm = 1.0;
-  scene.daylight.sun_direction = {-1.0, 1.0, 0.0};  // From behind left, level.
-  scene.objects.push_back(object(Plane{}, {3.0, 0.0, 0.0}));
-  scene.objects.push_back(object(Rectangle{0.2, 4.0}, {2.0, 0.0, 0.0}));
-  const cv::Mat image = Simulator(scene).expected_dn(0);
-  const double f = scene.camera.fx();
-  const auto at = [&](double y_m) {
-    return image.at<float>(240, static_cast<int>(std::lround(319.5 - f * y_m / 3.0)));
-  };
-  // The plate at x = 2, |y| < 0.1 throws its shadow 1 m on and 1 m to the right: y = -1.1 to -0.9.
-  const double sunlit = at(0.7);
-  const double ratio = (0.1 + std::sqrt(0.5)) / 0.1;
-  EXPECT_NEAR(sunlit / at(-1.0), ratio, 1e-4);
-  EXPECT_NEAR(at(-1.12), sunlit, 1e-4 * sunlit);
-  EXPECT_NEAR(at(-0.88), sunlit, 1e-4 * sunlit);
-  EXPECT_NEAR(sunlit / at(-1.09), ratio, 1e-4);
-  scene.daylight.shadows = false;
-  const cv::Mat without = Simulator(scene).expected_dn(0);
-  const int column = static_cast<int>(std::lround(319.5 + f / 3.0));
-  EXPECT_NEAR(without.at<float>(240, column), sunlit, 1e-4 * sunlit);
-}
-
-TEST(SimulatedSky, LightsTheGroundTwiceAsMuchAsAWall) {
-  Scene scene = lit_scene();
-  scene.daylight.ambient_w_m2_nm = 0.0;
-  scene.daylight.sky_w_m2_nm = 1.0;
-  scene.daylight.sky_radiance_w_m2_sr_nm = 0.25;
-  scene.objects.push_back(object(Rectangle{10.0, 1.0}, {3.0, 0.0, 0.0}));
-  scene.objects.push_back(object(Plane{}, {0.0, 0.0, -0.5}));
-  scene.objects[1].T_world_object.linear() = facing(Vector3d::UnitZ());
-  const cv::Mat image = Simulator(scene).expected_dn(0);
-  const double wall = image.at<float>(240, 320);
-  EXPECT_NEAR(image.at<float>(450, 320) / wall, 2.0, 1e-5);
-  EXPECT_NEAR(image.at<float>(5, 320) / wall, 0.25 / (0.5 * 0.5 / M_PI), 1e-5);  // Sky itself.
-}
-
 TEST(SimulatedPaint, BeadsReturnTheLasersLightToACameraBesideIt) {
   // Baseline 0.1 m at 2 m: 2.9 degrees between laser and camera at the wall.
   Scene scene = Scene::flat_wall(2.0);
@@ -221,32 +167,6 @@ TEST(SimulatedPaint, BeadsReturnTheLasersLightToACameraBesideIt) {
   const double angle = std::atan(0.1 / 2.0);
   EXPECT_NEAR(beads.amplitude_dn / plain,
               1.0 + 8.0 * std::exp(-0.5 * angle * angle / (0.05 * 0.05)), 1e-3);
-}
-
-TEST(SimulatedLamp, BloomSpreadsLightAndLosesNone) {
-  Scene scene = lit_scene();
-  scene.daylight.ambient_w_m2_nm = 0.0;
-  scene.objects.push_back(object(Disc{0.02}, {2.0, 0.0, 0.0}));
-  scene.objects[0].material.radiance_w_m2_sr_nm = 10.0;
-  const cv::Mat sharp = Simulator(scene).expected_dn(0);
-  scene.imager.bloom = {.fraction = 0.05, .sigma_px = 6.0};
-  const cv::Mat soft = Simulator(scene).expected_dn(0);
-  EXPECT_NEAR(cv::sum(soft)[0] / cv::sum(sharp)[0], 1.0, 1e-5);
-  EXPECT_EQ(sharp.at<float>(240, 340), 0.0F);
-  EXPECT_GT(soft.at<float>(240, 340), 0.0F);
-  // A disc of radius 0.02 m at 2 m covers pi r^2 f^2 / d^2 pixels.
-  const double pixels = M_PI * std::pow(0.02 * scene.camera.fx() / 2.0, 2);
-  EXPECT_NEAR(cv::sum(sharp)[0] / sharp.at<float>(240, 320), pixels, 0.02 * pixels);
-}
-
-TEST(SimulatedLens, FalloffIsThePowerOfTheCosine) {
-  Scene scene = lit_scene();
-  scene.objects.push_back(object(Plane{}, {2.0, 0.0, 0.0}));
-  scene.imager.falloff_exponent = 4.0;
-  const cv::Mat image = Simulator(scene).expected_dn(0);
-  const double tan_theta = (600.0 - 319.5) / scene.camera.fx();
-  const double cos_theta = 1.0 / std::sqrt(1.0 + tan_theta * tan_theta);
-  EXPECT_NEAR(image.at<float>(239, 600) / image.at<float>(239, 319), std::pow(cos_theta, 4), 1e-4);
 }
 
 }  // namespace
