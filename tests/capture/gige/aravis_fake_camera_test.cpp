@@ -16,6 +16,9 @@
 #include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
 
+#include "capture/gige/taken_pictures.hpp"
+#include "support/error_of.hpp"
+
 namespace striper {
 namespace {
 
@@ -40,12 +43,7 @@ class AravisFakeCamera : public ::testing::Test {
   }
 
   static std::string refusal(const std::string& query) {
-    try {
-      open_source(std::string("gige:127.0.0.1?") + query);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "accepted";
+    return testing::error_of([&] { open_source("gige:127.0.0.1?" + query); }).what();
   }
 
   int lock_ = -1;
@@ -121,23 +119,15 @@ TEST_F(AravisFakeCamera, PicturesThatLostPacketsAreCountedAndThoseDeliveredAreEx
   for (const double ratio : {0.001, 0.01, 0.05}) {
     g_object_set(camera_, "gvsp-lost-ratio", ratio, nullptr);
     const auto source = open_source("gige:127.0.0.1?roi=0,0,320,240&fps=100&packet_size=1400");
+    SCOPED_TRACE(::testing::Message() << "loss " << ratio);
     source->start();
-    Frame frame;
-    std::uint64_t whole = 0;
-    std::uint64_t last = 0;
-    for (int n = 0; n < 50; ++n) {
-      ASSERT_EQ(source->next(frame, 2000ms), NextStatus::kFrame);
-      last = frame.sequence;
-      if (frame.status != FrameStatus::kOk) continue;
-      ++whole;
-      EXPECT_TRUE(is_whole(frame.image)) << "picture " << n << " at loss " << ratio;
-    }
+    const auto taken = testing::take_pictures(
+        *source, 50, [](const Frame& frame) { return is_whole(frame.image); });
     source->stop();
     const SourceStatistics got = source->statistics();
-    EXPECT_EQ(whole + got.incomplete, got.delivered) << "loss " << ratio;
-    EXPECT_EQ(last + 1, got.delivered + got.dropped + got.overrun) << "loss " << ratio;
+    taken.expect_accounted_for(got);
     if (ratio >= 0.01) {
-      EXPECT_GT(got.incomplete + got.dropped, 0u) << "loss " << ratio;
+      EXPECT_GT(got.incomplete + got.dropped, 0u);
     }
   }
   g_object_set(camera_, "gvsp-lost-ratio", 0.0, nullptr);
@@ -157,13 +147,9 @@ TEST_F(AravisFakeCamera, ASecondProgramIsToldThatItIsHeld) {
 }
 
 TEST_F(AravisFakeCamera, AnUnknownNameIsAnsweredWithThoseThatAreThere) {
-  try {
-    open_source("gige:NOBODY");
-    FAIL() << "opened";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
-    EXPECT_THAT(error.what(), HasSubstr(kSerial));
-  }
+  const Error error = testing::error_of([] { open_source("gige:NOBODY"); });
+  EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
+  EXPECT_THAT(error.what(), HasSubstr(kSerial));
 }
 
 }  // namespace
