@@ -200,9 +200,9 @@ void PictureExam::conclude_without_stripe(std::vector<Diagnosis>& findings) cons
   findings.push_back({Severity::kBad,
                       fmt::format("no stripe; the surroundings are at {:.0f} of {}",
                                   levels_dn_ / static_cast<double>(exposures_), full_scale_dn_),
-                      "laser off or out of view: check its supply, interlock and strobe= line; "
-                      "does it fire during the exposure? A stripe from top to bottom wants --axis "
-                      "rows"});
+                      "laser off or out of view, or laser= is wrong: check its supply, interlock "
+                      "and strobe= line; does it fire during the exposure? A stripe from top to "
+                      "bottom wants --axis rows"});
 }
 
 void PictureExam::conclude_model(std::vector<Diagnosis>& findings) const {

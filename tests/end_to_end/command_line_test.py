@@ -291,6 +291,21 @@ class Scans(EndToEnd):
         self.assertEqual({row["status"] for row in rows}, {"no_stripe"})
         self.assertEqual({row["v_px"] for row in rows}, {""})
 
+    def test_wrong_laser_is_told_of_eight_pictures(self):
+        blank = pgm(row=1000)
+        os.mkdir(self.path("walk"))
+        os.mkdir(self.path("off"))
+        for number in range(8):
+            self.write(f"walk/{number}.pgm", blank if number % 2 else pgm())
+            self.write(f"off/{number}.pgm", blank)
+        said = lambda source: self.capture(self.path(source)).stderr
+        self.assertNotIn("was given", said("walk?laser=0,dark"))
+        for laser in ("0", "dark,0"):
+            shown = f"the cadence '{laser}' was given, but the pictures show '0,dark'"
+            self.assertIn(shown, said(f"walk?laser={laser}"))
+        self.assertIn("'0,dark' was given, but nothing in the pictures tells", said("off?laser=0,dark"))
+        self.assertNotIn("was given", said("off?laser=0"))
+
     def test_axis_rows_gives_a_return_per_row(self):
         rows = self.rows(self.capture(self.path("shots/shot1.pgm"), "--axis", "rows", "--missing").stdout)
         self.assertEqual([row["v_px"] for row in rows], [str(v) for v in range(HEIGHT)])

@@ -86,7 +86,7 @@ class Light(Doctor):
 
     def test_laser_off(self):
         findings = self.findings(self.picture(grey(80, stripe(0))), 1)
-        self.check(findings, "bad", "no stripe; the surroundings are at 80", "laser off")
+        self.check(findings, "bad", "no stripe; the surroundings are at 80", "or laser= is wrong")
 
     def test_out_of_focus(self):
         findings = self.findings(self.picture(grey(20, stripe(150, sigma=6.0))), 0)

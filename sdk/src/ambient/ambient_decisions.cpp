@@ -179,28 +179,48 @@ void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
 // confirm or refute it: at once where they do so plainly, else when they say the same twice.
 void AmbientStage::State::judge_given(const CadenceFinder::Finding& finding) {
   const Cadence& given = options.cadence;
-  const auto contradict = [&](const std::string& what) {
-    warn(fmt::format("the cadence '{}' was given, but {}", given.to_string(), what));
-  };
   const Cadence before = std::exchange(otherwise, {});
   const bool found = !finding.cadence.is_automatic();
-  const bool is_other = found && finder.tells_apart(finding.cadence, given);
-  if (is_other) {
+  if (found && finder.tells_apart(finding.cadence, given)) {
     const bool is_said_twice = !before.is_automatic() && detail::agree(before, finding.cadence);
-    if (!finding.is_plain && !is_said_twice) {
-      otherwise = finding.cadence;
-      return;
-    }
-    contradict(fmt::format("the pictures show '{}'", finding.cadence.to_string()));
+    if (finding.is_plain || is_said_twice) return contradict_given(finding.cadence);
+    otherwise = finding.cadence;
   } else if (finding.always_lit && given.has_dark()) {
-    contradict("the laser shows in every picture");
-  } else if (!found && !finding.always_lit) {
-    // What a period is too long for, six pictures do not show either.
-    const bool is_short = given.pattern().size() <= kLongestSeenInOneLook;
-    if (++unclear_looks == 2 && given.has_dark() && is_short) contradict(kNothingTellsApart);
+    contradict_given("the laser shows in every picture");
+  } else if (found || finding.always_lit) {
+    is_judged = true;
+  } else if (finder.pictures() >= CadenceFinder::kPictures) {
+    if (++unclear_looks == 2) say_that_nothing_tells_apart();
     // An empty street is not worth a look again and again.
     until_next_look = kBetweenLooks << std::min(unclear_looks - 1, kMostDoublings);
   }
+}
+
+// There may have been pictures for one look only.
+void AmbientStage::State::judge_given_at_end() {
+  Cadence other = otherwise;
+  if (is_looking && finder.exposures() > 1) {
+    judge_given(finder.find());
+    if (finder.pictures() >= CadenceFinder::kPictures) other = otherwise;
+  }
+  if (is_judged) return;
+  if (!other.is_automatic()) return contradict_given(other);
+  if (unclear_looks > 0) say_that_nothing_tells_apart();
+}
+
+void AmbientStage::State::contradict_given(const std::string& what) {
+  is_judged = true;
+  warn(fmt::format("the cadence '{}' was given, but {}", options.cadence.to_string(), what));
+}
+
+void AmbientStage::State::contradict_given(const Cadence& shown) {
+  contradict_given(fmt::format("the pictures show '{}'", shown.to_string()));
+}
+
+// What a period is too long for, six pictures do not show either.
+void AmbientStage::State::say_that_nothing_tells_apart() {
+  const bool is_short = options.cadence.pattern().size() <= kLongestSeenInOneLook;
+  if (options.cadence.has_dark() && is_short) contradict_given(kNothingTellsApart);
 }
 
 void AmbientStage::State::doubt_given() {

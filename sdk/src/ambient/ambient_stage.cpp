@@ -204,7 +204,7 @@ void AmbientStage::push(const Frame& frame) {
 void AmbientStage::finish() {
   State& s = *state_;
   s.is_finished = true;
-  if (s.is_given() && s.is_looking && s.finder.exposures() > 1) s.judge_given(s.finder.find());
+  if (s.is_given()) s.judge_given_at_end();
   if (s.is_settled || s.queue.size() == 0) return;
   if (s.has_own_illumination && !s.is_source_unsure) {
     s.conclude_from_labels();

@@ -39,6 +39,10 @@ struct AmbientStage::State {
   void look(const Frame& exposure, std::uint64_t number);
   void conclude(const CadenceFinder::Finding& finding);
   void judge_given(const CadenceFinder::Finding& finding);
+  void judge_given_at_end();
+  void contradict_given(const std::string& what);
+  void contradict_given(const Cadence& shown);
+  void say_that_nothing_tells_apart();
   void doubt_given();
   // It is what was given that says which exposures are lit.
   bool is_given() const noexcept {
@@ -75,6 +79,7 @@ struct AmbientStage::State {
   // Of a cadence that was given: what the last look at the pictures said.
   Cadence otherwise;  // Another one, less than plainly.
   int unclear_looks = 0;
+  bool is_judged = false;  // Confirmed or refuted.
   bool is_settled = false;
   bool has_own_illumination = false;
   // The source said what lights its exposures and no longer does: it is the same cadence, begun

@@ -92,6 +92,25 @@ TEST(GivenCadence, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
   EXPECT_THAT(decisions_on(street, "0", 24), Not(HasSubstr(kComplaint)));
 }
 
+// Six pictures are one look, and so are eight.
+TEST(GivenCadence, OneLookMustDoForAFewPictures) {
+  for (const std::uint64_t pictures : {6U, 8U, 12U}) {
+    testing::reseed();
+    Street street;
+    street.amplitude_dn = 0.0;
+    street.build();
+    EXPECT_THAT(decisions_on(street, "0,dark", pictures), HasSubstr("nothing in the pictures"));
+    EXPECT_THAT(decisions_on(street, "0", pictures), Not(HasSubstr(kComplaint)));
+    street.amplitude_dn = 4.0;  // Too faint to be plain.
+    street.cadence = Cadence::parse("0,0,dark");
+    for (const char* const given : {"0,dark", "0", "dark,0,0"}) {
+      EXPECT_THAT(decisions_on(street, given, pictures), HasSubstr(kComplaint))
+          << given << ' ' << pictures;
+    }
+    EXPECT_THAT(decisions_on(street, "0,0,dark", pictures), Not(HasSubstr(kComplaint)));
+  }
+}
+
 // An empty street first, then one with a stripe.
 TEST(GivenCadence, IsAskedForUntilThereIsSomethingToSee) {
   for (const char* const given : {"0", "dark,0"}) {
