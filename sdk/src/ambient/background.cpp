@@ -275,13 +275,14 @@ void Background::write_edges(const EdgeLimit& limit, const std::int32_t* level, 
                              int cols) {
   constexpr float kScale = kVarianceOfThirdDifference / 256.0F;
   constexpr float kScaleOfSum = kScale / (kAlongEdge * kAlongEdge);
+  constexpr int kMiddle = kAlongEdge / 2;
   const std::int32_t* const third = thirds_.data();
   std::int32_t* const of_two = thirds_.data() + cols + kAlongEdge;
   std::int32_t* const of_four = of_two + cols + kAlongEdge;
   for (int i = 0; i < cols + kAlongEdge - 1; ++i) of_two[i] = third[i] + third[i + 1];
   for (int i = 0; i < cols + kAlongEdge - 3; ++i) of_four[i] = of_two[i] + of_two[i + 2];
   for (int i = 0; i < cols; ++i) {
-    const auto own = static_cast<float>(third[i + kAlongEdge / 2]);
+    const auto own = static_cast<float>(third[i + kMiddle]);
     const auto sum = static_cast<float>(of_four[i] + of_four[i + 4]);
     const float light = std::max(0.0F, static_cast<float>(level[i]) - limit.black);
     const float least_square = limit.floor + limit.per_level * light;

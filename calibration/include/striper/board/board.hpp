@@ -27,7 +27,8 @@ struct Board {
 
   /// Point `index` = row * columns + column in the board frame, z = 0.
   Eigen::Vector2d point_m(int index) const noexcept {
-    return {square_m * (index % columns), square_m * (index / columns)};
+    const int row = index / columns;
+    return {square_m * (index - row * columns), square_m * row};
   }
   std::vector<Eigen::Vector2d> points_m() const;
 
