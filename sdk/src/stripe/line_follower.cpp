@@ -150,8 +150,10 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
     put_peak(peak, i, stripe);
     leans_[i] = 1;
     const float probability = tracker_.of_line(line).probability;
-    stripe.status[i] = probability >= kCertain ? ReturnStatus::kOk : ReturnStatus::kWeak;
     stripe.confidence[i] = probability;
+    // The chain tells that there is a stripe, not that all of it is inside the picture.
+    if (peak.status() == ReturnStatus::kEdge) continue;
+    stripe.status[i] = probability >= kCertain ? ReturnStatus::kOk : ReturnStatus::kWeak;
   }
 }
 

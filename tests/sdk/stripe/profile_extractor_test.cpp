@@ -395,5 +395,26 @@ TEST(ExtractOptions, RefusesValuesOutOfBoundsNamingThem) {
   refuses([](ExtractOptions& o) { o.speckle_contrast = -0.1; }, "speckle_contrast");
 }
 
+// What no line shows by itself is followed to the border, and said to be cut off there.
+TEST(ProfileExtractor, ContinuousStripeThatLeavesThePictureIsAtItsEdge) {
+  testing::reseed();
+  SyntheticStripe s = typical();
+  s.position = [](int line) { return 228.0 + 0.05 * line; };
+  s.amplitude_dn = 5.0;  // 2.5 sigmas a pixel.
+  ExtractOptions options;
+  options.peak = PeakRule::kContinuous;
+  options.stripe_sigma_px = s.sigma_px;
+  int at_edge = 0;
+  for (int n = 0; n < 10; ++n) {
+    const Stripe stripe = extract(testing::render(s), options);
+    at_edge += count_of(stripe, ReturnStatus::kEdge);
+    for (std::size_t i = 0; i < stripe.size(); ++i) {
+      if (stripe.status[i] != ReturnStatus::kOk) continue;
+      EXPECT_LE(stripe.across_px[i], s.length - 1 - s.sigma_px) << stripe.line[i];
+    }
+  }
+  EXPECT_GT(at_edge, 100);
+}
+
 }  // namespace
 }  // namespace striper
