@@ -248,13 +248,7 @@ void LineSearch::fold_heights(const ProfilePair& pair, int band, int length, int
   if (fold == 1) return unfolded.measure(heights);
   unfolded_.resize(static_cast<std::size_t>(length));
   unfolded.measure(unfolded_);
-  for (int k = 0; k < length; k += fold) {
-    float highest = LinePath::kGap;
-    for (int i = k; i < std::min(length, k + fold); ++i) {
-      highest = std::max(highest, unfolded_[static_cast<std::size_t>(i)]);
-    }
-    heights[static_cast<std::size_t>(k / fold)] = highest;
-  }
+  LinePath::fold(unfolded_, heights);
 }
 
 double LineSearch::strength(std::span<const ProfilePair> pairs, int bands, int most_jump) {

@@ -32,6 +32,19 @@ class LinePath {
   /// Long bands are folded: the highest of so many neighbouring places stands for them.
   static int fold_of(int length) { return (length + kLongest - 1) / kLongest; }
 
+  /// Folds the heights of a band. @param folded of `places()` elements.
+  static void fold(std::span<const float> heights, std::span<float> folded) {
+    const auto together = static_cast<std::size_t>(fold_of(static_cast<int>(heights.size())));
+    for (std::size_t i = 0; i < folded.size(); ++i) {
+      const std::size_t first = i * together;
+      float highest = heights[first];
+      for (std::size_t k = first + 1; k < std::min(first + together, heights.size()); ++k) {
+        highest = std::max(highest, heights[k]);
+      }
+      folded[i] = highest;
+    }
+  }
+
   /// How many places a line may climb from one of the bands to the next. @param lines of the
   /// picture, which the bands sample.
   static int most_jump(int lines, int bands) {

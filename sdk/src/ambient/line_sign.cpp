@@ -2,9 +2,11 @@
 #include "ambient/line_sign.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 #include <striper/core/robust.hpp>
@@ -26,29 +28,55 @@ int first_line(int band, int bands, int lines) {
 
 template <typename Pixel>
 void LineSign::average_bands(const cv::Mat& over, const cv::Mat& under, StripeAxis axis) {
-  const bool columns = axis == StripeAxis::kColumns;
-  const int lines = columns ? over.cols : over.rows;
-  const int width = std::min(kBand, lines);
+  const int lines = axis == StripeAxis::kColumns ? over.cols : over.rows;
+  // A width that is known when this is compiled is added up in a vector.
+  if (axis == StripeAxis::kColumns && lines >= kBand) {
+    add_columns<Pixel>(over, under, std::integral_constant<int, kBand>());
+  } else if (axis == StripeAxis::kColumns) {
+    add_columns<Pixel>(over, under, lines);
+  } else {
+    add_rows<Pixel>(over, under);
+  }
+  const float per_width = 1.0F / static_cast<float>(std::min(kBand, lines));
+  for (float& value : values_) value *= per_width;
+}
+
+// Row by row of the image, as it lies in memory.
+template <typename Pixel, typename Width>
+void LineSign::add_columns(const cv::Mat& over, const cv::Mat& under, Width any_width) {
+  const int width = any_width;
   const auto places = static_cast<std::size_t>(length_ + 2 * kReach);
-  std::fill(values_.begin(), values_.end(), 0.0F);
-  // Row by row of the image, as it lies in memory.
-  const int rows = columns ? length_ + 2 * kReach : over.rows;
-  for (int row = 0; row < rows; ++row) {
-    const auto* const p = over.ptr<Pixel>(row);
-    const auto* const q = under.ptr<Pixel>(row);
-    for (int band = 0; band < bands_; ++band) {
-      const int first = first_line(band, bands_, lines);
-      float* const values = values_.data() + static_cast<std::size_t>(band) * places;
-      if (columns) {
-        int sum = 0;
-        for (int i = first; i < first + width; ++i) sum += p[i] - q[i];
-        values[row] = static_cast<float>(sum);
-      } else if (row >= first && row < first + width) {
-        for (std::size_t k = 0; k < places; ++k) values[k] += static_cast<float>(p[k] - q[k]);
-      }
+  std::array<int, kMostBands> first{};
+  for (int band = 0; band < bands_; ++band) {
+    first[static_cast<std::size_t>(band)] = first_line(band, bands_, over.cols);
+  }
+  for (std::size_t row = 0; row < places; ++row) {
+    const auto* const p = over.ptr<Pixel>(static_cast<int>(row));
+    const auto* const q = under.ptr<Pixel>(static_cast<int>(row));
+    for (std::size_t band = 0; band < static_cast<std::size_t>(bands_); ++band) {
+      const auto* const a = p + first[band];
+      const auto* const b = q + first[band];
+      int sum = 0;
+      for (int i = 0; i < width; ++i) sum += a[i] - b[i];
+      values_[band * places + row] = static_cast<float>(sum);
     }
   }
-  for (float& value : values_) value /= static_cast<float>(width);
+}
+
+template <typename Pixel>
+void LineSign::add_rows(const cv::Mat& over, const cv::Mat& under) {
+  const int width = std::min(kBand, over.rows);
+  const auto places = static_cast<std::size_t>(length_ + 2 * kReach);
+  std::fill(values_.begin(), values_.end(), 0.0F);
+  for (int band = 0; band < bands_; ++band) {
+    const int first = first_line(band, bands_, over.rows);
+    float* const values = values_.data() + static_cast<std::size_t>(band) * places;
+    for (int row = first; row < first + width; ++row) {
+      const auto* const p = over.ptr<Pixel>(row);
+      const auto* const q = under.ptr<Pixel>(row);
+      for (std::size_t k = 0; k < places; ++k) values[k] += static_cast<float>(p[k] - q[k]);
+    }
+  }
 }
 
 void LineSign::find_heights() {
@@ -110,25 +138,23 @@ float LineSign::strength(const std::vector<float>& heights, float noise, const c
                          StripeAxis axis) {
   const bool columns = axis == StripeAxis::kColumns;
   const int lines = columns ? size_.width : size_.height;
-  const int fold = LinePath::fold_of(length_);
   path_.begin(length_, LinePath::most_jump(lines, bands_));
+  sigmas_.resize(static_cast<std::size_t>(length_));
   folded_.resize(static_cast<std::size_t>(path_.places()));
+  const float per_noise = 1.0F / noise;
   for (int band = 0; band < bands_; ++band) {
     const int line = first_line(band, bands_, lines) + std::min(kBand, lines) / 2;
     const float* const own = heights.data() + static_cast<std::ptrdiff_t>(band) * length_;
-    const auto sigmas = [&](int k) {
-      if (variance.empty()) return own[k] / noise;
-      const int at = k + kReach;
-      const float extra = columns ? variance.ptr<float>(at)[line] : variance.ptr<float>(line)[at];
-      return own[k] / std::sqrt(noise * noise + extra);
-    };
-    for (int i = 0; i < path_.places(); ++i) {
-      float highest = LinePath::kGap;
-      for (int k = i * fold; k < std::min(length_, (i + 1) * fold); ++k) {
-        highest = std::max(highest, sigmas(k));
+    if (variance.empty()) {
+      for (std::size_t k = 0; k < sigmas_.size(); ++k) sigmas_[k] = own[k] * per_noise;
+    } else {
+      for (std::size_t k = 0; k < sigmas_.size(); ++k) {
+        const int at = static_cast<int>(k) + kReach;
+        const float extra = columns ? variance.ptr<float>(at)[line] : variance.ptr<float>(line)[at];
+        sigmas_[k] = own[k] / std::sqrt(noise * noise + extra);
       }
-      folded_[static_cast<std::size_t>(i)] = highest;
     }
+    LinePath::fold(sigmas_, folded_);
     path_.add(folded_);
   }
   return path_.strength();

@@ -40,6 +40,10 @@ class LineSign {
  private:
   template <typename Pixel>
   void average_bands(const cv::Mat& over, const cv::Mat& under, StripeAxis axis);
+  template <typename Pixel, typename Width>
+  void add_columns(const cv::Mat& over, const cv::Mat& under, Width any_width);
+  template <typename Pixel>
+  void add_rows(const cv::Mat& over, const cv::Mat& under);
   void find_heights();
   float noise_of_heights();
   float strength(const std::vector<float>& heights, float noise, const cv::Mat& variance,
@@ -52,6 +56,7 @@ class LineSign {
   std::vector<float> bright_;  // [band][place]: above both sides,
   std::vector<float> dark_;    // and below both.
   LinePath path_;
+  std::vector<float> sigmas_;  // Scratch.
   std::vector<float> folded_;  // Scratch.
   std::vector<float> sorted_;  // Scratch.
 };

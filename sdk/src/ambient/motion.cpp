@@ -2,7 +2,10 @@
 #include "ambient/motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <numeric>
+#include <type_traits>
 
 namespace striper::detail {
 namespace {
@@ -29,19 +32,28 @@ struct BlockSums {
   float level = 0.0F;
 };
 
-// Of `count` pixels side by side, at most a block's.
-template <typename Pixel>
-BlockSums sums_of(const Pixel* a, const Pixel* b, int count) {
-  BlockSums sums;
-  for (int i = 0; i < count; ++i) {
-    const auto value = static_cast<float>(a[i]);
-    const float d = value - static_cast<float>(b[i]);
-    const float up = std::max(d, 0.0F);
-    sums.squares += d * d;
-    sums.brighter += up * up;
-    sums.level += value;
+// Of rows of so many pixels side by side, at most a block's: perhaps known when this is compiled.
+// Each column is added up by itself, so that a vector can hold many.
+template <typename Pixel, typename Count>
+BlockSums sums_of(const cv::Mat& a, const cv::Mat& b, cv::Range rows, int col, Count any_count) {
+  const int count = any_count;
+  std::array<float, Motion::kCols> squares{};
+  std::array<float, Motion::kCols> brighter{};
+  std::array<float, Motion::kCols> level{};
+  for (int row = rows.start; row < rows.end; ++row) {
+    const auto* const p = a.ptr<Pixel>(row) + col;
+    const auto* const q = b.ptr<Pixel>(row) + col;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      const auto value = static_cast<float>(p[i]);
+      const float d = value - static_cast<float>(q[i]);
+      const float up = std::max(d, 0.0F);
+      squares[i] += d * d;
+      brighter[i] += up * up;
+      level[i] += value;
+    }
   }
-  return sums;
+  const auto sum = [](const auto& of) { return std::accumulate(of.begin(), of.end(), 0.0F); };
+  return {sum(squares), sum(brighter), sum(level)};
 }
 
 }  // namespace
@@ -69,33 +81,19 @@ void Motion::compare_strip(const cv::Mat& before, const cv::Mat& after, int stri
 
 template <typename Pixel>
 void Motion::compare_pixels(const cv::Mat& a, const cv::Mat& b, int strip) {
+  using WholeBlock = std::integral_constant<int, kCols>;
   const int first = strip * kRows;
-  const int last = std::min({first + kRows, a.rows, b.rows});
+  const cv::Range rows(first, std::min({first + kRows, a.rows, b.rows}));
   for (int col = 0; col < cols_; ++col) {
+    const int at = col * kCols;
+    const int count = std::min(kCols, a.cols - at);
+    const BlockSums sums = count == kCols ? sums_of<Pixel>(a, b, rows, at, WholeBlock())
+                                          : sums_of<Pixel>(a, b, rows, at, count);
+    const float scale = 1.0F / static_cast<float>(std::max(1, rows.size() * count));
     const std::size_t i = index(strip, col);
-    squares_[i] = brighter_[i] = level_[i] = 0.0F;
-  }
-  for (int row = first; row < last; ++row) {
-    const auto* const p = a.ptr<Pixel>(row);
-    const auto* const q = b.ptr<Pixel>(row);
-    for (int col = 0; col < cols_; ++col) {
-      const int at = col * kCols;
-      const int count = a.cols - at;
-      const BlockSums sums =
-          count >= kCols ? sums_of(p + at, q + at, kCols) : sums_of(p + at, q + at, count);
-      const std::size_t i = index(strip, col);
-      squares_[i] += sums.squares;
-      brighter_[i] += sums.brighter;
-      level_[i] += sums.level;
-    }
-  }
-  for (int col = 0; col < cols_; ++col) {
-    const std::size_t i = index(strip, col);
-    const int pixels = std::max(1, (last - first) * std::min(kCols, a.cols - col * kCols));
-    const float scale = 1.0F / static_cast<float>(pixels);
-    squares_[i] *= scale;
-    brighter_[i] *= 2.0F * scale;
-    level_[i] *= scale;
+    squares_[i] = scale * sums.squares;
+    brighter_[i] = 2.0F * scale * sums.brighter;
+    level_[i] = scale * sums.level;
   }
 }
 
