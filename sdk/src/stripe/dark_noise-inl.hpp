@@ -23,15 +23,16 @@ namespace {
 // The dark image around whole pixels, each pixel weighted as its noise is in the filter's answer.
 template <typename Pixel>
 HWY_INLINE V dark_under_filter(const ProfilePlan& plan, const ProfileImages& images,
-                               const Window& w, const std::int32_t* across) {
+                               const Places& peaks) {
   const Tag d;
   const int n = lanes();
   const int rows = 2 * plan.noise_reach + 1;
   const ProfileImages::Steps& steps = images.dark_steps;
   HWY_ALIGN Pixel copy[(2 * ProfilePlan::kMostTaps + 1) * kMostLanes];
   for (int lane = 0; lane < n; ++lane) {
-    const Pixel* const line = static_cast<const Pixel*>(images.dark) + w.line[lane] * steps.line;
-    const int first = across[lane] - plan.noise_reach;
+    const Pixel* const line =
+        static_cast<const Pixel*>(images.dark) + peaks.line[lane] * steps.line;
+    const int first = peaks.across[lane] - plan.noise_reach;
     if (first >= 0 && first + rows <= images.length) {
       copy_lane(line + first * steps.across, steps.across, rows, n, copy + lane);
     } else {
@@ -51,12 +52,10 @@ HWY_INLINE V dark_under_filter(const ProfilePlan& plan, const ProfileImages& ima
 // By how much the noise of `lit - dark` under the filter's peak is more than that of the window's
 // mean: where the dark image is plainly brighter there, not where its own noise makes it so.
 HWY_NOINLINE V excess_shot_noise(const ProfilePlan& plan, const ProfileImages& images,
-                                 const Window& w, hn::Vec<IntTag> at) {
+                                 const Window& w, const Places& peaks) {
   const Tag d;
-  HWY_ALIGN std::int32_t across[kMostLanes];
-  hn::Store(at, IntTag(), across);
-  const V under = images.is_16_bit ? dark_under_filter<std::uint16_t>(plan, images, w, across)
-                                   : dark_under_filter<std::uint8_t>(plan, images, w, across);
+  const V under = images.is_16_bit ? dark_under_filter<std::uint16_t>(plan, images, peaks)
+                                   : dark_under_filter<std::uint8_t>(plan, images, peaks);
   const V mean = hn::Load(d, w.dark);
   const V per_dn = set(plan.variance_per_dn);
   const V light = hn::Max(hn::Sub(mean, set(plan.black_dn)), hn::Zero(d));

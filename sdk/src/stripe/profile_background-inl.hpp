@@ -38,25 +38,38 @@ struct Background {
   V count, sum_k, sum_kk, rest, rest_k;
 };
 
-// Reads the window of a batch of which nothing is missing; each pixel is read once, and its
-// background stays on. False where a pixel is clipped; then nothing was done.
-template <typename Reader>
-HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scale_dn, Window& w,
-                           Background& b) {
+// Pixels of a batch of which nothing is missing.
+template <typename Pixel, bool kHasDark>
+struct PlainReader {
+  Rows<Pixel> lit, dark;
+  V dark_sum;
+
+  // k from the window's first row.
+  HWY_INLINE V row(int k) {
+    const V value = lit.at(k);
+    if constexpr (!kHasDark) return value;
+    const V taken_off = dark.at(k);
+    dark_sum = hn::Add(dark_sum, taken_off);
+    return hn::Sub(value, taken_off);
+  }
+};
+
+// Reads the window of a batch of which nothing is missing; its background stays on.
+template <typename Pixel, bool kHasDark>
+void read_plain(const ProfilePlan& plan, const BatchPixels& pixels, Window& w, Background& b) {
   const Tag d;
   const int n = lanes();
   const V zero = hn::Zero(d);
-  float* const centre = w.value + plan.window * n;
+  PlainReader<Pixel, kHasDark> reader{pixels.rows_of<Pixel>(pixels.group.lit),
+                                      pixels.rows_of<Pixel>(pixels.group.dark), zero};
   V sum = zero;
   V sum_k = zero;
   V k = set(static_cast<float>(plan.core));
-  auto place_below = pixels.place_of(plan.window - plan.core - 1);
-  auto place_above = pixels.place_of(plan.window + plan.core + 1);
-  for (std::ptrdiff_t q = plan.core + 1; q <= plan.window; ++q) {
-    const V below = pixels.row_then_down(place_below);
-    const V above = pixels.row_then_up(place_above);
-    hn::Store(below, d, centre - q * n);
-    hn::Store(above, d, centre + q * n);
+  for (int q = plan.core + 1; q <= plan.window; ++q) {
+    const V below = reader.row(plan.window - q);
+    const V above = reader.row(plan.window + q);
+    hn::Store(below, d, w.value + (plan.window - q) * n);
+    hn::Store(above, d, w.value + (plan.window + q) * n);
     k = hn::Add(k, set(1.0F));
     sum = hn::Add(sum, hn::Add(below, above));
     sum_k = hn::MulAdd(k, hn::Sub(above, below), sum_k);
@@ -71,13 +84,31 @@ HWY_INLINE bool read_plain(const ProfilePlan& plan, Reader pixels, int full_scal
   b.extra = zero;
   b.left_level = b.level;
   b.left_slope = b.slope;
-  auto place = pixels.place_of(plan.window - plan.core);
-  for (std::ptrdiff_t row = -plan.core; row <= plan.core; ++row) {
-    hn::Store(pixels.row_then_up(place), d, centre + row * n);
+  for (int row = plan.window - plan.core; row <= plan.window + plan.core; ++row) {
+    hn::Store(reader.row(row), d, w.value + row * n);
   }
-  w.is_plain = pixels.is_below(full_scale_dn);
-  hn::Store(hn::Mul(pixels.dark_sum, set(plan.per_rows)), d, w.dark);
-  return w.is_plain;
+  w.is_plain = true;
+  hn::Store(hn::Mul(reader.dark_sum, set(plan.per_rows)), d, w.dark);
+}
+
+template <typename Pixel>
+HWY_INLINE bool is_any_clipped(const BatchPixels& pixels, int full_scale_dn) {
+  const hn::Rebind<Pixel, Tag> d;
+  const auto highest = hn::LoadU(d, pixels.rows_of<Pixel>(pixels.group.highest).first);
+  const auto clipped = hn::Set(d, static_cast<Pixel>(full_scale_dn));
+  return !hn::AllFalse(d, hn::Eq(hn::Max(highest, clipped), highest));
+}
+
+template <typename Pixel>
+bool read_if_plain(const ProfileImages& images, const ProfilePlan& plan, const BatchPixels& pixels,
+                   Window& w, Background& b) {
+  if (is_any_clipped<Pixel>(pixels, images.full_scale_dn)) return false;
+  if (images.dark == nullptr) {
+    read_plain<Pixel, false>(plan, pixels, w, b);
+  } else {
+    read_plain<Pixel, true>(plan, pixels, w, b);
+  }
+  return true;
 }
 
 // How far a pixel of the ring is to be trusted: by its variance, where motion and edges have left

@@ -15,6 +15,7 @@
 #include "stripe/gauss_newton-inl.hpp"
 #include "stripe/profile_estimate-inl.hpp"
 #include "stripe/profile_filter-inl.hpp"
+#include "stripe/profile_pixels-inl.hpp"
 #include "stripe/profile_window-inl.hpp"
 // clang-format on
 
@@ -27,9 +28,7 @@ constexpr int kMostMoves = 5;
 
 // As many profiles as a vector has lanes, and what is known of them, stage by stage.
 struct Batch {
-  hn::Vec<IntTag> line;
   hn::Vec<IntTag> across;  // Centres of the windows.
-  Centres centres;
   FilterPeak<V> peak;
   Noise noise;
   V extra;           // Variance of a pixel beyond noise.
@@ -43,53 +42,83 @@ struct Batch {
 // The middle of the `2 * aligned + 1` pixels that a pixel is one of: neighbouring columns that
 // nearly agree are centred on the same row and can be read side by side.
 HWY_INLINE void set_centres(hn::Vec<IntTag> across, const ProfilePlan& plan, int length,
-                            Window& w) {
+                            const Places& places) {
   const IntTag di;
   const int cell = 2 * plan.aligned + 1;
   const V middle = hn::Add(hn::ConvertTo(Tag(), across), set(0.5F));
   const auto number = hn::ConvertTo(di, hn::Mul(middle, set(1.0F / static_cast<float>(cell))));
   const auto snapped = hn::Add(hn::Mul(number, hn::Set(di, cell)), hn::Set(di, plan.aligned));
-  hn::Store(hn::Min(snapped, hn::Set(di, length - 1)), di, w.across);
+  hn::Store(hn::Min(snapped, hn::Set(di, length - 1)), di, places.across);
 }
 
-// Loads the window around the lanes' centres and finds its background.
-void load_with_background(const ProfileImages& images, const ProfilePlan& plan,
-                          const Centres& centres, Window& w, Background& background) {
-  const bool may_be_plain =
-      centres.are_inside && images.blind == nullptr && images.variance == nullptr;
-  if (may_be_plain && with_plain_reader(images, centres, plan.window, w, [&](const auto& pixels) {
-        return read_plain(plan, pixels, images.full_scale_dn, w, background);
-      })) {
-    return;
+// Where the batches of a group are, and their pixels.
+struct GroupWindow {
+  HWY_ALIGN std::int32_t line[kTogether * kMostLanes];
+  HWY_ALIGN std::int32_t across[kTogether * kMostLanes];  // Centres.
+  Centres centres;
+  bool are_inside[kTogether];  // Of a batch, all of its windows.
+  GroupPixels pixels;
+
+  HWY_INLINE Places places() { return {line, across}; }
+};
+
+// Copies the pixels of one batch.
+void copy_batch(const ProfileImages& images, const ProfilePlan& plan, int batch, GroupWindow& g) {
+  const Places places = g.places().batch(batch);
+  look_at_centres(images, plan, places, 1, g.centres);
+  g.are_inside[batch] = g.centres.are_inside;
+  copy_around(images, plan, places, g.centres, batch, 1, g.pixels);
+}
+
+// Together where the lines are neighbours, and not much apart across.
+void copy_batches(const ProfileImages& images, const ProfilePlan& plan, int batches,
+                  GroupWindow& g) {
+  if (batches == kTogether) {
+    look_at_centres(images, plan, g.places(), kTogether, g.centres);
+    if (g.centres.levels > 0) {
+      for (bool& is_inside : g.are_inside) is_inside = true;
+      copy_around(images, plan, g.places(), g.centres, 0, kTogether, g.pixels);
+      return;
+    }
   }
-  load(images, centres, plan.window, w);
+  for (int batch = 0; batch < batches; ++batch) copy_batch(images, plan, batch, g);
+}
+
+// Loads the window of a batch and finds its background.
+void load_with_background(const ProfileImages& images, const ProfilePlan& plan, int batch,
+                          GroupWindow& g, Window& w, Background& background) {
+  const BatchPixels pixels{g.pixels, batch};
+  const bool is_inside = g.are_inside[batch];
+  if (is_inside && images.blind == nullptr && images.variance == nullptr) {
+    const bool is_plain = images.is_16_bit
+                              ? read_if_plain<std::uint16_t>(images, plan, pixels, w, background)
+                              : read_if_plain<std::uint8_t>(images, plan, pixels, w, background);
+    if (is_plain) return;
+  }
+  load(images, pixels, g.places().batch(batch), is_inside, plan.window, w);
   fit_ring(plan, w, background);
   remove_background(plan, background, w);
 }
 
-Centres centres_of(const ProfileImages& images, const ProfilePlan& plan, const Window& w) {
-  return look_at_centres(w, images.lit_steps.line == 1, plan.window, plan.aligned, images.length);
-}
-
 // Finds the filter's peak near the seeds, moving those where it lies too far off.
-Background locate(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
+Background locate(const ProfileImages& images, const ProfilePlan& plan, int batch, GroupWindow& g,
+                  Window& w, Batch& b) {
   const Tag d;
   const IntTag di;
-  hn::Store(b.line, di, w.line);
-  hn::Store(b.across, di, w.across);
+  const Places places = g.places().batch(batch);
   Background background;
   for (int move = 0;; ++move) {
-    load_with_background(images, plan, b.centres, w, background);
+    load_with_background(images, plan, batch, g, w, background);
     b.peak = find_filter_peak(plan, background, w);
     const M strays = hn::Gt(hn::Abs(b.peak.at), set(static_cast<float>(plan.stray)));
     if (move == kMostMoves || hn::AllFalse(d, strays)) break;
     // Only those that have to move, so that a profile's answer does not depend on its neighbours.
     const V move_by = hn::IfThenElseZero(strays, b.peak.at);
-    const auto moved = hn::Add(hn::Load(di, w.across), hn::ConvertTo(di, move_by));
-    set_centres(hn::Max(moved, hn::Zero(di)), plan, images.length, w);
-    b.centres = centres_of(images, plan, w);
+    const auto moved = hn::Add(hn::Load(di, places.across), hn::ConvertTo(di, move_by));
+    set_centres(hn::Max(moved, hn::Zero(di)), plan, images.length, places);
+    copy_batch(images, plan, batch, g);
   }
-  b.across = hn::Load(di, w.across);
+  b.across = hn::Load(di, places.across);
   return background;
 }
 
@@ -117,13 +146,16 @@ void refine_in_window(const ProfileImages& images, const ProfilePlan& plan, cons
 }
 
 // All that needs the pixels.
-void look(const ProfileImages& images, const ProfilePlan& plan, Window& w, Batch& b) {
+void look(const ProfileImages& images, const ProfilePlan& plan, int batch, GroupWindow& g,
+          Window& w, Batch& b) {
   const Tag d;
-  const Background background = locate(images, plan, w, b);
+  const Background background = locate(images, plan, batch, g, w, b);
   b.noise = noise_of(plan, images, background, w);
   if (images.dark != nullptr && plan.variance_per_dn > 0.0F) {
-    const auto peak = hn::Add(b.across, hn::ConvertTo(IntTag(), b.peak.at));
-    b.noise.base = hn::Add(b.noise.base, excess_shot_noise(plan, images, w, peak));
+    HWY_ALIGN std::int32_t across[kMostLanes];
+    hn::Store(hn::Add(b.across, hn::ConvertTo(IntTag(), b.peak.at)), IntTag(), across);
+    const Places peaks{g.places().batch(batch).line, across};
+    b.noise.base = hn::Add(b.noise.base, excess_shot_noise(plan, images, w, peaks));
   }
   b.width = width_at(plan, hn::Add(hn::ConvertTo(d, b.across), b.peak.at));
   b.clipped = count_clipped(plan, w);
@@ -201,43 +233,42 @@ void finish(const ProfilePlan& plan, const Batch* b, int first, const PeakMeasur
   store(mul(e.amplitude, rough_inverse_root(at_peak)), out.snr + first);
 }
 
+// The seeds of a batch, from `first` on.
 void set_seeds(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds,
-               int first, int count, Window& w, Batch& b) {
+               int first, int count, const Places& places) {
   const IntTag di;
   hn::Vec<IntTag> line;
   hn::Vec<IntTag> across;
   if (first + lanes() <= count) {
     static_assert(sizeof(PeakSeed) == 2 * sizeof(std::int32_t));
     hn::LoadInterleaved2(di, &seeds[first].line, line, across);
+    hn::Store(line, di, places.line);
   } else {  // The last one again and again.
     for (int lane = 0; lane < lanes(); ++lane) {
       const PeakSeed& seed = seeds[std::min(first + lane, count - 1)];
-      w.line[lane] = seed.line;
-      w.across[lane] = seed.across;
+      places.line[lane] = seed.line;
+      places.across[lane] = seed.across;
     }
-    line = hn::Load(di, w.line);
-    across = hn::Load(di, w.across);
+    across = hn::Load(di, places.across);
   }
-  hn::Store(line, di, w.line);
-  set_centres(across, plan, images.length, w);
-  b.line = line;
-  b.across = hn::Load(di, w.across);
-  b.centres = centres_of(images, plan, w);
+  set_centres(across, plan, images.length, places);
 }
 
 void measure(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds, int count,
              const PeakMeasurements& out) {
   static_assert(kTogether * kMostLanes <= PeakMeasurements::kMultiple);
   const int n = lanes();
+  GroupWindow g;
   Window w;
   Batch batches[kTogether];
-  for (int start = 0; start < count; start += kTogether * n) {
-    Batch* b = batches;
-    for (int first = start; first < std::min(count, start + kTogether * n); first += n) {
-      set_seeds(images, plan, seeds, first, count, w, *b++);
+  for (int start = 0; start < count; start += lanes_together()) {
+    const int used = std::min(kTogether, (count - start + n - 1) / n);
+    for (int b = 0; b < used; ++b) {
+      set_seeds(images, plan, seeds, start + b * n, count, g.places().batch(b));
     }
-    for (Batch* each = batches; each != b; ++each) look(images, plan, w, *each);
-    while (b != batches + kTogether) *b++ = batches[0];  // Written where nobody reads.
+    copy_batches(images, plan, used, g);
+    for (int b = 0; b < used; ++b) look(images, plan, b, g, w, batches[b]);
+    for (int b = used; b < kTogether; ++b) batches[b] = batches[0];  // Written where nobody reads.
     finish(plan, batches, start, out);
   }
 }

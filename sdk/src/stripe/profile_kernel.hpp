@@ -33,6 +33,7 @@ using PeakSeed = ChunkMaxima::Place;
 struct ProfilePlan {
   static constexpr int kMostTaps = 32;
   static constexpr int kLargestWindow = 96;
+  static constexpr int kMostAligned = 4;
 
   // Matched filter: a Gaussian of the frame's width, cut at `taps` pixels.
   int taps = 0;

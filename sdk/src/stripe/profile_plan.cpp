@@ -195,7 +195,7 @@ ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool r
   if (plan.is_coarse && !refine) set_filter_locking(typical, plan);
   set_locking(typical, plan);
 
-  plan.aligned = std::max(1, static_cast<int>(0.5 * typical));
+  plan.aligned = std::clamp(static_cast<int>(0.5 * typical), 1, ProfilePlan::kMostAligned);
   plan.stray = 1 + plan.aligned;
   plan.reach = std::max(1 + static_cast<int>(std::ceil(1.2 * typical)), plan.stray + 1);
   plan.filter_reach = plan.reach + 1 + plan.taps;
