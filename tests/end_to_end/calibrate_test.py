@@ -104,6 +104,7 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(3, refused.returncode, refused.stderr)
         self.assertFalse((self.out / "two.yaml").exists())
         self.assertIn("add pictures", refused.stderr)
+        self.assertNotIn("nan", refused.stderr)
 
     def test_says_when_squares_were_counted_for_corners(self):
         wrong = run("calibrate", "--board", "10x7", "--square", "0.06", "--boards", SESSION, "-o",

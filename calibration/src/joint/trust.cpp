@@ -86,15 +86,25 @@ struct Checker {
   }
 
   void check_condition() {
-    if (solution.covariance.size() > 0 && solution.rcond > 1e-12) return;
-    std::string direction;
-    for (std::size_t i = 0; i < std::min<std::size_t>(3, solution.weakest.size()); ++i)
-      direction += (i > 0 ? ", " : "") + solution.weakest[i].first;
+    constexpr double kSingular = 1e-12;
+    if (solution.covariance.size() > 0 && solution.rcond > kSingular) return;
     add(Severity::kRefusal, "singular",
-        fmt::format("the pictures leave a direction of the model free (mostly {}; reciprocal "
-                    "condition {:.0e})",
-                    direction, solution.rcond),
+        "the pictures leave a direction of the model free" +
+            (solution.rcond > kSingular || solution.weakest.empty()
+                 ? ": the adjustment ran away along it, and there are no error bars"
+                 : fmt::format(" (mostly {}; reciprocal condition {:.1g})", weakest_names(),
+                               solution.rcond)),
         "add pictures with the board at other tilts and distances");
+  }
+
+  // Three at the most, none of which has no part in it to speak of.
+  std::string weakest_names() const {
+    std::string names;
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, solution.weakest.size()); ++i)
+      if (const auto& [name, weight] = solution.weakest[i];
+          weight >= 0.01 * solution.weakest.front().second)
+        names += (i > 0 ? ", " : "") + name;
+    return names;
   }
 
   void check_focal_length() {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -67,6 +68,16 @@ std::vector<std::pair<std::string, double>> by_weight(const Linearisation& linea
   return weights;
 }
 
+// One sigma of each unknown with the others held; 0 where the poses take all of its information, so
+// that what is left is rounding, of either sign.
+Eigen::VectorXd sigmas_alone(const Eigen::MatrixXd& information, const Eigen::MatrixXd& before) {
+  Eigen::VectorXd sigmas = Eigen::VectorXd::Zero(information.rows());
+  for (Eigen::Index i = 0; i < sigmas.size(); ++i)
+    if (information(i, i) > std::numeric_limits<double>::epsilon() * before(i, i))
+      sigmas[i] = 1.0 / std::sqrt(information(i, i));
+  return sigmas;
+}
+
 // The stripes take part in the poses too: each class loses the unknowns that it determines, the
 // trace of its part of the hat matrix.
 void fill_degrees_of_freedom(const Linearisation& linearisation, const Counts& counts,
@@ -90,12 +101,14 @@ void fill_uncertainty(const Linearisation& linearisation, const Counts& counts,
   if (size == 0) return;
   const NormalArrow arrow(linearisation);
   const Eigen::MatrixXd information = arrow.schur();
-  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  if (!information.allFinite()) return;
+  const Eigen::VectorXd scale = sigmas_alone(information, arrow.common);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
       Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
-  solution.rcond = std::max(eigen.eigenvalues()[0], 0.0) / eigen.eigenvalues()[size - 1];
+  const double least = eigen.eigenvalues()[0];
+  solution.rcond = least > 0.0 ? least / eigen.eigenvalues()[size - 1] : 0.0;
   solution.weakest = by_weight(linearisation, state, eigen.eigenvectors().col(0));
-  if (solution.rcond < kSingular || !information.allFinite()) return;
+  if (solution.rcond < kSingular) return;
   const Eigen::MatrixXd root = scale.asDiagonal() * eigen.eigenvectors() *
                                eigen.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
   const ArrowInverse inverse(arrow, root * root.transpose());

@@ -15,6 +15,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::Field;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::SyntheticStriper;
 using Severity = Finding::Severity;
 
@@ -83,6 +84,22 @@ TEST(CheckTrust, RefusesCoincidentBoards) {
   const auto findings = findings_of(observations);
   EXPECT_THAT(findings, refusal("boards_parallel"));
   EXPECT_THAT(findings, refusal("planes_coincident"));
+}
+
+// Two boards that are nearly parallel: the adjustment of the laser's plane runs away, and what is
+// left of its information once the poses are eliminated is rounding, of either sign.
+TEST(CheckTrust, SaysWhichDirectionIsFreeWhereNothingIsLeftOfItsInformation) {
+  const SyntheticStriper striper = thinned();
+  Observations observations = testing::empty_observations(striper);
+  for (const double tilt_deg : {60.0, 62.0})
+    testing::add_view(striper, testing::T_cam_board(striper, {320, 240, 1.5, tilt_deg, 10, 0}),
+                      observations);
+  const auto findings = findings_of(observations);
+  EXPECT_THAT(findings, Contains(::testing::AllOf(
+                            Field(&Finding::code, "singular"),
+                            Field(&Finding::message, HasSubstr("mostly laser0_")),
+                            Field(&Finding::message, HasSubstr("reciprocal condition 0)")))));
+  for (const Finding& finding : findings) EXPECT_THAT(finding.message, Not(HasSubstr("nan")));
 }
 
 TEST(CheckTrust, RefusesCoincidentStripesWithAKnownCamera) {

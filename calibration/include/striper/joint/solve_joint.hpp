@@ -85,9 +85,10 @@ struct JointSolution {
   Eigen::Matrix2d bend_covariance = Eigen::Matrix2d::Zero();
 
   /// Reciprocal condition of the scaled normal matrix of camera, bend and planes once the poses are
-  /// eliminated. Below ~1e-8 a direction of it is free.
+  /// eliminated, 0 to 1. Below ~1e-8 a direction of it is free.
   double rcond = 0.0;
-  /// The names and weights of the least determined direction, largest first.
+  /// The names and weights of the least determined direction, largest first; empty where the
+  /// adjustment ran away so far that its derivatives are no numbers.
   std::vector<std::pair<std::string, double>> weakest;
 
   ResidualClass corners;
