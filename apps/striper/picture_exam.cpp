@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::program {
 namespace {
 
@@ -24,11 +26,7 @@ double part(std::uint64_t of, std::uint64_t all) {
   return static_cast<double>(of) / static_cast<double>(std::max<std::uint64_t>(all, 1));
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median(std::vector<double> values) { return upper_median(values); }
 
 AmbientOptions ambient_options(const ScannerOptions& options) {
   AmbientOptions ambient = options.ambient;

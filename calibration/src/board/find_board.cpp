@@ -11,6 +11,7 @@
 
 #include <striper/board/find_board.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/robust.hpp>
 
 #include "board/corner_model.hpp"
 #include "board/dot_image.hpp"
@@ -42,8 +43,7 @@ double median_square_px(const Corners& corners, const Board& board) {
   std::vector<float> distances;
   for (int i = 0; i < board.point_count(); ++i)
     distances.push_back(nearest_neighbour_px(corners, board, i));
-  std::nth_element(distances.begin(), distances.begin() + distances.size() / 2, distances.end());
-  return distances[distances.size() / 2];
+  return upper_median(distances);
 }
 
 // The board's axes in the picture at a corner, per square.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/robust.hpp>
 #include <striper/intrinsics/initial_camera.hpp>
 
 namespace striper {
@@ -92,9 +93,7 @@ double median_error_px(const CameraModel& camera, const Observations& observatio
     }
   }
   if (errors.empty()) return std::numeric_limits<double>::infinity();
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
-                   errors.end());
-  return errors[errors.size() / 2];
+  return upper_median(errors);
 }
 
 CameraModel plain_camera(const Observations& observations, LensModel lens, double fx, double fy) {

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <striper/core/robust.hpp>
+
 #include "joint/calibration_steps.hpp"
 
 namespace striper::detail {
@@ -34,17 +36,14 @@ std::vector<double> rms_of_stripes(const Calibration& calibration) {
   return rms;
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
+double usual_of(std::vector<double> rms) { return upper_median(rms); }
 
 }  // namespace
 
 void leave_out_bad_views(Calibration& calibration) {
   if (calibration.observations.views.size() < kFewestToCompare) return;
   const std::vector<double> rms = rms_of_views(calibration);
-  const double usual = median(rms);
+  const double usual = usual_of(rms);
   std::vector<int> good;
   std::vector<int> new_index(rms.size(), -1);
   for (std::size_t v = 0; v < rms.size(); ++v) {
@@ -73,7 +72,7 @@ void leave_out_bad_views(Calibration& calibration) {
 void leave_out_bad_stripes(Calibration& calibration) {
   if (calibration.observations.stripes.size() < kFewestToCompare) return;
   const std::vector<double> rms = rms_of_stripes(calibration);
-  const double usual = median(rms);
+  const double usual = usual_of(rms);
   std::vector<StripeView> kept;
   std::vector<int> new_index(rms.size(), -1);
   for (std::size_t s = 0; s < rms.size(); ++s) {

@@ -5,26 +5,26 @@
 #include <cmath>
 #include <limits>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kNormalMad = 1.4826;  // Of a normal distribution: sigma over median |x|.
+constexpr double kLeastSigma = 1e-6;
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+// By the median: outliers do not count.
+double sigma_of(std::vector<double> magnitudes) {
+  return magnitudes.empty() ? kLeastSigma : std::max(robust_sigma(magnitudes), kLeastSigma);
 }
 
-// The spread of the corners' coordinates, by the median: outliers do not count.
+// The spread of the corners' coordinates.
 double robust_corner_sigma_px(const Residuals& residuals) {
   std::vector<double> magnitudes;
   for (const auto& view : residuals.corner_px)
     for (const Eigen::Vector2d& r : view)
       if (r.allFinite()) magnitudes.insert(magnitudes.end(), {std::abs(r.x()), std::abs(r.y())});
-  return std::max(kNormalMad * median(std::move(magnitudes)), 1e-6);
+  return sigma_of(std::move(magnitudes));
 }
 
 double robust_stripe_factor(const Observations& observations, const Residuals& residuals) {
@@ -34,7 +34,7 @@ double robust_stripe_factor(const Observations& observations, const Residuals& r
       if (std::isfinite(residuals.stripe_px[s][i]))
         magnitudes.push_back(std::abs(residuals.stripe_px[s][i]) /
                              observations.stripes[s].sigma_px[i]);
-  return std::max(kNormalMad * median(std::move(magnitudes)), 1e-6);
+  return sigma_of(std::move(magnitudes));
 }
 
 }  // namespace
@@ -129,7 +129,7 @@ ResidualClass stripe_class(const Observations& observations, const JointWeights&
     }
   c.dof = counts.stripe_numbers - counts.plane_unknowns;
   c.rms_px = std::sqrt(sum / std::max(counts.stripe_numbers, 1.0));
-  c.sigma_px = median(std::move(sigmas));
+  if (!sigmas.empty()) c.sigma_px = upper_median(sigmas);
   c.sigma_factor = weights.stripe_factor;
   return c;
 }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/robust.hpp>
 
 #include "joint/calibration_steps.hpp"
 
@@ -114,8 +115,7 @@ double median_dot_ratio(const Calibration& calibration) {
   std::vector<double> ratios;
   for (const PictureResult& picture : calibration.pictures)
     if (picture.view >= 0) ratios.push_back(picture.board.dot_ratio);
-  std::sort(ratios.begin(), ratios.end());
-  return ratios[ratios.size() / 2];
+  return upper_median(ratios);
 }
 
 void collect_views(const CalibrationInput& input, cv::Size size, Calibration& calibration) {

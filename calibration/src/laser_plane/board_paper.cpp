@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <optional>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
@@ -72,10 +74,8 @@ class PaperFinder {
       seen.push_back(grey_.at<std::uint8_t>(static_cast<int>(v), static_cast<int>(u)));
     }
     if (seen.size() < kFewest) return std::nullopt;
-    const auto at =
-        seen.begin() + static_cast<std::ptrdiff_t>(quantile * static_cast<double>(seen.size() - 1));
-    std::nth_element(seen.begin(), at, seen.end());
-    return *at;
+    const double last = static_cast<double>(seen.size() - 1);
+    return nth_smallest(seen, static_cast<std::size_t>(quantile * last));
   }
 
   bool is_lit(long u, long v) const {

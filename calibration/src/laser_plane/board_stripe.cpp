@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <striper/board/find_board.hpp>
+#include <striper/core/robust.hpp>
 #include <striper/laser_plane/board_stripe.hpp>
 #include <striper/stripe/extractor.hpp>
 
@@ -21,7 +22,6 @@ using detail::BoardInPicture;
 using detail::CoarseLine;
 using detail::find_paper;
 using detail::fit_line;
-using detail::median;
 using detail::ProfileGround;
 using detail::Returns;
 using detail::returns_within;
@@ -126,10 +126,9 @@ struct FineLine {
 // What the returns scatter about their line beyond their own sigmas (speckle, paper, a background
 // that is not quite straight) is an error that they have besides.
 void add_scatter(const StraightLine& line, Returns& returns) {
-  std::vector<float> sigmas;
-  for (const std::size_t i : line.inliers)
-    sigmas.push_back(static_cast<float>(returns.sigma_px[i]));
-  const double own = median(std::move(sigmas));
+  std::vector<double> sigmas;
+  for (const std::size_t i : line.inliers) sigmas.push_back(returns.sigma_px[i]);
+  const double own = upper_median(sigmas);
   const double excess2 = line.rms * line.rms - own * own;
   if (!(excess2 > 0.0)) return;
   for (double& sigma : returns.sigma_px) sigma = std::sqrt(sigma * sigma + excess2);

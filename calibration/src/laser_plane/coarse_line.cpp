@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <striper/ambient/channel_choice.hpp>
+#include <striper/core/robust.hpp>
 
 #include "laser_plane/board_paper.hpp"
 
@@ -92,17 +93,10 @@ Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const C
   return returns;
 }
 
-double median(std::vector<float> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double median_of(const std::vector<float>& values, const std::vector<std::size_t>& some) {
   std::vector<float> chosen;
   for (const std::size_t i : some) chosen.push_back(values[i]);
-  return median(std::move(chosen));
+  return upper_median(chosen);
 }
 
 std::optional<double> unclipped_width_px(const Returns& returns,
@@ -112,7 +106,7 @@ std::optional<double> unclipped_width_px(const Returns& returns,
   for (const std::size_t i : some)
     if (!returns.clipped[i]) widths.push_back(returns.width_px[i]);
   if (widths.size() < std::max(kFewest, some.size() / 4)) return std::nullopt;
-  return median(std::move(widths));
+  return upper_median(widths);
 }
 
 CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
@@ -132,7 +126,8 @@ CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
   stripe.line_rms_px = line->rms;
   stripe.width_px = unclipped_width_px(coarse.returns, line->inliers)
                         .value_or(median_of(coarse.returns.width_px, line->inliers));
-  stripe.amplitude_dn = median(coarse.returns.amplitude_dn);
+  std::vector<float> amplitudes = coarse.returns.amplitude_dn;
+  stripe.amplitude_dn = upper_median(amplitudes);
   return coarse;
 }
 

@@ -30,7 +30,6 @@ struct Returns {
 Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const CameraModel& camera,
                        const StripeRecipe& recipe, StripeExtractor& extractor, Verdict worst);
 
-double median(std::vector<float> values);
 double median_of(const std::vector<float>& values, const std::vector<std::size_t>& some);
 
 /// How wide the stripe is: the median of some of the returns, of those that are not clipped; empty

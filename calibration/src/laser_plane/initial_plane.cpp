@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include <striper/core/robust.hpp>
 #include <striper/laser_plane/initial_plane.hpp>
 
 namespace striper {
@@ -24,9 +25,7 @@ double median_distance_m(const RawPlane& plane, const std::vector<Eigen::Vector3
   distances.reserve(points.size());
   for (const auto& p : points)
     distances.push_back(std::abs(plane.normal.dot(p) - plane.distance_m));
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return upper_median(distances);
 }
 
 std::optional<RawPlane> least_squares(const std::vector<Eigen::Vector3d>& points) {
@@ -71,7 +70,7 @@ std::optional<LaserPlane> fit_plane(const std::vector<Eigen::Vector3d>& points_c
     }
   }
   if (!best) return std::nullopt;
-  const double gate_m = std::max(2.5 * 1.4826 * best_median_m, 1e-9);
+  const double gate_m = std::max(2.5 * kSigmaOfMedianAbsolute * best_median_m, 1e-9);
   std::vector<Eigen::Vector3d> inliers;
   for (const auto& p : points_cam)
     if (std::abs(best->normal.dot(p) - best->distance_m) <= gate_m) inliers.push_back(p);

@@ -6,12 +6,13 @@
 #include <limits>
 #include <random>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
 constexpr int kTrials = 300;
 constexpr std::size_t kFewest = 8;
-constexpr double kNormalMad = 1.4826;
 
 double distance(const StraightLine& line, const Eigen::Vector2d& p) {
   return std::abs(p.y() - line.at(p.x()));
@@ -24,10 +25,8 @@ double quantile_distance(const StraightLine& line, const std::vector<Eigen::Vect
   std::vector<double> distances;
   distances.reserve(points.size());
   for (const auto& p : points) distances.push_back(distance(line, p));
-  const auto at = distances.begin() +
-                  static_cast<std::ptrdiff_t>(fraction * static_cast<double>(points.size() - 1));
-  std::nth_element(distances.begin(), at, distances.end());
-  return *at;
+  const double last = static_cast<double>(points.size() - 1);
+  return nth_smallest(distances, static_cast<std::size_t>(fraction * last));
 }
 
 void collect(const std::vector<Eigen::Vector2d>& points, double gate, StraightLine& line) {
@@ -81,9 +80,7 @@ std::optional<StraightLine> fit_line(const std::vector<Eigen::Vector2d>& points,
     least_squares(points, best);
     std::vector<double> distances;
     for (const std::size_t i : best.inliers) distances.push_back(distance(best, points[i]));
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
-    gate = std::max(least_gate, 3.5 * kNormalMad * *middle);
+    gate = std::max(least_gate, 3.5 * robust_sigma(distances));
   }
   return best;
 }

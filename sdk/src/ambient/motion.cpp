@@ -7,6 +7,8 @@
 #include <numeric>
 #include <type_traits>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
@@ -168,10 +170,8 @@ double Motion::noise_of_quietest_blocks() {
   const std::size_t stride = std::max<std::size_t>(1, squares_.size() / kMostSampledBlocks);
   sorted_.clear();
   for (std::size_t i = 0; i < squares_.size(); i += stride) sorted_.push_back(squares_[i]);
-  const auto still =
-      static_cast<std::ptrdiff_t>(kStillFraction * static_cast<double>(sorted_.size()));
-  std::nth_element(sorted_.begin(), sorted_.begin() + still, sorted_.end());
-  return 0.5 * static_cast<double>(sorted_[static_cast<std::size_t>(still)]) / kStillLevel;
+  const auto still = static_cast<std::size_t>(kStillFraction * static_cast<double>(sorted_.size()));
+  return 0.5 * static_cast<double>(nth_smallest(sorted_, still)) / kStillLevel;
 }
 
 void Motion::keep_beyond(const NoiseModel& noise, double dark_noise_gain) {

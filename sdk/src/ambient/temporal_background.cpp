@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
+
+#include <striper/core/robust.hpp>
 
 namespace striper::detail {
 namespace {
@@ -11,15 +14,13 @@ namespace {
 template <typename Pixel>
 void median_of(const std::vector<cv::Mat>& pictures, cv::Mat& median) {
   std::array<Pixel, TemporalBackground::kFirstPictures> values{};
-  const std::size_t count = std::min(pictures.size(), values.size());
+  std::span taken(values.data(), std::min(pictures.size(), values.size()));
   for (int row = 0; row < median.rows; ++row) {
     auto* const out = median.ptr<Pixel>(row);
     for (int col = 0; col < median.cols; ++col) {
-      for (std::size_t i = 0; i < count; ++i) values[i] = pictures[i].ptr<Pixel>(row)[col];
+      for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = pictures[i].ptr<Pixel>(row)[col];
       // Of an even number the lower one: what is lit for half of the time is no background.
-      const auto middle = values.begin() + static_cast<std::ptrdiff_t>((count - 1) / 2);
-      std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));
-      out[col] = *middle;
+      out[col] = nth_smallest(taken, (taken.size() - 1) / 2);
     }
   }
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
@@ -16,8 +18,7 @@ constexpr int kLag = 2;
 constexpr int kBins = 2048;               // Larger differences are counted as the largest.
 constexpr int kAwayFromPeak = 16;         // Pixels.
 constexpr std::uint32_t kLeastClean = 8;  // One sample in so many.
-constexpr double kSigmaOfMedianAbsolute = 1.4826;
-constexpr unsigned kEvery = 2;  // Frames.
+constexpr unsigned kEvery = 2;            // Frames.
 constexpr double kGain = 0.08;
 constexpr double kJump = 0.25;
 const double kQuantisation = std::sqrt(1.0 / 12.0);

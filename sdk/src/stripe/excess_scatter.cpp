@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
@@ -110,9 +112,7 @@ double ExcessScatter::median_ratio(double excess2) {
   const auto added = static_cast<float>(kSumOfSquares * excess2);
   scratch_.clear();
   for (const Difference& s : core_) scratch_.push_back(s.squared / (s.variance + added));
-  const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-  std::nth_element(scratch_.begin(), middle, scratch_.end());
-  return static_cast<double>(*middle) / kMedianOfSquare;
+  return static_cast<double>(upper_median(scratch_)) / kMedianOfSquare;
 }
 
 }  // namespace striper::detail

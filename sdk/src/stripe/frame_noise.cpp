@@ -5,13 +5,14 @@
 #include <cmath>
 #include <cstdlib>
 
+#include <striper/core/robust.hpp>
+
 #include "stripe/line_view.hpp"
 
 namespace striper::detail {
 namespace {
 
 constexpr int kSamples = 4096;
-constexpr double kSigmaOfMedianAbsolute = 1.4826;  // Of a normal distribution.
 
 template <typename Pixel>
 void sample_differences(const LitFrame& frame, StripeAxis axis, std::vector<std::int32_t>& out) {
@@ -41,16 +42,15 @@ double estimate_frame_noise(const LitFrame& frame, StripeAxis axis,
   }
   const double floor_dn = std::sqrt(1.0 / 12.0);
   if (scratch.empty()) return floor_dn;
-  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 2);
-  std::nth_element(scratch.begin(), middle, scratch.end());
+  const std::int32_t middle = upper_median(scratch);
   // The median of whole numbers jumps by one; where in its step it lies makes it continuous.
   const auto below =
-      std::count_if(scratch.begin(), scratch.end(), [&](int d) { return d < *middle; });
-  const auto equal = std::count(scratch.begin(), scratch.end(), *middle);
+      std::count_if(scratch.begin(), scratch.end(), [&](int d) { return d < middle; });
+  const auto equal = std::count(scratch.begin(), scratch.end(), middle);
   const double within = (0.5 * static_cast<double>(scratch.size()) - static_cast<double>(below)) /
                         static_cast<double>(equal);
   // |difference| = 0 stands for half a step only: it has no negative twin.
-  const double median = *middle == 0 ? 0.5 * within : *middle - 0.5 + within;
+  const double median = middle == 0 ? 0.5 * within : middle - 0.5 + within;
   return std::max(floor_dn, kSigmaOfMedianAbsolute * median / std::sqrt(2.0));
 }
 

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
+
+#include <striper/core/robust.hpp>
 
 #include "stripe/line_view.hpp"
 
@@ -98,20 +101,20 @@ bool LineFollower::lacks_stripe(std::size_t n, const Stripe& stripe) const {
   const int line = followed_.seeds[n].line;
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   std::array<float, 2 * kBeside> amplitudes{};
-  std::ptrdiff_t count = 0;
+  std::size_t count = 0;
   for (int other = std::max(0, line - kBeside); other <= line + kBeside; ++other) {
     const auto i = static_cast<std::size_t>(other);
     if (other == line || i >= stripe.size() || stripe.status[i] != ReturnStatus::kOk) continue;
     const double step = across.index(stripe.across_px[i]) - followed_.position(n);
     if (std::abs(step) > kSteepestBeside * (std::abs(other - line) + 1)) continue;
-    amplitudes[static_cast<std::size_t>(count++)] = stripe.amplitude_dn[i];
+    amplitudes[count++] = stripe.amplitude_dn[i];
   }
   if (count == 0) return false;
-  const auto middle = amplitudes.begin() + count / 2;
-  std::nth_element(amplitudes.begin(), middle, amplitudes.begin() + count);
+  std::span seen(amplitudes.data(), count);
+  const float beside = upper_median(seen);
   const float own = followed_.amplitude[n];
-  const bool is_plain = *middle * (followed_.significance[n] / own) >= kPlainSignificance;
-  return is_plain && own < kLeastOfBeside * *middle;
+  const bool is_plain = beside * (followed_.significance[n] / own) >= kPlainSignificance;
+  return is_plain && own < kLeastOfBeside * beside;
 }
 
 void LineFollower::put_followed(int length, Stripe& stripe) {

@@ -5,6 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+
+#include <striper/core/robust.hpp>
 
 #include "stripe/line_view.hpp"
 
@@ -77,9 +80,8 @@ class MeanProfile {
   }
 
   static double quantile(Levels& levels, std::size_t known, std::size_t at) {
-    const auto wanted = levels.begin() + static_cast<std::ptrdiff_t>(at);
-    std::nth_element(levels.begin(), wanted, levels.begin() + static_cast<std::ptrdiff_t>(known));
-    return *wanted;
+    std::span seen(levels.data(), known);
+    return nth_smallest(seen, at);
   }
 
   // From the peak to where the profile falls below `level`, by linear interpolation.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <striper/core/robust.hpp>
+
 namespace striper::detail {
 namespace {
 
@@ -16,15 +18,8 @@ constexpr double kLargestShift = 0.5;
 constexpr double kSlopeDeviations = 4.0;  // A slope must stand out this much to be believed.
 constexpr double kGain = 0.25;
 constexpr double kJump = 0.08;
-constexpr double kJumpDeviations = 3.0;  // Standard errors; less may be chance.
-constexpr double kSigmaOfMedianAbsolute = 1.4826;
+constexpr double kJumpDeviations = 3.0;     // Standard errors; less may be chance.
 constexpr double kSigmaOfInliers = 1.0135;  // Of a normal distribution cut at 3 sigma.
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -83,7 +78,7 @@ WidthModel WidthTracker::fit_anew() {
   }
   const double middle = scratch_[shortest + half / 2];
   for (double& width : scratch_) width = std::abs(width - middle);
-  spread_ = std::max(0.01 * middle, kSigmaOfMedianAbsolute * median(scratch_));
+  spread_ = std::max(0.01 * middle, robust_sigma(scratch_));
   return fit_about({middle, 0.0, 0.0, 0.0}).model;
 }
 
