@@ -9,6 +9,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <striper/board/board.hpp>
+#include <striper/core/stripe_axis.hpp>
 #include <striper/model/camera_model.hpp>
 #include <striper/model/laser_plane.hpp>
 
@@ -26,7 +27,8 @@ struct BoardPictureOptions {
   int samples = 6;              ///< Per pixel and axis.
   std::optional<LaserPlane> laser;
   double laser_dn = 180.0;      ///< Amplitude on white; black takes a fifth.
-  double laser_width_px = 1.5;  ///< Gaussian sigma across.
+  double laser_width_px = 1.5;  ///< Gaussian sigma across: along columns (kColumns) or rows.
+  StripeAxis laser_axis = StripeAxis::kColumns;
 };
 
 /// The reflectance of a board at a point of its plane: 1 white, 0 black, empty off the board.
@@ -74,6 +76,11 @@ inline cv::Rect box_of_board(const CameraModel& camera, const Board& board,
          cv::Rect(0, 0, camera.width(), camera.height());
 }
 
+/// Half a pixel along a stripe's profile.
+inline Eigen::Vector2d half_pixel_across(StripeAxis axis) {
+  return axis == StripeAxis::kColumns ? Eigen::Vector2d(0.0, 0.5) : Eigen::Vector2d(0.5, 0.0);
+}
+
 /// Renders a board by sampling every pixel: slow and plain, its pixel (0, 0) is the centre of the
 /// top-left pixel by construction.
 inline cv::Mat render_board(const CameraModel& camera, const Board& board,
@@ -101,7 +108,7 @@ inline cv::Mat render_board(const CameraModel& camera, const Board& board,
           if (along > 0.0 && white) {
             value = options.black_dn + *white * (options.white_dn - options.black_dn);
             if (options.laser) {
-              // Rows to the laser line, to first order in the pixel.
+              // Pixels to the laser line along the axis, to first order.
               const auto height = [&](const Eigen::Vector2d& at) {
                 const auto other = camera.unproject(at);
                 const Eigen::Vector3d q =
@@ -112,10 +119,10 @@ inline cv::Mat render_board(const CameraModel& camera, const Board& board,
                        options.laser->distance_m();
               };
               const double e = height(pixel);
-              const double slope = height(pixel + Eigen::Vector2d(0.0, 0.5)) -
-                                   height(pixel - Eigen::Vector2d(0.0, 0.5));
-              const double rows = e / slope / options.laser_width_px;
-              value += (0.2 + 0.8 * *white) * options.laser_dn * std::exp(-0.5 * rows * rows);
+              const Eigen::Vector2d half = half_pixel_across(options.laser_axis);
+              const double slope = height(pixel + half) - height(pixel - half);
+              const double off = e / slope / options.laser_width_px;
+              value += (0.2 + 0.8 * *white) * options.laser_dn * std::exp(-0.5 * off * off);
             }
           }
         }
