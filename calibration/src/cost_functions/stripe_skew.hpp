@@ -30,9 +30,10 @@ struct ProfileSlopes {
 /// Whether the sheet widens from its source on (w = d) or not (w = 0) is not known: half of it is
 /// taken, wrong by 16 % of the whole on the boards of the test.
 ///
-/// Rendered without noise, boards leaning by -45 to 55 degrees, 0.4 to 1.7 px wide, f 461 px:
-/// -0.008 to 0.018 px, with w known predicted to 0.0006 px. A scan has the same error, where it
-/// crosses a slope: it does not know the slope, and a hundredth of a pixel is below its sigma.
+/// Rendered without noise, boards leaning by -45 to 55 degrees, a sheet 0.4 degrees thick, f 461
+/// px: -0.008 to 0.018 px, growing with the square of the thickness. A scan has the same error,
+/// where it crosses a slope: it does not know the slope, and a hundredth of a pixel is below its
+/// sigma.
 /// @param laser_px the sheet's own standard deviation in the picture. @param width_px with the lens
 /// blur, without the pixel's own box.
 inline double stripe_skew_px(const ProfileSlopes& slopes, double laser_px, double width_px) {

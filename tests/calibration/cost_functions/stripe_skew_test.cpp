@@ -105,5 +105,17 @@ TEST(StripeSkew, IsFoundWhereItIsPredicted) {
     }
 }
 
+// The figures of sdk/README.md: what a scan, which knows no slope, is off by.
+TEST(StripeSkew, ShiftsAScanByWhatIsStatedAndWithTheSquareOfTheThickness) {
+  const auto shift_px = [](double tilt_deg, double thickness_deg) {
+    return errors_on(blank_board(tilt_deg, {thickness_deg, 0.0})).found_px;
+  };
+  EXPECT_NEAR(shift_px(-45.0, 0.4), -0.008, 0.0005);
+  EXPECT_NEAR(shift_px(45.0, 0.4), 0.011, 0.0005);
+  const double steepest_px = shift_px(55.0, 0.4);
+  EXPECT_NEAR(steepest_px, 0.018, 0.0005);
+  EXPECT_NEAR(shift_px(55.0, 0.53) / steepest_px, std::pow(0.53 / 0.4, 2.0), 0.02);
+}
+
 }  // namespace
 }  // namespace striper
