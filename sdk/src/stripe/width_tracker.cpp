@@ -82,6 +82,10 @@ WidthModel WidthTracker::fit_anew() {
   return fit_about({middle, 0.0, 0.0, 0.0}).model;
 }
 
+bool WidthTracker::is_outlier(const Sample& s, const WidthModel& centre) const {
+  return std::abs(s.width - centre.at(s.across)) > kOutlierDeviations * spread_;
+}
+
 // A straight line through what is no outlier; a level one where the slope does not stand out.
 WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   double n = 0.0;
@@ -91,8 +95,8 @@ WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   double sxy = 0.0;
   double syy = 0.0;
   for (const Sample& s : samples_) {
+    if (is_outlier(s, centre)) continue;
     const double y = s.width - centre.at(s.across);
-    if (std::abs(y) > kOutlierDeviations * spread_) continue;
     n += 1.0;
     sx += s.across;
     sxx += s.across * s.across;
@@ -113,8 +117,22 @@ WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   const double change = (sxy - sx * sy / n) / vxx;
   const double residual = std::max(1e-12, (syy - sy * sy / n - change * change * vxx) / (n - 2.0));
   const double slope = centre.slope + change;
-  if (std::abs(slope) > kSlopeDeviations * std::sqrt(residual / vxx)) fit.model.slope = slope;
+  const bool stands_out = std::abs(slope) > kSlopeDeviations * std::sqrt(residual / vxx);
+  if (stands_out && is_stripe_beyond(std::sqrt(vxx / n), pivot, centre)) fit.model.slope = slope;
   return fit;
+}
+
+// Whether what lies so far off, which is what a slope hangs on, is mostly no outlier: of lamps and
+// edges beside a level stripe some always have its width.
+bool WidthTracker::is_stripe_beyond(double distance, double pivot, const WidthModel& centre) const {
+  double all = 0.0;
+  double inliers = 0.0;
+  for (const Sample& s : samples_) {
+    if (std::abs(s.across - pivot) < distance) continue;
+    all += 1.0;
+    if (!is_outlier(s, centre)) inliers += 1.0;
+  }
+  return inliers >= kMostlyInliers * all;
 }
 
 }  // namespace striper::detail

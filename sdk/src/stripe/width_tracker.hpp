@@ -48,6 +48,8 @@ class WidthTracker {
     double shift = 0.0;   // Of the inliers' mean from where it was thought.
     double spread = 0.0;  // About their mean.
   };
+  bool is_outlier(const Sample& sample, const WidthModel& centre) const;
+  bool is_stripe_beyond(double distance, double pivot, const WidthModel& centre) const;
   Fit fit_about(const WidthModel& centre) const;
   WidthModel fit_anew();
   WidthModel fit();

@@ -294,6 +294,39 @@ TEST_P(BothMethods, LampsBesideAFaintStripeDoNotWidenIt) {
   EXPECT_GE(good, s.lines * 95 / 100) << "their own lamps are too wide to be the stripe";
 }
 
+// A fifth of the lines show something brighter, high above the stripe, some of it about as narrow:
+// no slope of the stripe's width, which would let the rest of it pass, the more the longer.
+TEST_P(BothMethods, EdgesFarFromALevelStripeDoNotTiltItsWidth) {
+  SyntheticStripe s;
+  s.lines = 320;
+  s.length = 200;
+  s.sigma_px = 1.7;
+  s.amplitude_dn = 60.0;
+  s.noise_dn = 9.0;
+  s.position = [](int line) { return 165.0 + 0.03 * line; };
+  const std::unique_ptr<StripeExtractor> extractor = make_extractor(options());
+  Stripe stripe;
+  for (int picture = 0; picture < 10; ++picture) {
+    LitFrame frame = testing::render(s);
+    for (int u = 0; u < s.lines; u += 5) {
+      const double sigma = testing::uniform(2.0, 4.5);
+      const double row = testing::uniform(20.0, 80.0);
+      for (int v = 0; v < 110; ++v) {
+        auto& pixel = frame.lit.at<std::uint8_t>(v, u);
+        const double light = pixel + testing::box_gaussian(v, row, sigma, 110.0);
+        pixel = static_cast<std::uint8_t>(std::min(254.0, light));
+      }
+    }
+    extractor->extract(frame, stripe);
+  }
+  int too_wide = 0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    const bool is_good = stripe.status[i] == ReturnStatus::kOk;
+    too_wide += static_cast<int>(is_good && stripe.width_px[i] > 2.3 * s.sigma_px);
+  }
+  EXPECT_EQ(too_wide, 0);
+}
+
 TEST_P(BothMethods, BlindLinesWithoutAReturnSaySo) {
   SyntheticStripe s = typical();
   LitFrame frame = testing::render(s);
