@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <type_traits>
+#include <utility>
 
 #include "stripe/profile_background-inl.hpp"
 
@@ -26,20 +27,19 @@ struct FilterPeak {
   T before, peak, after;
 };
 
-// The background that a window has kept, as the filter sees it at successive pixels.
+// The background that a window has kept, as the filter sees it.
 struct FilteredBackground {
-  V next, step;
+  V level, slope;
 
-  HWY_INLINE FilteredBackground(const ProfilePlan& plan, const Background& b, int first) {
+  HWY_INLINE FilteredBackground(const ProfilePlan& plan, const Background& b) {
     const V sum = set(plan.filter_sum);
-    step = hn::Mul(sum, b.left_slope);
-    next = hn::MulAdd(set(static_cast<float>(first)), step, hn::Mul(sum, b.left_level));
+    level = hn::Mul(sum, b.left_level);
+    slope = hn::Mul(sum, b.left_slope);
   }
 
-  HWY_INLINE V take_off(V response) {
-    const V without = hn::Sub(response, next);
-    next = hn::Add(next, step);
-    return without;
+  // What it takes off the response at a pixel.
+  HWY_INLINE V minus_at(int k) const {
+    return hn::NegMulAdd(set(static_cast<float>(k)), slope, hn::Neg(level));
   }
 };
 
@@ -83,43 +83,96 @@ struct LongFilter {
   }
 };
 
-// `any_reach` is plan.reach, perhaps known when this is compiled.
-template <typename AnyFilter, typename Reach>
-HWY_INLINE FilterPeak<V> find_peak_of(const AnyFilter& filter, Reach any_reach,
-                                      const ProfilePlan& plan, const Background& b,
-                                      const Window& w) {
-  const int n = lanes();
-  const int reach = any_reach;
-  const float* next = w.value + (plan.window - reach - 1) * n;
-  FilteredBackground background(plan, b, -reach - 1);
-  V before = background.take_off(filter.at(next));
-  V here = background.take_off(filter.at(next + n));
-  next += 2 * n;
-  V at = set(static_cast<float>(-reach));
-  FilterPeak<V> best{hn::Zero(Tag()), before, set(-1e30F), here};
-  for (int i = -reach; i <= reach; ++i, next += n) {
-    const V after = background.take_off(filter.at(next));
-    const M higher = hn::Gt(here, best.peak);
-    best.at = hn::IfThenElse(higher, at, best.at);
-    best.before = hn::IfThenElse(higher, before, best.before);
-    best.after = hn::IfThenElse(higher, after, best.after);
-    best.peak = hn::IfThenElse(higher, here, best.peak);
-    before = here;
+HWY_INLINE void take_if_higher(const FilterPeak<V>& candidate, FilterPeak<V>& best) {
+  const M higher = hn::Gt(candidate.peak, best.peak);
+  best.at = hn::IfThenElse(higher, candidate.at, best.at);
+  best.before = hn::IfThenElse(higher, candidate.before, best.before);
+  best.after = hn::IfThenElse(higher, candidate.after, best.after);
+  best.peak = hn::IfThenElse(higher, candidate.peak, best.peak);
+}
+
+template <typename AnyFilter>
+HWY_INLINE FilterPeak<V> find_peak_of(const AnyFilter& filter, const ProfilePlan& plan,
+                                      const Background& b, const Window& w) {
+  const FilteredBackground background(plan, b);
+  const auto response = [&](int k) HWY_ATTR {
+    return hn::Add(filter.at(w.value + (plan.window + k) * lanes()), background.minus_at(k));
+  };
+  const auto at = [](int k) HWY_ATTR { return set(static_cast<float>(k)); };
+  const int reach = plan.reach;
+  V here = response(-reach);
+  V after = response(1 - reach);
+  FilterPeak<V> best{at(-reach), response(-reach - 1), here, after};
+  for (int k = 1 - reach; k <= reach; ++k) {
+    const V before = here;
     here = after;
-    at = hn::Add(at, set(1.0F));
+    after = response(k + 1);
+    take_if_higher({at(k), before, here, after}, best);
   }
   return best;
 }
 
-// The reach of stripes up to a sigma of 1.6 pixels is known when this is compiled: without a loop
-// every row is loaded once for all of the filter's places.
+// The reach of stripes up to a sigma of 1.6 pixels.
+constexpr int kCommonReach = 3;
+
+// The responses at all places of the common reach, together: a row is loaded once, and each of its
+// products belongs to another sum, so that none waits for the one before.
+template <int kTaps>
+struct Responses {
+  static constexpr int kCount = 2 * kCommonReach + 3;
+  V at[kCount];
+
+  HWY_INLINE Responses(const ProfilePlan& plan, const Background& b, const Window& w) {
+    const Filter<kTaps> filter(plan);
+    const FilteredBackground background(plan, b);
+    const float* const first = w.value + (plan.window - kCommonReach - 1 - kTaps) * lanes();
+    add(filter, background, first, std::make_integer_sequence<int, kCount>(),
+        std::make_integer_sequence<int, kCount + 2 * kTaps>());
+  }
+
+ private:
+  template <int... kPlaces, int... kRows>
+  HWY_INLINE void add(const Filter<kTaps>& filter, const FilteredBackground& background,
+                      const float* first, std::integer_sequence<int, kPlaces...> places,
+                      std::integer_sequence<int, kRows...> /*rows*/) {
+    ((at[kPlaces] = background.minus_at(kPlaces - kCommonReach - 1)), ...);
+    (add_row<kRows>(filter, hn::Load(Tag(), first + kRows * lanes()), places), ...);
+  }
+
+  template <int kRow, int... kPlaces>
+  HWY_INLINE void add_row(const Filter<kTaps>& filter, V value,
+                          std::integer_sequence<int, kPlaces...> /*places*/) {
+    (add_product<kRow - kTaps - kPlaces, kPlaces>(filter, value), ...);
+  }
+
+  template <int kOffset, int kPlace>
+  HWY_INLINE void add_product(const Filter<kTaps>& filter, V value) {
+    constexpr int kTap = kOffset < 0 ? -kOffset : kOffset;
+    if constexpr (kTap <= kTaps) at[kPlace] = hn::MulAdd(filter.tap[kTap], value, at[kPlace]);
+  }
+};
+
+template <int kTaps>
+HWY_INLINE FilterPeak<V> find_near_peak(const ProfilePlan& plan, const Background& b,
+                                        const Window& w) {
+  const Responses<kTaps> r(plan, b, w);
+  FilterPeak<V> best{set(-kCommonReach), r.at[0], r.at[1], r.at[2]};
+  const auto look_at = [&]<int kPlace>(std::integral_constant<int, kPlace> /*place*/) HWY_ATTR {
+    const V at = set(static_cast<float>(kPlace - kCommonReach - 1));
+    take_if_higher({at, r.at[kPlace - 1], r.at[kPlace], r.at[kPlace + 1]}, best);
+  };
+  [&]<int... kPlaces>(std::integer_sequence<int, kPlaces...> /*places*/) HWY_ATTR {
+    (look_at(std::integral_constant<int, kPlaces + 2>()), ...);
+  }
+  (std::make_integer_sequence<int, Responses<kTaps>::kCount - 3>());
+  return best;
+}
+
 template <int kTaps>
 HWY_INLINE FilterPeak<V> find_peak_of(const ProfilePlan& plan, const Background& b,
                                       const Window& w) {
-  using CommonReach = std::integral_constant<int, 3>;
-  const Filter<kTaps> filter(plan);
-  if (plan.reach == CommonReach()) return find_peak_of(filter, CommonReach(), plan, b, w);
-  return find_peak_of(filter, plan.reach, plan, b, w);
+  if (plan.reach == kCommonReach) return find_near_peak<kTaps>(plan, b, w);
+  return find_peak_of(Filter<kTaps>(plan), plan, b, w);
 }
 
 FilterPeak<V> find_filter_peak(const ProfilePlan& plan, const Background& b, const Window& w) {
@@ -135,7 +188,7 @@ FilterPeak<V> find_filter_peak(const ProfilePlan& plan, const Background& b, con
     case 7:
       return find_peak_of<7>(plan, b, w);
     default:
-      return find_peak_of(LongFilter{plan}, plan.reach, plan, b, w);
+      return find_peak_of(LongFilter{plan}, plan, b, w);
   }
 }
 
