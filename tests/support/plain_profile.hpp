@@ -225,7 +225,7 @@ class PlainProfile {
     const double c = log_of(after_);
     curvature_ = std::max(-a - c, 1e-4);
     double offset = std::clamp((c - a) / (2.0 * curvature_), -0.5, 0.5);
-    if (plan_.is_coarse) {
+    if (plan_.has_filter_locking) {
       const double square = offset * offset;
       offset -= offset * (1.0 - 4.0 * square) *
                 (plan_.filter_locking[0] + plan_.filter_locking[1] * square);

@@ -25,6 +25,14 @@ using M = hn::Mask<Tag>;
 HWY_INLINE int lanes() { return static_cast<int>(hn::Lanes(Tag())); }
 HWY_INLINE V set(float value) { return hn::Set(Tag(), value); }
 
+// The nearest whole number to v, abs(v) below 2^22: what does not fit is not looked after.
+HWY_INLINE hn::Vec<IntTag> nearest(V v) {
+  constexpr float kUnitsAreTheLastBit = 12582912.0F;  // 1.5 * 2^23
+  const IntTag di;
+  const auto bits = hn::BitCast(di, hn::Add(v, set(kUnitsAreTheLastBit)));
+  return hn::Sub(bits, hn::BitCast(di, set(kUnitsAreTheLastBit)));
+}
+
 // 1 / v to 12 bits or better, for weights: dividing is the slowest thing a core can do.
 HWY_INLINE V rough_inverse(V v) {
 #if HWY_ARCH_X86

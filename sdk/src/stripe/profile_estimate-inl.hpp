@@ -57,14 +57,15 @@ HWY_INLINE LogPeak<T> log_parabola(const ProfilePlan& plan, const FilterPeak<T>&
   const T after = min(max(f.after, set(0.0F)), peak);
   const T sum_before = add(peak, before);
   const T sum_after = add(peak, after);
-  const T per_sums = inverse(mul(sum_before, sum_after));
+  // A factor that both falls have in common is not in their ratio.
+  const T per_sums = rough_inverse(mul(sum_before, sum_after));
   const T fall_before = fall(mul(mul(sub(peak, before), sum_after), per_sums));
   const T fall_after = fall(mul(mul(sub(peak, after), sum_before), per_sums));
   const T per_curvature = inverse(max(add(fall_before, fall_after), set(1e-4F)));
   const V half = set(0.5F);
   T offset = mul(mul(half, sub(fall_before, fall_after)), per_curvature);
   offset = min(max(offset, hn::Neg(half)), half);
-  if (plan.is_coarse) {
+  if (plan.has_filter_locking) {
     const T square = mul(offset, offset);
     const T shape = mul_add(set(plan.filter_locking[1]), square, set(plan.filter_locking[0]));
     const T inside = neg_mul_add(set(4.0F), square, set(1.0F));
@@ -82,7 +83,7 @@ struct Expected {
 
   HWY_INLINE Expected(const ProfilePlan& plan, const T& w) : width(w), width2(mul(w, w)) {
     const T total = add(width2, set(plan.filter_sigma * plan.filter_sigma));
-    const T per_roots = inverse_root(mul(total, width2));
+    const T per_roots = rough_inverse_root(mul(total, width2));
     const T per_both = mul(per_roots, per_roots);
     per_width2 = mul(total, per_both);
     per_total = mul(width2, per_both);
@@ -150,11 +151,11 @@ HWY_INLINE T width_from_filter(const ProfilePlan& plan, const FilterPeak<T>& f, 
   const T per_both = rough_inverse(mul(less, more));
   const T s = mul(mul(less, less), per_both);
   const T z = mul(s, s);
-  T series = mul_add(z, set(-0.0302F), set(-44.0F / 945.0F));
-  series = mul_add(z, series, set(-4.0F / 45.0F));
-  series = mul_add(z, series, set(-1.0F / 3.0F));
-  series = mul_add(z, series, set(1.0F));
-  const T total = mul(mul(series, set(0.5F)), mul(mul(more, more), per_both));
+  T series = mul_add(z, set(-0.0151F), set(-22.0F / 945.0F));
+  series = mul_add(z, series, set(-2.0F / 45.0F));
+  series = mul_add(z, series, set(-1.0F / 6.0F));
+  series = mul_add(z, series, set(0.5F));
+  const T total = mul(series, mul(mul(more, more), per_both));
   const T excess = sub(total, set(plan.filter_sigma * plan.filter_sigma));
   return rough_root(max(excess, set(0.04F)));
 }

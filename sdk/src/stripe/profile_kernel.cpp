@@ -43,11 +43,14 @@ struct Batch {
 // nearly agree are centred on the same row and can be read side by side.
 HWY_INLINE void set_centres(hn::Vec<IntTag> across, const ProfilePlan& plan, int length,
                             const Places& places) {
+  const Tag d;
   const IntTag di;
   const int cell = 2 * plan.aligned + 1;
-  const V middle = hn::Add(hn::ConvertTo(Tag(), across), set(0.5F));
-  const auto number = hn::ConvertTo(di, hn::Mul(middle, set(1.0F / static_cast<float>(cell))));
-  const auto snapped = hn::Add(hn::Mul(number, hn::Set(di, cell)), hn::Set(di, plan.aligned));
+  const V aligned = set(static_cast<float>(plan.aligned));
+  const V from_first = hn::Sub(hn::ConvertTo(d, across), aligned);
+  const auto number = nearest(hn::Mul(from_first, set(1.0F / static_cast<float>(cell))));
+  const auto snapped =
+      nearest(hn::MulAdd(hn::ConvertTo(d, number), set(static_cast<float>(cell)), aligned));
   hn::Store(hn::Min(snapped, hn::Set(di, length - 1)), di, places.across);
 }
 
@@ -201,10 +204,9 @@ void finish(const ProfilePlan& plan, const Batch* b, int first, const PeakMeasur
   store(choose(is_clipped, expected_width, width), out.width + first);
   store(significance_of(plan, peak.peak, base, gather(b, &Batch::beyond_pixels)),
         out.significance + first);
-  store(
-      apply([](auto centre, V at) HWY_ATTR { return hn::Add(centre, hn::ConvertTo(IntTag(), at)); },
-            gather(b, &Batch::across), peak.at),
-      out.across + first);
+  store(apply([](auto centre, V at) HWY_ATTR { return hn::Add(centre, nearest(at)); },
+              gather(b, &Batch::across), peak.at),
+        out.across + first);
 
   const Expected<Group> expected(plan, expected_width);
   const Group pixel_base = add(base, gather(b, &Batch::extra));

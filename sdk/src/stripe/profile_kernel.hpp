@@ -54,6 +54,7 @@ struct ProfilePlan {
   float filter_white = 0, filter_shot = 0, filter_speckle = 0, filter_slope = 0;
   // What sampling moves the peak by, at x from the pixel's middle: x (1 - 4 x^2) ([0] + [1] x^2).
   std::array<float, 2> filter_locking{};
+  bool has_filter_locking = false;  // So narrow is the stripe that it matters.
 
   int reach = 0;          // The filter's peak is looked for this far from the seed,
   int filter_reach = 0;   // for which pixels this far from it are needed;
@@ -65,7 +66,6 @@ struct ProfilePlan {
   float width_slope = 0;  // and its change per pixel across.
   float smallest_width = 0;
   float largest_width = 0;
-  bool is_coarse = false;  // So narrow that the pixels' size shows in the filter's peak.
   float ring_count = 0;    // Pixels of background where none is missing,
   float ring_squares = 0;  // and the sum of their squared distances from the seed.
 

@@ -79,7 +79,7 @@ void look_at_centres(const ProfileImages& images, const ProfilePlan& plan, const
   const float per_cell = 1.0F / static_cast<float>(cell);
   const auto level_of = [&](auto across) HWY_ATTR {
     const V above = hn::ConvertTo(d, hn::Sub(across, hn::Set(di, c.lowest)));
-    return hn::ConvertTo(di, hn::Mul(hn::Add(above, set(0.5F)), set(per_cell)));
+    return nearest(hn::Mul(above, set(per_cell)));
   };
   for (int b = 0; b < batches; ++b) {
     const hn::Rebind<std::uint8_t, IntTag> bytes;

@@ -51,10 +51,14 @@ void make_filter(double sigma, ProfilePlan& plan) {
   plan.taps = std::min(ProfilePlan::kMostTaps, static_cast<int>(std::ceil(kFilterReach * sigma)));
   plan.filter_sigma = static_cast<float>(sigma);
   std::array<double, ProfilePlan::kMostTaps + 3> half{};  // Two zeros beyond the last tap.
-  for (int i = 0; i <= plan.taps; ++i) {
+  // exp(-i^2 / 2 sigma^2) for successive i by two multiplications each.
+  const double first = std::exp(-0.5 / (sigma * sigma));
+  double tap_i = 1.0;
+  for (double ratio = first, i = 0; i <= plan.taps; ++i, ratio *= first * first) {
     const auto at = static_cast<std::size_t>(i);
-    half[at] = std::exp(-0.5 * i * i / (sigma * sigma));
-    plan.filter[at] = static_cast<float>(half[at]);
+    half[at] = tap_i;
+    plan.filter[at] = static_cast<float>(tap_i);
+    tap_i *= ratio;
   }
   const auto tap = [&](int i) { return half[static_cast<std::size_t>(std::abs(i))]; };
   double sum = 0.0;
@@ -113,6 +117,7 @@ void set_filter_locking(double w, ProfilePlan& plan) {
   const double rise = (shape(kFar) - shape(kNear)) / (kFar * kFar - kNear * kNear);
   plan.filter_locking = {static_cast<float>(shape(kNear) - kNear * kNear * rise),
                          static_cast<float>(rise)};
+  plan.has_filter_locking = true;
 }
 
 void set_noise(const PlanNoise& noise, ProfilePlan& plan) {
@@ -191,8 +196,7 @@ ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool r
   set_filter_errors(typical, plan);
   set_noise(noise, plan);
   plan.refine = refine;
-  plan.is_coarse = typical < kCoarseBelow;
-  if (plan.is_coarse && !refine) set_filter_locking(typical, plan);
+  if (typical < kCoarseBelow && !refine) set_filter_locking(typical, plan);
   set_locking(typical, plan);
 
   plan.aligned = std::clamp(static_cast<int>(0.5 * typical), 1, ProfilePlan::kMostAligned);
