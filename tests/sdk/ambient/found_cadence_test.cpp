@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that a stage that was not told the cadence holds what comes until it has found it, scans
+// all of it then, and doubts and finds it again where the pictures show another one. The scenes are
+// synthetic.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <striper/ambient/ambient_stage.hpp>
+
+#include "support/stage_pairs.hpp"
+#include "support/street.hpp"
+
+namespace striper {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::Street;
+using testing::take;
+using testing::with_cadence;
+using Pairs = testing::StagePairs;
+
+TEST(FoundCadence, HeldPicturesAreAllScannedOnceTheCadenceIsFound) {
+  testing::reseed();
+  Street street;
+  street.cadence = Cadence::parse("dark,0");
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  Pairs pairs;
+  for (std::uint64_t sequence = 0; sequence < 5; ++sequence) {
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+  }
+  EXPECT_TRUE(pairs.empty());
+  stage.push(street.picture(5));
+  take(stage, pairs);
+  stage.finish();
+  take(stage, pairs);
+  ASSERT_EQ(pairs.size(), 3U);
+  EXPECT_EQ(pairs[0].lit, 1U);
+  EXPECT_EQ(pairs[2].lit, 5U);
+  EXPECT_THAT(stage.decisions(), HasSubstr("cadence dark,0 (found)"));
+  EXPECT_THAT(stage.decisions(), HasSubstr("ambient alternate"));
+}
+
+TEST(FoundCadence, EmptySceneIsScannedAndTheCadenceFoundWhenThereIsSomethingToSee) {
+  testing::reseed();
+  Street street;
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  Pairs pairs;
+  for (std::uint64_t sequence = 0; sequence < 80; ++sequence) {
+    street.amplitude_dn = sequence < 20 ? 0.0 : 40.0;
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+    if (sequence == 19) {
+      EXPECT_EQ(pairs.size(), 20U);
+    }
+  }
+  EXPECT_THAT(stage.decisions(), HasSubstr("cadence 0,dark (found)"));
+  EXPECT_EQ(pairs.back().lit, 78U);
+}
+
+TEST(FoundCadence, RestartOfTheSourceFindsTheCadenceAgain) {
+  testing::reseed();
+  Street street;
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  Pairs pairs;
+  for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+  }
+  const std::size_t before = pairs.size();
+  EXPECT_EQ(before, 4U);
+  street.cadence = Cadence::parse("dark,0");
+  for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+    stage.push(street.picture(sequence));
+    take(stage, pairs);
+  }
+  stage.finish();
+  take(stage, pairs);
+  ASSERT_EQ(pairs.size(), before + 4);
+  for (std::size_t i = before; i < pairs.size(); ++i) EXPECT_EQ(pairs[i].lit % 2, 1U);
+}
+
+TEST(FoundCadence, WrongCadenceIsReported) {
+  testing::reseed();
+  Street street;
+  street.build();
+  AmbientStage stage(with_cadence("dark,0"));
+  for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+    stage.push(street.picture(sequence));
+    while (stage.next() != nullptr) {
+    }
+  }
+  EXPECT_THAT(stage.decisions(), HasSubstr("'dark,0' was given, but the pictures show '0,dark'"));
+}
+
+TEST(FoundCadence, WrongFieldOrderIsReported) {
+  testing::reseed();
+  Street street;
+  street.field = Field::kInterlacedTopFirst;
+  street.speed_px = 4.0;
+  street.edge_dn = 60.0;
+  street.build();
+  for (const bool is_wrong : {false, true}) {
+    AmbientStage stage{AmbientOptions{}};
+    for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+      Frame picture = street.picture(sequence);
+      if (is_wrong) picture.field = Field::kInterlacedBottomFirst;
+      stage.push(picture);
+      while (stage.next() != nullptr) {
+      }
+    }
+    const std::string complaint = "the fields seem to be in the wrong order";
+    if (is_wrong) {
+      EXPECT_THAT(stage.decisions(), HasSubstr(complaint));
+    } else {
+      EXPECT_THAT(stage.decisions(), Not(HasSubstr(complaint)));
+    }
+  }
+}
+
+// Pictures whose source does not count those that it loses.
+struct SilentLoss {
+  std::vector<std::uint64_t> scanned;  // True numbers.
+  std::string decisions;
+};
+
+SilentLoss scan_with_loss(const char* cadence, std::uint64_t lost, std::uint64_t count) {
+  testing::reseed();
+  Street street;
+  street.cadence = Cadence::parse(cadence);
+  street.speed_px = 3.0;
+  street.texture_dn = 8.0;
+  street.build();
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<std::uint64_t> true_number;
+  SilentLoss result;
+  const auto take_true = [&] {
+    while (const LitFrame* const lit = stage.next()) {
+      result.scanned.push_back(true_number[lit->sequence]);
+    }
+  };
+  for (std::uint64_t number = 0; number < count; ++number) {
+    if (number == lost) continue;
+    Frame frame = street.picture(number);
+    frame.sequence = true_number.size();
+    true_number.push_back(number);
+    stage.push(frame);
+    take_true();
+  }
+  stage.finish();
+  take_true();
+  result.decisions = stage.decisions();
+  return result;
+}
+
+TEST(FoundCadence, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
+  constexpr std::uint64_t kCount = 30;
+  for (const char* const cadence : {"0,dark", "0,dark,dark"}) {
+    for (const std::uint64_t lost : {12U, 13U, 14U}) {
+      SCOPED_TRACE(::testing::Message() << cadence << ", lost " << lost);
+      const SilentLoss loss = scan_with_loss(cadence, lost, kCount);
+      const Cadence pattern = Cadence::parse(cadence);
+      std::size_t lit = 0;
+      for (std::uint64_t n = 0; n < kCount; ++n) lit += pattern.at(n).is_lit() ? 1 : 0;
+      for (const std::uint64_t number : loss.scanned) {
+        EXPECT_TRUE(pattern.at(number).is_lit()) << number;
+      }
+      EXPECT_GE(loss.scanned.size() + 4, lit);
+      EXPECT_THAT(loss.decisions, HasSubstr("the cadence slipped and was found again"));
+    }
+  }
+}
+
+// A laser that is switched from every other picture to always on while the stripe wanders: what
+// was found is refuted, and the pictures show no exposure that is dark.
+TEST(FoundCadence, RefutedCadenceGivesWayToALaserThatIsAlwaysOn) {
+  constexpr std::uint64_t kSwitched = 12;
+  constexpr std::uint64_t kCount = 30;
+  testing::reseed();
+  Street street;
+  street.texture_dn = 4.0;
+  street.build();
+  std::uint64_t now = 0;
+  street.row = [&now](int, int) { return 40.0 + 13.0 * static_cast<double>(now % 12); };
+  AmbientStage stage{AmbientOptions{}};
+  std::vector<std::uint64_t> scanned;
+  for (now = 0; now < kCount; ++now) {
+    street.cadence = Cadence::parse(now < kSwitched ? "0,dark" : "0");
+    stage.push(street.picture(now));
+    while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
+  }
+  stage.finish();
+  while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
+  EXPECT_THAT(stage.decisions(), HasSubstr("cadence 0 (no dark exposure seen)"));
+  std::size_t after = 0;
+  for (const std::uint64_t sequence : scanned) {
+    if (sequence < kSwitched) {
+      EXPECT_EQ(sequence % 2, 0U);
+    }
+    if (sequence > kSwitched) ++after;
+  }
+  EXPECT_GE(after, kCount - kSwitched - 4);
+}
+
+TEST(FoundCadence, NothingLostIsNoSlip) {
+  const SilentLoss none = scan_with_loss("0,0,dark", 1000, 30);
+  EXPECT_EQ(none.scanned.size(), 20U);
+  EXPECT_THAT(none.decisions, Not(HasSubstr("slipped")));
+  EXPECT_THAT(none.decisions, Not(HasSubstr("gave no scan")));
+}
+
+}  // namespace
+}  // namespace striper
