@@ -63,6 +63,25 @@ bool is_same_stream(const detail::PictureSetup& setup, const SourceInfo& info) {
          setup.layout->bit_depth == info.bit_depth && setup.layout->channels() == info.channels;
 }
 
+// What is likely to be meant otherwise, while nothing in the pictures speaks against it.
+void say_what_keys_mean(const CommonKeys& common, const GigeOptions& options) {
+  const bool is_triggered = !options.trigger.empty() && options.trigger != "off";
+  if (common.cadence.has_dark() && options.strobe_lines.empty() && !is_triggered) {
+    log(LogLevel::kWarning,
+        fmt::format("'{}': laser={} without strobe= switches nothing; it says what something else "
+                    "does with the laser, in step with the pictures. For a laser on one of the "
+                    "camera's own lines name that: strobe=Line2",
+                    options.uri, common.cadence.to_string()));
+  }
+  if (common.fields) {
+    log(LogLevel::kWarning,
+        fmt::format("'{}': fields= takes each picture as two fields, exposed one after the other. "
+                    "Nearly all cameras of this kind expose whole pictures, in which both show the "
+                    "same moment: then leave it out",
+                    options.uri));
+  }
+}
+
 }  // namespace
 
 struct GigeSource::State {
@@ -119,6 +138,7 @@ GigeSource::State::State(SourceUri given)
     : uri(std::move(given)), common(CommonKeys::take(uri)), options(GigeOptions::take(uri)) {
   options.cadence = common.cadence;
   options.validate();
+  say_what_keys_mean(common, options);
   session = std::make_shared<Session>(options);
 
   const detail::PictureSetup& setup = session->setup();

@@ -5,19 +5,17 @@
 // camera and the reader share one machine: nothing is said of a switch that goes on sending.
 #include <chrono>
 #include <functional>
-#include <mutex>
 #include <set>
 #include <string>
-#include <string_view>
 #include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
+#include "support/told.hpp"
 
 namespace striper::testing {
 namespace {
@@ -115,6 +113,63 @@ TEST(GigeLossNumbering, CountsThePicturesOfTheWholeOutage) {
   EXPECT_NEAR(pictures, seconds * source->info().picture_rate_hz, 6.0) << "of 50 a second";
 }
 
+bool comes_true(const std::function<bool()>& condition) {
+  const auto end = Clock::now() + 5s;
+  while (!condition() && Clock::now() < end) std::this_thread::sleep_for(10ms);
+  return condition();
+}
+
+/// Takes the camera away until the source has noticed, then has it come back.
+void replug(GigeSource& source, VirtualStriper& striper, std::uint64_t losses) {
+  striper.pull_the_plug();
+  EXPECT_LT(seconds_to_loss(source, losses), 3.0);
+  striper.plug_in();
+}
+
+TEST(GigeReopened, WovenPicturesGoOnAsTheyWere) {
+  VirtualStriper striper = lit_striper();
+  const auto source = striper.open("fields=split-bottom&laser=0,dark");
+  source->start();
+  Frame before;
+  for (int n = 0; n < 5; ++n) ASSERT_EQ(source->next(before, 5000ms), NextStatus::kFrame);
+  replug(*source, striper, 1);
+  ASSERT_TRUE(comes_back(*source, 1));
+  Frame after;
+  for (int n = 0; n < 5; ++n) {
+    ASSERT_EQ(source->next(after, 5000ms), NextStatus::kFrame);
+    EXPECT_EQ(after.status, FrameStatus::kOk) << after.status_detail;
+    EXPECT_EQ(after.field, Field::kInterlacedBottomFirst);
+    EXPECT_EQ(after.exposures_per_picture, 2);
+    EXPECT_EQ(after.exposure_in_picture, 0);
+    EXPECT_EQ(after.field_period_ns, before.field_period_ns);
+    EXPECT_EQ(after.epoch, before.epoch + 1) << "anywhere in the cadence";
+    EXPECT_GT(after.sequence, before.sequence);
+  }
+}
+
+TEST(GigeReopened, ACameraWithAnotherPictureSizeIsNotTaken) {
+  VirtualStriper striper = lit_striper();
+  const auto scene = striper.scene;
+  const auto source = striper.open("exposure_us=300");
+  source->start();
+  read(*source, 5);
+  const Told told;
+  striper.scene = std::make_shared<PatternScene>(cv::Size(96, 48), 8, 50.0);
+  replug(*source, striper, 1);
+  EXPECT_TRUE(comes_true([&] {
+    return told.text().find("came back with Mono8 96x48") != std::string::npos;
+  })) << told.text();
+  EXPECT_EQ(source->statistics().reconnects, 0u);
+  Frame frame;
+  EXPECT_EQ(source->next(frame, 100ms), NextStatus::kTimeout);
+  striper.pull_the_plug();
+  striper.scene = scene;
+  striper.plug_in();
+  ASSERT_TRUE(comes_back(*source, 1)) << "the old one is";
+  ASSERT_EQ(source->next(frame, 5000ms), NextStatus::kFrame);
+  EXPECT_EQ(frame.image.size(), cv::Size(64, 48));
+}
+
 TEST(GigeLossNoticedAt, ARestartThatForgetsUsWithinThreeSeconds) {
   const VirtualStriper striper = lit_striper();
   const auto source = striper.open("exposure_us=300");
@@ -152,33 +207,6 @@ bool commanded_off(const VirtualCamera& camera, std::uint64_t controller) {
   }
   return is_off;
 }
-
-bool comes_true(const std::function<bool()>& condition) {
-  const auto end = Clock::now() + 5s;
-  while (!condition() && Clock::now() < end) std::this_thread::sleep_for(10ms);
-  return condition();
-}
-
-/// Everything that is logged while it lives.
-class Told {
- public:
-  Told() {
-    set_log_callback([this](LogLevel, std::string_view message) {
-      const std::lock_guard lock(mutex_);
-      text_ += message;
-      text_ += '\n';
-    });
-  }
-  ~Told() { set_log_callback(nullptr); }
-  std::string text() const {
-    const std::lock_guard lock(mutex_);
-    return text_;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  std::string text_;
-};
 
 class GigeLaserAfterLoss : public ::testing::TestWithParam<Loss> {};
 

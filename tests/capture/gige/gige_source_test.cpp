@@ -15,12 +15,14 @@
 #include "capture/gige/virtual_striper.hpp"
 #include "gige/host_clock.hpp"
 #include "support/error_of.hpp"
+#include "support/told.hpp"
 
 namespace striper::testing {
 namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const cv::Size kSize(160, 120);
 
@@ -113,6 +115,29 @@ TEST(GigeSource, AUsbCameraThatIsNotThereIsLookedForAndRefused) {
   const Error error = error_of([] { GigeSource(SourceUri::parse("u3v:NOBODY")); });
   EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
   EXPECT_THAT(error.what(), HasSubstr("'u3v:NOBODY': no such USB3 Vision camera; there "));
+}
+
+std::string told_when_opened_with(const std::string& query) {
+  const VirtualStriper striper(pattern());
+  const Told told;
+  striper.open(query);
+  return told.text();
+}
+
+TEST(GigeSource, CadenceWithoutALineToSwitchIsExplained) {
+  EXPECT_THAT(told_when_opened_with("laser=0,dark"),
+              HasSubstr("laser=0,dark without strobe= switches nothing"));
+  EXPECT_THAT(told_when_opened_with("laser=0"), Not(HasSubstr("strobe=")));
+  EXPECT_THAT(told_when_opened_with("trigger=Line1&laser=0,dark"), Not(HasSubstr("strobe=")))
+      << "who fires the trigger fires the laser";
+  EXPECT_THAT(told_when_opened_with("strobe=Line2&laser=0,dark"),
+              Not(HasSubstr("without strobe=")));
+}
+
+TEST(GigeSource, FieldsOfACameraOfWholePicturesAreExplained) {
+  EXPECT_THAT(told_when_opened_with("fields=split-top"),
+              HasSubstr("takes each picture as two fields"));
+  EXPECT_THAT(told_when_opened_with(""), Not(HasSubstr("fields")));
 }
 
 TEST(GigeSource, ASecondProgramIsToldThatTheCameraIsBusy) {

@@ -40,6 +40,8 @@ struct GigeStatistics {
 ///   lasers 0 and 1). With a `laser=` that alternates, the line is switched exposure by exposure:
 ///   by the camera's sequencer, or by the host with software triggers (`switching=`). Frames say
 ///   what fired, from the line state that came with the picture where the camera reports it.
+///   Without it and without a trigger, a `laser=` with dark exposures only says what something else
+///   does; that is logged as a warning.
 /// - `trigger=off|software|Line1|Action`; with an action also `action=DEVICE_KEY,GROUP_KEY,MASK`,
 ///   the keys of the commands that it shall act on (`trigger_gige_action`)
 /// - `packet_size`, `packet_delay_us`, `resend`, `frame_timeout_ms`, `buffers`, `socket_buffer_mb`,
