@@ -41,6 +41,7 @@ float nearest_neighbour_px(const Corners& corners, const Board& board, int index
 
 double median_square_px(const Corners& corners, const Board& board) {
   std::vector<float> distances;
+  distances.reserve(static_cast<std::size_t>(board.point_count()));
   for (int i = 0; i < board.point_count(); ++i)
     distances.push_back(nearest_neighbour_px(corners, board, i));
   return upper_median(distances);

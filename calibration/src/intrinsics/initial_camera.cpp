@@ -161,7 +161,12 @@ CameraModel initial_camera(const Observations& observations, LensModel lens) {
     best_error_px = error_px;
     best = camera;
   };
-  for (double f = 0.25 * width; f < 6.0 * width; f *= 1.12) consider(f, f);
+  // Focal lengths of a quarter of the picture's width to six of it.
+  constexpr int kFocals = 29;
+  for (int i = 0; i < kFocals; ++i) {
+    const double f = 0.25 * width * std::pow(1.12, i);
+    consider(f, f);
+  }
   if (lens != LensModel::kEquidistant) {
     const auto focal_px = zhang_focal_px(observations);
     if (focal_px && focal_px->minCoeff() > 0.1 * width && focal_px->maxCoeff() < 20.0 * width)
