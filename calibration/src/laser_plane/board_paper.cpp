@@ -15,6 +15,7 @@ namespace {
 constexpr int kAlong = 48;              // Places along a side,
 constexpr double kStepSquares = 0.05;   // and steps outward.
 constexpr double kFirstSquares = 0.25;  // Clear of the print's own blur.
+constexpr int kSteps = static_cast<int>((kMarginSquares - kFirstSquares) / kStepSquares + 0.5);
 constexpr std::size_t kFewest = 6;      // Places that say how bright the picture is in a step.
 constexpr double kSameWhite = 0.15;     // Of the difference of white and black.
 
@@ -50,7 +51,8 @@ class PaperFinder {
     if (!white || !black) return 0.0;
     const double same = kSameWhite * (*white - *black);
     double clear_m = 0.0;
-    for (double out = kFirstSquares; out < kMarginSquares; out += kStepSquares) {
+    for (int k = 0; k < kSteps; ++k) {
+      const double out = kFirstSquares + k * kStepSquares;
       const auto here = level(side, out * board_.square_m, 0.5);
       if (here && std::abs(*here - *white) > same) return clear_m;
       clear_m = out * board_.square_m;

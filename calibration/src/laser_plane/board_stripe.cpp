@@ -73,7 +73,9 @@ std::vector<double> across_of(const StraightLine& line, const Returns& returns,
   std::vector<double> across(static_cast<std::size_t>(columns ? camera.width() : camera.height()),
                              std::numeric_limits<double>::quiet_NaN());
   constexpr double kStepPx = 0.5;  // Every line of the picture is met.
-  for (double along = first; along <= last; along += kStepPx) {
+  const int steps = static_cast<int>(std::max(-1.0, (last - first) / kStepPx));
+  for (int step = 0; step <= steps; ++step) {
+    const double along = first + kStepPx * step;
     Eigen::Vector2d flat(along, line.at(along));
     if (!columns) std::swap(flat.x(), flat.y());
     const Projection at = camera.project({flat.x() / camera.fx(), flat.y() / camera.fy(), 1.0});

@@ -51,22 +51,22 @@ void SvgPlot::ticks() {
                  low.x(), low.y(), high.x() - low.x(), high.y() - low.y());
   for (const int axis : {0, 1}) {
     const double step = tick_step(box_.sizes()[axis]);
-    for (double t = std::ceil(box_.min()[axis] / step) * step; t <= box_.max()[axis] + 1e-9 * step;
-         t += step) {
+    const auto last = std::lround(std::floor(box_.max()[axis] / step + 1e-9));
+    for (auto tick = std::lround(std::ceil(box_.min()[axis] / step)); tick <= last; ++tick) {
+      const double t = static_cast<double>(tick) * step;
       Eigen::Vector2d at = box_.min();
       at[axis] = t;
       const Eigen::Vector2d p = place(at);
-      const double label = std::abs(t) < 1e-9 * step ? 0.0 : t;
       if (axis == 0)
         fmt::format_to(out,
                        "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{:.4g}</text>"
                        "<path d=\"M{:.1f} {:.1f}V{:.1f}\" class=\"grid\"/>",
-                       p.x(), high.y() + 14.0, label, p.x(), low.y(), high.y());
+                       p.x(), high.y() + 14.0, t, p.x(), low.y(), high.y());
       else
         fmt::format_to(out,
                        "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"end\">{:.4g}</text>"
                        "<path d=\"M{:.1f} {:.1f}H{:.1f}\" class=\"grid\"/>",
-                       low.x() - 4.0, p.y() + 4.0, label, low.x(), p.y(), high.x());
+                       low.x() - 4.0, p.y() + 4.0, t, low.x(), p.y(), high.x());
     }
   }
 }

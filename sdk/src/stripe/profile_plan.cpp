@@ -54,7 +54,8 @@ void make_filter(double sigma, ProfilePlan& plan) {
   // exp(-i^2 / 2 sigma^2) for successive i by two multiplications each.
   const double first = std::exp(-0.5 / (sigma * sigma));
   double tap_i = 1.0;
-  for (double ratio = first, i = 0; i <= plan.taps; ++i, ratio *= first * first) {
+  double ratio = first;
+  for (int i = 0; i <= plan.taps; ++i, ratio *= first * first) {
     const auto at = static_cast<std::size_t>(i);
     half[at] = tap_i;
     plan.filter[at] = static_cast<float>(tap_i);
