@@ -38,23 +38,30 @@ struct Running {
   }
 };
 
-// So many vectors side by side.
+constexpr int kRowBlock = 8;
+static_assert(kChunkPixels % kRowBlock == 0);
+
+// So many vectors side by side. Rows in blocks of a number known beforehand, whose loop is gone.
 template <int kVectors, typename R>
 HWY_INLINE void strip_of(const R& reader, int row, int rows, int col,
                          KeyOf<typename R::Pixel>* keys) {
   using Pixel = typename R::Pixel;
   const PixelTag<Pixel> d;
   const int n = static_cast<int>(hn::Lanes(d));
+  auto position = hn::Set(d, static_cast<Pixel>(kLast));
   Running<Pixel> running[kVectors];
-  for (int v = 0; v < kVectors; ++v) {
-    running[v] = {reader.load(row, col + v * n), hn::Set(d, static_cast<Pixel>(kLast))};
-  }
-  for (int k = 1; k < rows; ++k) {
-    const auto position = hn::Set(d, static_cast<Pixel>(kLast - k));
+  for (auto& r : running) r = {hn::Zero(d), position};
+  const auto fold_row = [&](int k) HWY_ATTR {
     for (int v = 0; v < kVectors; ++v) {
       running[v].fold(reader.load(row + k, col + v * n), position);
     }
+    position = hn::Sub(position, hn::Set(d, Pixel{1}));
+  };
+  int k = 0;
+  for (; k + kRowBlock <= rows; k += kRowBlock) {
+    for (int i = 0; i < kRowBlock; ++i) fold_row(k + i);
   }
+  for (; k < rows; ++k) fold_row(k);
   for (int v = 0; v < kVectors; ++v) running[v].store(keys + col + v * n);
 }
 
