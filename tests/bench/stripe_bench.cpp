@@ -21,14 +21,12 @@ class BrightestPeaks {
  public:
   void find(const LitFrame& frame) {
     chunks_.find(frame, StripeAxis::kColumns);
-    chunks_.rank();
+    chunks_.rank(ChunkMaxima::kFirst);
     const auto count = static_cast<std::size_t>(chunks_.lines());
-    brightest_.resize(count);
-    chunks_.best_across(brightest_.data());
     peaks_.make_room(count);
     peaks_.seeds.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
-      peaks_.seeds[i] = {static_cast<std::int32_t>(i), brightest_[i]};
+      peaks_.seeds[i] = {static_cast<std::int32_t>(i), chunks_.best_across()[i]};
     }
     measure_profiles(images_of(frame), plan_of(frame), peaks_.seeds.data(), static_cast<int>(count),
                      peaks_.measurements());
@@ -54,7 +52,6 @@ class BrightestPeaks {
   }
 
   ChunkMaxima chunks_;
-  std::vector<std::int32_t> brightest_;
   detail::PeakList peaks_;
 };
 

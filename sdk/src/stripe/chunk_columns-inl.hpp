@@ -23,7 +23,7 @@ namespace {
 template <typename Pixel>
 struct Running {
   PixelVec<Pixel> maximum;
-  PixelVec<Pixel> position;  // 31 - row in the chunk.
+  PixelVec<Pixel> position;  // Row in the chunk.
 
   HWY_INLINE void fold(PixelVec<Pixel> v, PixelVec<Pixel> row_position) {
     const auto larger = hn::Max(maximum, v);
@@ -31,97 +31,85 @@ struct Running {
     position = hn::IfThenElse(hn::Eq(larger, maximum), position, row_position);
     maximum = larger;
   }
+};
 
-  HWY_INLINE void store(KeyOf<Pixel>* keys) const {
-    // Little endian: position in the low half, value in the high half of a key.
-    hn::StoreInterleaved2(position, maximum, PixelTag<Pixel>(), reinterpret_cast<Pixel*>(keys));
+// What is kept of one chunk of every column.
+template <typename Pixel>
+struct ChunkOfColumns {
+  Pixel* maxima;
+  Pixel* positions;
+
+  HWY_INLINE Running<Pixel> load(int col) const {
+    const PixelTag<Pixel> d;
+    return {hn::LoadU(d, maxima + col), hn::LoadU(d, positions + col)};
+  }
+
+  HWY_INLINE void store(const Running<Pixel>& running, int col) const {
+    const PixelTag<Pixel> d;
+    hn::StoreU(running.maximum, d, maxima + col);
+    hn::StoreU(running.position, d, positions + col);
   }
 };
 
 constexpr int kRowBlock = 8;
 static_assert(kChunkPixels % kRowBlock == 0);
 
-// So many vectors side by side. Rows in blocks of a number known beforehand, whose loop is gone.
+// Folds rows from `first` to `end` of the chunk that begins at `row`, so many vectors side by side.
+// Rows in blocks of a number known beforehand, whose loop is gone.
 template <int kVectors, typename R>
-HWY_INLINE void strip_of(const R& reader, int row, int rows, int col,
-                         KeyOf<typename R::Pixel>* keys) {
+HWY_INLINE void fold_strip(const R& reader, int row, int first, int end, int col,
+                           const ChunkOfColumns<typename R::Pixel>& chunk) {
   using Pixel = typename R::Pixel;
   const PixelTag<Pixel> d;
   const int n = static_cast<int>(hn::Lanes(d));
-  auto position = hn::Set(d, static_cast<Pixel>(kLast));
   Running<Pixel> running[kVectors];
-  for (auto& r : running) r = {hn::Zero(d), position};
+  for (int v = 0; v < kVectors; ++v) {
+    running[v] = {hn::Zero(d), hn::Zero(d)};
+    if (first > 0) running[v] = chunk.load(col + v * n);
+  }
+  auto position = hn::Set(d, static_cast<Pixel>(first));
   const auto fold_row = [&](int k) HWY_ATTR {
     for (int v = 0; v < kVectors; ++v) {
       running[v].fold(reader.load(row + k, col + v * n), position);
     }
-    position = hn::Sub(position, hn::Set(d, Pixel{1}));
+    position = hn::Add(position, hn::Set(d, Pixel{1}));
   };
-  int k = 0;
-  for (; k + kRowBlock <= rows; k += kRowBlock) {
+  int k = first;
+  for (; k + kRowBlock <= end; k += kRowBlock) {
     for (int i = 0; i < kRowBlock; ++i) fold_row(k + i);
   }
-  for (; k < rows; ++k) fold_row(k);
-  for (int v = 0; v < kVectors; ++v) running[v].store(keys + col + v * n);
+  for (; k < end; ++k) fold_row(k);
+  for (int v = 0; v < kVectors; ++v) chunk.store(running[v], col + v * n);
 }
 
 template <typename R>
-void narrow_columns(const R& reader, int row, int rows, int cols, KeyOf<typename R::Pixel>* keys) {
-  for (int col = 0; col < cols; ++col) {
-    KeyOf<typename R::Pixel> best = 0;
-    for (int k = 0; k < rows; ++k) best = std::max(best, key_of(reader.value(row + k, col), k));
-    keys[col] = best;
-  }
-}
-
-// A wide image is read a few whole rows at a time, which is the order that memory gives fastest;
-// the running maxima of the chunk wait in `maxima` and `positions`, which stay in the nearest
-// cache.
-template <typename R>
-HWY_INLINE void fold_rows_of_strip(const R& reader, int row, int rows, int col, bool is_first,
-                                   typename R::Pixel* maxima, typename R::Pixel* positions,
-                                   int row_in_chunk) {
+void narrow_chunk(const R& reader, int row, int rows,
+                  const ChunkOfColumns<typename R::Pixel>& chunk) {
   using Pixel = typename R::Pixel;
-  const PixelTag<Pixel> d;
-  const int n = static_cast<int>(hn::Lanes(d));
-  const auto first = hn::Set(d, static_cast<Pixel>(kLast));
-  Running<Pixel> a{hn::Zero(d), first};
-  Running<Pixel> b{hn::Zero(d), first};
-  if (!is_first) {
-    a = {hn::LoadU(d, maxima + col), hn::LoadU(d, positions + col)};
-    b = {hn::LoadU(d, maxima + col + n), hn::LoadU(d, positions + col + n)};
+  for (int col = 0; col < reader.planes.cols; ++col) {
+    Pixel maximum = 0;
+    int position = 0;
+    for (int k = 0; k < rows; ++k) {
+      const Pixel value = reader.value(row + k, col);
+      if (value > maximum) position = k;
+      maximum = std::max(maximum, value);
+    }
+    chunk.maxima[col] = maximum;
+    chunk.positions[col] = static_cast<Pixel>(position);
   }
-  for (int k = 0; k < rows; ++k) {
-    const auto position = hn::Set(d, static_cast<Pixel>(kLast - row_in_chunk - k));
-    a.fold(reader.load(row + k, col), position);
-    b.fold(reader.load(row + k, col + n), position);
-  }
-  hn::StoreU(a.maximum, d, maxima + col);
-  hn::StoreU(a.position, d, positions + col);
-  hn::StoreU(b.maximum, d, maxima + col + n);
-  hn::StoreU(b.position, d, positions + col + n);
 }
 
 constexpr int kRowsPerVisit = 16;
-constexpr int kWidestBuffered = 16384;
 
+// A wide image is read a few whole rows at a time, which is the order that memory gives fastest.
 // Returns how many columns were done: a multiple of two vectors.
 template <typename R>
-int wide_chunk(const R& reader, int row, int rows, KeyOf<typename R::Pixel>* keys) {
-  using Pixel = typename R::Pixel;
-  const PixelTag<Pixel> d;
-  const int n = static_cast<int>(hn::Lanes(d));
-  const int cols = std::min(reader.planes.cols, kWidestBuffered) / (2 * n) * (2 * n);
-  HWY_ALIGN Pixel maxima[kWidestBuffered];
-  HWY_ALIGN Pixel positions[kWidestBuffered];
+int wide_chunk(const R& reader, int row, int rows, const ChunkOfColumns<typename R::Pixel>& chunk) {
+  const int step = 2 * static_cast<int>(hn::Lanes(PixelTag<typename R::Pixel>()));
+  const int cols = reader.planes.cols / step * step;
   for (int k = 0; k < rows; k += kRowsPerVisit) {
-    const int count = std::min(kRowsPerVisit, rows - k);
-    for (int col = 0; col < cols; col += 2 * n) {
-      fold_rows_of_strip(reader, row + k, count, col, k == 0, maxima, positions, k);
-    }
-  }
-  for (int col = 0; col < cols; col += n) {
-    Running<Pixel>{hn::LoadU(d, maxima + col), hn::LoadU(d, positions + col)}.store(keys + col);
+    const int end = std::min(k + kRowsPerVisit, rows);
+    for (int col = 0; col < cols; col += step) fold_strip<2>(reader, row, k, end, col, chunk);
   }
   return cols;
 }
@@ -131,25 +119,28 @@ constexpr int kWideBytes = 1536;
 constexpr int kStrip = 5;
 
 template <typename R>
-void columns(const R& reader, KeyOf<typename R::Pixel>* keys) {
+void columns(const R& reader, typename R::Pixel* maxima, typename R::Pixel* positions) {
   using Pixel = typename R::Pixel;
   const int n = static_cast<int>(hn::Lanes(PixelTag<Pixel>()));
   const int cols = reader.planes.cols;
   const bool is_wide = cols * static_cast<int>(sizeof(Pixel)) >= kWideBytes;
-  for (int row = 0; row < reader.planes.rows; row += kChunkPixels, keys += cols) {
+  ChunkOfColumns<Pixel> chunk{maxima, positions};
+  for (int row = 0; row < reader.planes.rows; row += kChunkPixels) {
     const int rows = std::min(kChunkPixels, reader.planes.rows - row);
     if (cols < n) {
-      narrow_columns(reader, row, rows, cols, keys);
-      continue;
+      narrow_chunk(reader, row, rows, chunk);
+    } else {
+      int col = is_wide ? wide_chunk(reader, row, rows, chunk) : 0;
+      for (; col + kStrip * n <= cols; col += kStrip * n) {
+        fold_strip<kStrip>(reader, row, 0, rows, col, chunk);
+      }
+      for (; col + 2 * n <= cols; col += 2 * n) fold_strip<2>(reader, row, 0, rows, col, chunk);
+      for (; col + n <= cols; col += n) fold_strip<1>(reader, row, 0, rows, col, chunk);
+      // The last strip may overlap the one before it: the same is written twice.
+      if (col < cols) fold_strip<1>(reader, row, 0, rows, cols - n, chunk);
     }
-    int col = is_wide ? wide_chunk(reader, row, rows, keys) : 0;
-    for (; col + kStrip * n <= cols; col += kStrip * n) {
-      strip_of<kStrip>(reader, row, rows, col, keys);
-    }
-    for (; col + 2 * n <= cols; col += 2 * n) strip_of<2>(reader, row, rows, col, keys);
-    for (; col + n <= cols; col += n) strip_of<1>(reader, row, rows, col, keys);
-    // The last strip may overlap the one before it: the same keys are written twice.
-    if (col < cols) strip_of<1>(reader, row, rows, cols - n, keys);
+    chunk.maxima += cols;
+    chunk.positions += cols;
   }
 }
 

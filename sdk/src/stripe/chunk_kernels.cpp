@@ -18,29 +18,27 @@ namespace striper::detail {
 namespace HWY_NAMESPACE {
 namespace {
 
-void columns_u8(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys) {
-  with_reader(planes, [&](const auto& reader) { columns(reader, keys); });
+void columns_u8(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima,
+                std::uint8_t* positions) {
+  with_reader(planes, [&](const auto& reader) { columns(reader, maxima, positions); });
 }
-void columns_u16(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys) {
-  with_reader(planes, [&](const auto& reader) { columns(reader, keys); });
+void columns_u16(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima,
+                 std::uint16_t* positions) {
+  with_reader(planes, [&](const auto& reader) { columns(reader, maxima, positions); });
 }
-void rows_u8(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys) {
-  with_reader(planes, [&](const auto& reader) { rows(reader, keys); });
+void rows_u8(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima) {
+  with_reader(planes, [&](const auto& reader) { rows(reader, maxima); });
 }
-void rows_u16(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys) {
-  with_reader(planes, [&](const auto& reader) { rows(reader, keys); });
+void rows_u16(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima) {
+  with_reader(planes, [&](const auto& reader) { rows(reader, maxima); });
 }
-void move_u8_u16(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys, int first_row,
-                 int count, std::uint16_t* across) {
-  with_reader(planes, [&](const auto& r) { move_to_maxima(r, keys, first_row, count, across); });
+void move_u8(const PixelPlanes<std::uint8_t>& planes, const std::uint8_t* maxima, int first_row,
+             int count, std::int32_t* across) {
+  with_reader(planes, [&](const auto& r) { move_to_maxima(r, maxima, first_row, count, across); });
 }
-void move_u8_u32(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys, int first_row,
-                 int count, std::uint32_t* across) {
-  with_reader(planes, [&](const auto& r) { move_to_maxima(r, keys, first_row, count, across); });
-}
-void move_u16_u32(const PixelPlanes<std::uint16_t>& planes, const std::uint32_t* keys,
-                  int first_row, int count, std::uint32_t* across) {
-  with_reader(planes, [&](const auto& r) { move_to_maxima(r, keys, first_row, count, across); });
+void move_u16(const PixelPlanes<std::uint16_t>& planes, const std::uint16_t* maxima, int first_row,
+              int count, std::int32_t* across) {
+  with_reader(planes, [&](const auto& r) { move_to_maxima(r, maxima, first_row, count, across); });
 }
 
 }  // namespace
@@ -55,33 +53,30 @@ HWY_EXPORT(columns_u8);
 HWY_EXPORT(columns_u16);
 HWY_EXPORT(rows_u8);
 HWY_EXPORT(rows_u16);
-HWY_EXPORT(move_u8_u16);
-HWY_EXPORT(move_u8_u32);
-HWY_EXPORT(move_u16_u32);
+HWY_EXPORT(move_u8);
+HWY_EXPORT(move_u16);
 
-void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys) {
-  HWY_DYNAMIC_DISPATCH(columns_u8)(planes, keys);
+void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima,
+                             std::uint8_t* positions) {
+  HWY_DYNAMIC_DISPATCH(columns_u8)(planes, maxima, positions);
 }
-void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys) {
-  HWY_DYNAMIC_DISPATCH(columns_u16)(planes, keys);
+void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima,
+                             std::uint16_t* positions) {
+  HWY_DYNAMIC_DISPATCH(columns_u16)(planes, maxima, positions);
 }
-void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys) {
-  HWY_DYNAMIC_DISPATCH(rows_u8)(planes, keys);
+void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima) {
+  HWY_DYNAMIC_DISPATCH(rows_u8)(planes, maxima);
 }
-void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys) {
-  HWY_DYNAMIC_DISPATCH(rows_u16)(planes, keys);
+void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima) {
+  HWY_DYNAMIC_DISPATCH(rows_u16)(planes, maxima);
 }
-void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
-                            int first_row, int count, std::uint16_t* across) {
-  HWY_DYNAMIC_DISPATCH(move_u8_u16)(planes, keys, first_row, count, across);
+void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint8_t* maxima,
+                            int first_row, int count, std::int32_t* across) {
+  HWY_DYNAMIC_DISPATCH(move_u8)(planes, maxima, first_row, count, across);
 }
-void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
-                            int first_row, int count, std::uint32_t* across) {
-  HWY_DYNAMIC_DISPATCH(move_u8_u32)(planes, keys, first_row, count, across);
-}
-void move_to_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, const std::uint32_t* keys,
-                            int first_row, int count, std::uint32_t* across) {
-  HWY_DYNAMIC_DISPATCH(move_u16_u32)(planes, keys, first_row, count, across);
+void move_to_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, const std::uint16_t* maxima,
+                            int first_row, int count, std::int32_t* across) {
+  HWY_DYNAMIC_DISPATCH(move_u16)(planes, maxima, first_row, count, across);
 }
 
 }  // namespace striper::detail

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -9,6 +8,7 @@ namespace striper::detail {
 
 inline constexpr int kChunkPixels = 32;
 inline constexpr int kBestChunks = 4;
+inline constexpr int kFirstChunks = 2;
 
 /// The images of a lit frame as the kernels read them. Strides in elements.
 template <typename Pixel>
@@ -23,38 +23,48 @@ struct PixelPlanes {
   int cols = 0;
 };
 
-/// keys[chunk * lines + line] = value << 8 (16) | 31 - position in the chunk. The largest key of a
-/// chunk is its first largest pixel.
-void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys);
-void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys);
+/// Of every chunk, at [chunk * lines + line]: its largest pixel, and how far from the chunk's first
+/// pixel the first of the largest is.
+void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima,
+                             std::uint8_t* positions);
+void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima,
+                             std::uint16_t* positions);
 
-/// The same with every position left at 0: where in a row a maximum is costs less to look up than
-/// to keep.
-void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint16_t* keys);
-void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint32_t* keys);
+/// The same without the positions: where in a row a maximum is costs less to look up than to keep.
+void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima);
+void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima);
 
 /// Looks it up: of `count` rows from `first_row` on, across[i] is the first pixel of a chunk and
-/// becomes the first of the chunk's largest ones. `keys` are those of chunk_maxima_of_rows.
-void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
-                            int first_row, int count, std::uint16_t* across);
-void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint16_t* keys,
-                            int first_row, int count, std::uint32_t* across);
-void move_to_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, const std::uint32_t* keys,
-                            int first_row, int count, std::uint32_t* across);
+/// becomes the first of the chunk's largest ones.
+void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint8_t* maxima,
+                            int first_row, int count, std::int32_t* across);
+void move_to_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, const std::uint16_t* maxima,
+                            int first_row, int count, std::int32_t* across);
 
-/// Of every line: its most prominent chunks, best first, as prominence << 8 (16) | 255 (65535) -
-/// chunk; and the pixel that the first of them has its maximum at.
-template <typename Rank>
-struct Ranking {
-  std::array<Rank*, kBestChunks> best{};
-  Rank* across = nullptr;
+/// The chunks of an image's lines.
+template <typename Pixel>
+struct Chunks {
+  const Pixel* maxima = nullptr;
+  const Pixel* positions = nullptr;  // Null: of rows.
+  int lines = 0;
+  int count = 0;  // Of a line.
 };
 
-void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
-                 const Ranking<std::uint16_t>& ranking);
-void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
-                 const Ranking<std::uint32_t>& ranking);
-void rank_chunks(const std::uint32_t* keys, int lines, int chunks,
-                 const Ranking<std::uint32_t>& ranking);
+/// Of every line the most prominent chunks, the most prominent first and of equal ones the first,
+/// at [nth * lines + line]: how far they rise above the darker one of their neighbours, and their
+/// numbers. Where nothing rises there is none.
+template <typename Rank>
+struct Ranking {
+  int depth = kBestChunks;     // Of so many, or of kFirstChunks, and how far the next one rises.
+  Rank* prominence = nullptr;  // Room for kBestChunks, here and there.
+  Rank* chunk = nullptr;
+  // The pixel that the most prominent one has its maximum at, or begins at where positions are not
+  // known. Where nothing rises it is the first one.
+  std::int32_t* across = nullptr;
+};
+
+void rank_chunks(const Chunks<std::uint8_t>& chunks, const Ranking<std::uint8_t>& ranking);
+void rank_chunks(const Chunks<std::uint8_t>& chunks, const Ranking<std::uint16_t>& ranking);
+void rank_chunks(const Chunks<std::uint16_t>& chunks, const Ranking<std::uint16_t>& ranking);
 
 }  // namespace striper::detail

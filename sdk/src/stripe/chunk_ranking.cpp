@@ -25,132 +25,121 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr int kChunkBits = 5;
 static_assert(1 << kChunkBits == kChunkPixels);
 
-// Keys in lanes of the ranks.
-template <class D, typename Key>
-HWY_INLINE hn::Vec<D> load_keys(D d, const Key* keys) {
-  if constexpr (sizeof(Key) == sizeof(hn::TFromD<D>)) {
-    return hn::LoadU(d, keys);
+// Numbers in lanes as wide or wider.
+template <class D, typename Number>
+HWY_INLINE hn::Vec<D> load(D d, const Number* numbers) {
+  if constexpr (sizeof(Number) == sizeof(hn::TFromD<D>)) {
+    return hn::LoadU(d, numbers);
   } else {
-    const hn::Rebind<Key, D> narrow;
-    return hn::PromoteTo(d, hn::LoadU(narrow, keys));
+    const hn::Rebind<Number, D> narrow;
+    return hn::PromoteTo(d, hn::LoadU(narrow, numbers));
   }
 }
 
 // Lines side by side, chunk after chunk: the most prominent ones so far, best first.
-template <class D>
+template <int kDepth, class D>
 struct Best {
   using Rank = hn::TFromD<D>;
-  using Signed = hn::RebindToSigned<D>;
-  static constexpr int kShift = 4 * sizeof(Rank);
-  // Turns ranks into signed numbers of the same order, which every instruction set compares at
-  // once.
-  static constexpr Rank kSign = Rank{1} << (2 * kShift - 1);
+  // Of the first one that has no number any more it is known how far it rises.
+  static constexpr int kRises = std::min(kDepth + 1, kBestChunks);
 
-  hn::Vec<Signed> ranks[kBestChunks];
-  hn::Vec<D> first_key;  // Of the first of them.
-  // Of chunks: keys, and their values in the upper half of the lane.
-  hn::Vec<D> key, value, value_before;
+  hn::Vec<D> prominence[kRises];
+  hn::Vec<D> chunk[kDepth];
+  hn::Vec<D> position;  // Of the maximum of the first of them.
 
-  // How far a chunk rises above the darker one of its neighbours.
-  HWY_INLINE hn::Vec<D> prominence(hn::Vec<D> value_after) const {
-    const auto darker = hn::Min(value_before, value_after);
-    if constexpr (sizeof(Rank) == 2) {
-      return hn::SaturatedSub(value, darker);
-    } else {
-      return hn::Sub(hn::Max(value, darker), darker);
+  // Behind what rises as much.
+  HWY_INLINE void add(hn::Vec<D> rise, hn::Vec<D> number, hn::Vec<D> place) {
+    for (int n = kRises - 1; n > 0; --n) {
+      const auto pushes = hn::Gt(rise, prominence[n - 1]);
+      if (n < kDepth) {
+        const auto own = hn::IfThenElse(hn::Gt(rise, prominence[n]), number, chunk[n]);
+        chunk[n] = hn::IfThenElse(pushes, chunk[n - 1], own);
+      }
+      prominence[n] = hn::IfThenElse(pushes, prominence[n - 1], hn::Max(prominence[n], rise));
     }
+    const auto is_first = hn::Gt(rise, prominence[0]);
+    chunk[0] = hn::IfThenElse(is_first, number, chunk[0]);
+    position = hn::IfThenElse(is_first, place, position);
+    prominence[0] = hn::Max(prominence[0], rise);
   }
 
-  HWY_INLINE void add(hn::Vec<Signed> rank) {
-    const auto is_first = hn::Gt(rank, ranks[0]);
-    first_key = hn::IfThenElse(hn::RebindMask(D(), is_first), key, first_key);
-    const auto second = hn::IfThenElse(is_first, ranks[0], rank);
-    ranks[0] = hn::IfThenElse(is_first, rank, ranks[0]);
-    rank = second;
-    for (int n = 1; n < kBestChunks; ++n) {
-      const auto lower = hn::Min(ranks[n], rank);
-      ranks[n] = hn::Max(ranks[n], rank);
-      rank = lower;
+  HWY_INLINE void store(D d, const Ranking<Rank>& ranking, std::ptrdiff_t lines, int line) const {
+    for (int n = 0; n < kRises; ++n) {
+      hn::StoreU(prominence[n], d, ranking.prominence + n * lines + line);
     }
-  }
-
-  HWY_INLINE void store(D d, const Ranking<Rank>& ranking, int line) const {
-    const auto rank = [&](int n)
-                          HWY_ATTR { return hn::Xor(hn::BitCast(d, ranks[n]), hn::Set(d, kSign)); };
-    const auto last_chunk = hn::Set(d, static_cast<Rank>((Rank{1} << kShift) - 1));
-    const auto last_pixel = hn::Set(d, static_cast<Rank>(kChunkPixels - 1));
-    const auto chunk = hn::Sub(last_chunk, hn::And(rank(0), last_chunk));
-    const auto pixel = hn::Sub(last_pixel, hn::And(first_key, last_pixel));
-    hn::StoreU(hn::Add(hn::ShiftLeft<kChunkBits>(chunk), pixel), d, ranking.across + line);
-    for (int n = 0; n < kBestChunks; ++n) hn::StoreU(rank(n), d, ranking.best[n] + line);
+    for (int n = 0; n < kDepth; ++n) hn::StoreU(chunk[n], d, ranking.chunk + n * lines + line);
+    HWY_ALIGN Rank positions[hn::MaxLanes(D())];
+    hn::Store(position, d, positions);
+    const hn::CappedTag<std::int32_t, hn::MaxLanes(D())> wide;
+    for (std::size_t i = 0; i < hn::Lanes(d); i += hn::Lanes(wide)) {
+      const auto first = hn::ShiftLeft<kChunkBits>(load(wide, ranking.chunk + line + i));
+      hn::StoreU(hn::Add(first, load(wide, positions + i)), wide, ranking.across + line + i);
+    }
   }
 };
 
-// So many vectors of lines side by side.
-template <int kVectors, typename Key, typename Rank, class D>
-HWY_INLINE void rank_lines(D d, const Key* keys, int lines, int chunks,
-                           const Ranking<Rank>& ranking, int line) {
-  constexpr int kShift = Best<D>::kShift;
-  const int n = static_cast<int>(hn::Lanes(d));
-  const typename Best<D>::Signed ds;
+// A vector of lines.
+template <int kDepth, typename Pixel, typename Rank, class D>
+HWY_INLINE void rank_lines(D d, const Chunks<Pixel>& chunks, const Ranking<Rank>& ranking,
+                           int line) {
   const auto zero = hn::Zero(d);
-  const auto high = hn::Set(d, static_cast<Rank>(~Rank{0} << kShift));
-  const auto value_of = [&](auto key) HWY_ATTR {
-    return hn::And(hn::ShiftLeft<kShift - 4 * static_cast<int>(sizeof(Key))>(key), high);
+  const std::ptrdiff_t last = chunks.count - 1;
+  const auto of_chunk = [&](const Pixel* numbers, std::ptrdiff_t c)
+                            HWY_ATTR { return load(d, numbers + c * chunks.lines + line); };
+  const auto position = [&](std::ptrdiff_t c) HWY_ATTR {
+    return chunks.positions != nullptr ? of_chunk(chunks.positions, c) : zero;
   };
-  const std::ptrdiff_t last = chunks - 1;
-  Best<D> best[kVectors];
-  for (int v = 0; v < kVectors; ++v) {
-    Best<D>& b = best[v];
-    for (auto& rank : b.ranks) rank = hn::BitCast(ds, hn::Set(d, Best<D>::kSign));
-    b.first_key = zero;
-    b.key = load_keys(d, keys + line + v * n);
-    b.value = value_of(b.key);
-    // The first and the last chunk of a line have one neighbour only, and an only one none.
-    b.value_before = last > 0 ? value_of(load_keys(d, keys + lines + line + v * n)) : zero;
-  }
-  auto number = hn::Set(d, static_cast<Rank>(Best<D>::kSign | ((Rank{1} << kShift) - 1)));
+  Best<kDepth, D> best;
+  for (auto& prominence : best.prominence) prominence = zero;
+  for (auto& chunk : best.chunk) chunk = zero;
+  best.position = position(0);
+  auto value = of_chunk(chunks.maxima, 0);
+  // The first and the last chunk of a line have one neighbour only, and an only one none.
+  auto before = last > 0 ? of_chunk(chunks.maxima, 1) : zero;
+  auto number = zero;
   for (std::ptrdiff_t c = 0; c <= last; ++c) {
-    const Key* const next = keys + std::min(c + 1, last) * lines + line;
-    for (int v = 0; v < kVectors; ++v) {
-      Best<D>& b = best[v];
-      const auto key = load_keys(d, next + v * n);
-      const auto value = c < last ? value_of(key) : b.value_before;
-      b.add(hn::BitCast(ds, hn::Xor(b.prominence(value), number)));
-      b.value_before = b.value;
-      b.value = value;
-      b.key = key;
-    }
-    number = hn::Sub(number, hn::Set(d, Rank{1}));
+    const auto after = c < last ? of_chunk(chunks.maxima, c + 1) : before;
+    // How far it rises above the darker one of its neighbours.
+    best.add(hn::SaturatedSub(value, hn::Min(before, after)), number, position(c));
+    before = value;
+    value = after;
+    number = hn::Add(number, hn::Set(d, Rank{1}));
   }
-  for (int v = 0; v < kVectors; ++v) best[v].store(d, ranking, line + v * n);
+  best.store(d, ranking, chunks.lines, line);
 }
 
-template <typename Key, typename Rank>
-void rank(const Key* keys, int lines, int chunks, const Ranking<Rank>& ranking) {
-  constexpr int kTogether = 2;
+template <int kDepth, typename Pixel, typename Rank>
+void rank_to(const Chunks<Pixel>& chunks, const Ranking<Rank>& ranking) {
   const hn::ScalableTag<Rank> d;
   const hn::CappedTag<Rank, 1> one;
   const int n = static_cast<int>(hn::Lanes(d));
-  int line = 0;
-  for (; line + kTogether * n <= lines; line += kTogether * n) {
-    rank_lines<kTogether>(d, keys, lines, chunks, ranking, line);
+  if (chunks.lines < n) {
+    for (int line = 0; line < chunks.lines; ++line) rank_lines<kDepth>(one, chunks, ranking, line);
+    return;
   }
-  for (; line + n <= lines; line += n) rank_lines<1>(d, keys, lines, chunks, ranking, line);
-  for (; line < lines; ++line) rank_lines<1>(one, keys, lines, chunks, ranking, line);
+  // The last lines may overlap those before them: the same is written twice.
+  for (int line = 0; line < chunks.lines; line += n) {
+    rank_lines<kDepth>(d, chunks, ranking, std::min(line, chunks.lines - n));
+  }
 }
 
-void rank_u16(const std::uint16_t* keys, int lines, int chunks,
-              const Ranking<std::uint16_t>& ranking) {
-  rank(keys, lines, chunks, ranking);
+template <typename Pixel, typename Rank>
+void rank(const Chunks<Pixel>& chunks, const Ranking<Rank>& ranking) {
+  if (ranking.depth == kFirstChunks) {
+    rank_to<kFirstChunks>(chunks, ranking);
+  } else {
+    rank_to<kBestChunks>(chunks, ranking);
+  }
 }
-void rank_u16_u32(const std::uint16_t* keys, int lines, int chunks,
-                  const Ranking<std::uint32_t>& ranking) {
-  rank(keys, lines, chunks, ranking);
+
+void rank_u8(const Chunks<std::uint8_t>& chunks, const Ranking<std::uint8_t>& ranking) {
+  rank(chunks, ranking);
 }
-void rank_u32(const std::uint32_t* keys, int lines, int chunks,
-              const Ranking<std::uint32_t>& ranking) {
-  rank(keys, lines, chunks, ranking);
+void rank_u8_u16(const Chunks<std::uint8_t>& chunks, const Ranking<std::uint16_t>& ranking) {
+  rank(chunks, ranking);
+}
+void rank_u16(const Chunks<std::uint16_t>& chunks, const Ranking<std::uint16_t>& ranking) {
+  rank(chunks, ranking);
 }
 
 }  // namespace
@@ -161,21 +150,18 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace striper::detail {
 
+HWY_EXPORT(rank_u8);
+HWY_EXPORT(rank_u8_u16);
 HWY_EXPORT(rank_u16);
-HWY_EXPORT(rank_u16_u32);
-HWY_EXPORT(rank_u32);
 
-void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
-                 const Ranking<std::uint16_t>& ranking) {
-  HWY_DYNAMIC_DISPATCH(rank_u16)(keys, lines, chunks, ranking);
+void rank_chunks(const Chunks<std::uint8_t>& chunks, const Ranking<std::uint8_t>& ranking) {
+  HWY_DYNAMIC_DISPATCH(rank_u8)(chunks, ranking);
 }
-void rank_chunks(const std::uint16_t* keys, int lines, int chunks,
-                 const Ranking<std::uint32_t>& ranking) {
-  HWY_DYNAMIC_DISPATCH(rank_u16_u32)(keys, lines, chunks, ranking);
+void rank_chunks(const Chunks<std::uint8_t>& chunks, const Ranking<std::uint16_t>& ranking) {
+  HWY_DYNAMIC_DISPATCH(rank_u8_u16)(chunks, ranking);
 }
-void rank_chunks(const std::uint32_t* keys, int lines, int chunks,
-                 const Ranking<std::uint32_t>& ranking) {
-  HWY_DYNAMIC_DISPATCH(rank_u32)(keys, lines, chunks, ranking);
+void rank_chunks(const Chunks<std::uint16_t>& chunks, const Ranking<std::uint16_t>& ranking) {
+  HWY_DYNAMIC_DISPATCH(rank_u16)(chunks, ranking);
 }
 
 }  // namespace striper::detail

@@ -9,7 +9,6 @@
 #endif
 
 #include <cstdint>
-#include <type_traits>
 
 #include <hwy/highway.h>
 
@@ -21,17 +20,6 @@ namespace HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-
-template <typename Pixel>
-using KeyOf = std::conditional_t<std::is_same_v<Pixel, std::uint8_t>, std::uint16_t, std::uint32_t>;
-
-constexpr int kLast = kChunkPixels - 1;
-
-template <typename Pixel>
-constexpr KeyOf<Pixel> key_of(Pixel value, int position) {
-  using Key = KeyOf<Pixel>;
-  return static_cast<Key>(Key{value} << 8 * sizeof(Pixel) | static_cast<Key>(kLast - position));
-}
 
 template <typename Pixel>
 using PixelTag = hn::ScalableTag<Pixel>;

@@ -21,14 +21,14 @@ namespace {
 #if HWY_TARGET == HWY_SCALAR
 
 template <typename R>
-void rows(const R& reader, KeyOf<typename R::Pixel>* keys) {
+void rows(const R& reader, typename R::Pixel* maxima) {
   using Pixel = typename R::Pixel;
   for (int first = 0; first < reader.planes.cols; first += kChunkPixels) {
     const int end = std::min(first + kChunkPixels, reader.planes.cols);
     for (int row = 0; row < reader.planes.rows; ++row) {
       Pixel largest = 0;
       for (int col = first; col < end; ++col) largest = std::max(largest, reader.value(row, col));
-      *keys++ = key_of(largest, 0);
+      *maxima++ = largest;
     }
   }
 }
@@ -113,25 +113,22 @@ HWY_INLINE PixelVec<typename R::Pixel> fold_rows(const R& reader, int row, int c
   }
 }
 
-// Where the keys of some rows go: those of the first chunk to `first`, those of the next one
+// Where the maxima of some rows go: those of the first chunk to `first`, those of the next one
 // `lines` further on.
-template <typename Key>
-struct KeysOfRows {
-  Key* first;
+template <typename Pixel>
+struct MaximaOfRows {
+  Pixel* first;
   std::ptrdiff_t lines;
   int rows;
   int chunks;
 
-  // A chunk's keys come as those of its first and of its last kHalf rows.
-  template <int kHalf>
-  HWY_INLINE void put(int chunk, const Key (&upper)[kHalf], const Key (&lower)[kHalf]) const {
-    Key* const to = first + chunk * lines;
-    if (rows == 2 * kHalf) {
-      hwy::CopyBytes<sizeof(upper)>(upper, to);
-      hwy::CopyBytes<sizeof(lower)>(lower, to + kHalf);
+  template <int kRows>
+  HWY_INLINE void put(int chunk, const Pixel (&maxima)[kRows]) const {
+    Pixel* const to = first + chunk * lines;
+    if (rows == kRows) {
+      hwy::CopyBytes<sizeof(maxima)>(maxima, to);
     } else {
-      std::copy_n(upper, std::min(rows, kHalf), to);
-      std::copy_n(lower, std::max(rows - kHalf, 0), to + kHalf);
+      std::copy_n(maxima, rows, to);
     }
   }
 };
@@ -139,29 +136,21 @@ struct KeysOfRows {
 // Reads kSpan pixels of kRowsAtOnce rows.
 template <typename R>
 HWY_INLINE void span_of_rows(const R& reader, int row, int col, int chunk,
-                             const KeysOfRows<KeyOf<typename R::Pixel> >& to) {
+                             const MaximaOfRows<typename R::Pixel>& to) {
   using Pixel = typename R::Pixel;
-  using Key = KeyOf<Pixel>;
   constexpr int kRows = kRowsAtOnce<Pixel>;
   const PixelTag<Pixel> d;
-  const auto largest = fold_rows<kRows>(reader, row, col);
-  const auto position = hn::Set(d, static_cast<Pixel>(kLast));
-  // Little endian: position in the low half, value in the high half of a key.
-  HWY_ALIGN Key upper[kChunksAtOnce][kRows / 2];
-  HWY_ALIGN Key lower[kChunksAtOnce][kRows / 2];
-  hn::Store(hn::InterleaveLower(d, position, largest), d, reinterpret_cast<Pixel*>(upper));
-  hn::Store(hn::InterleaveUpper(d, position, largest), d, reinterpret_cast<Pixel*>(lower));
+  HWY_ALIGN Pixel maxima[kChunksAtOnce][kRows];
+  hn::Store(fold_rows<kRows>(reader, row, col), d, maxima[0]);
   const int chunks = std::min(kChunksAtOnce, to.chunks - chunk);
-  for (int c = 0; c < chunks; ++c) {
-    to.put(chunk + c, upper[block_of_chunk(c)], lower[block_of_chunk(c)]);
-  }
+  for (int c = 0; c < chunks; ++c) to.put(chunk + c, maxima[block_of_chunk(c)]);
 }
 
 // What is no whole span of rows or columns: copied into rows of their own, padded with zeros, which
 // never win against a real pixel before them.
 template <typename R>
 HWY_NOINLINE void rest_of_rows(const R& reader, int row, int col,
-                               const KeysOfRows<KeyOf<typename R::Pixel> >& to) {
+                               const MaximaOfRows<typename R::Pixel>& to) {
   using Pixel = typename R::Pixel;
   const PixelTag<Pixel> d;
   constexpr int kLanes = static_cast<int>(HWY_MAX_BYTES / sizeof(Pixel));
@@ -185,7 +174,7 @@ HWY_NOINLINE void rest_of_rows(const R& reader, int row, int col,
 }
 
 template <typename R>
-void rows(const R& reader, KeyOf<typename R::Pixel>* keys) {
+void rows(const R& reader, typename R::Pixel* maxima) {
   using Pixel = typename R::Pixel;
   constexpr int kRows = kRowsAtOnce<Pixel>;
   const int lines = reader.planes.rows;
@@ -193,9 +182,9 @@ void rows(const R& reader, KeyOf<typename R::Pixel>* keys) {
   const int chunks = (cols + kChunkPixels - 1) / kChunkPixels;
   const int row_count = std::min(kRows, lines);
   for (int line = 0; line < lines; line += kRows) {
-    // The last rows and spans may overlap those before them: the same keys are written twice.
+    // The last rows and spans may overlap those before them: the same maxima are written twice.
     const int row = std::max(0, std::min(line, lines - kRows));
-    const KeysOfRows<KeyOf<Pixel> > to{keys + row, lines, row_count, chunks};
+    const MaximaOfRows<Pixel> to{maxima + row, lines, row_count, chunks};
     int col = 0;
     if (row_count == kRows) {
       for (; col + kSpan <= cols; col += kSpan) {
@@ -230,16 +219,13 @@ HWY_INLINE int first_in_chunk(const R& reader, int row, int col, typename R::Pix
   return k;
 }
 
-template <typename R, typename Rank>
-void move_to_maxima(const R& reader, const KeyOf<typename R::Pixel>* keys, int first_row, int count,
-                    Rank* across) {
-  using Pixel = typename R::Pixel;
+template <typename R>
+void move_to_maxima(const R& reader, const typename R::Pixel* maxima, int first_row, int count,
+                    std::int32_t* across) {
   for (int i = 0; i < count; ++i) {
-    const int col = static_cast<int>(across[i]);
-    const std::ptrdiff_t chunk = col / kChunkPixels;
-    const auto key = keys[chunk * reader.planes.rows + first_row + i];
-    const auto value = static_cast<Pixel>(key >> 8 * sizeof(Pixel));
-    across[i] = static_cast<Rank>(col + first_in_chunk(reader, first_row + i, col, value));
+    const std::ptrdiff_t chunk = across[i] / kChunkPixels;
+    const auto value = maxima[chunk * reader.planes.rows + first_row + i];
+    across[i] += first_in_chunk(reader, first_row + i, across[i], value);
   }
 }
 

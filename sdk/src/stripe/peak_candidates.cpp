@@ -56,9 +56,8 @@ class Highest {
 
 }  // namespace
 
-void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks,
-                            const std::vector<std::int32_t>& brightest, double noise_dn,
-                            const ProfilePlan& plan) {
+void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima& chunks,
+                            double noise_dn, const ProfilePlan& plan) {
   const auto count = static_cast<std::size_t>(chunks.lines());
   firsts.make_room(count);
   extras.make_room(count * (ChunkMaxima::kBest - 1));
@@ -68,14 +67,14 @@ void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, const ChunkM
   limits.flank_px = plan.core;
   chunks.find_rivals(limits, rivals_);
   if (frame.lit.depth() == CV_8U) {
-    find_weak_rivals<std::uint8_t>(frame, axis, chunks, brightest, noise_dn, plan.core);
+    find_weak_rivals<std::uint8_t>(frame, axis, chunks, noise_dn, plan.core);
   } else {
-    find_weak_rivals<std::uint16_t>(frame, axis, chunks, brightest, noise_dn, plan.core);
+    find_weak_rivals<std::uint16_t>(frame, axis, chunks, noise_dn, plan.core);
   }
   merge_rivals();
   firsts.seeds.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    firsts.seeds[i] = {static_cast<std::int32_t>(i), brightest[i]};
+    firsts.seeds[i] = {static_cast<std::int32_t>(i), chunks.best_across()[i]};
   }
 }
 
@@ -83,14 +82,12 @@ void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, const ChunkM
 // lines every chunk is looked at.
 template <typename Pixel>
 void PeakCandidates::find_weak_rivals(const LitFrame& frame, StripeAxis axis,
-                                      const ChunkMaxima& chunks,
-                                      const std::vector<std::int32_t>& brightest, double noise_dn,
-                                      int reach) {
+                                      const ChunkMaxima& chunks, double noise_dn, int reach) {
   weak_rivals_.clear();
   weak_rivals_.reserve(extras.seeds.capacity());
   for (const std::int32_t number : rivals_.weak_lines) {
     const LitLine<Pixel> line(frame, axis, number);
-    const std::int32_t first = brightest[static_cast<std::size_t>(number)];
+    const std::int32_t first = chunks.best_across()[static_cast<std::size_t>(number)];
     const bool is_hopeless = chunks.prominence_dn(0, number) < kHopelessFirstProminence * noise_dn;
     const int least = is_hopeless ? 1 : static_cast<int>(2.0 * kSecondProminence * noise_dn);
     Highest highest;

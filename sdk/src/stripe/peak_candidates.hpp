@@ -21,10 +21,9 @@ class PeakCandidates {
   /// What else may be the stripe, in order of lines, the more prominent first.
   PeakList extras;
 
-  /// Chooses them. @param brightest where each line's most prominent candidate is.
-  /// @param noise_dn of a dark pixel. @param plan says how wide the stripe is.
-  void choose(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks,
-              const std::vector<std::int32_t>& brightest, double noise_dn, const ProfilePlan& plan);
+  /// Chooses them. @param noise_dn of a dark pixel. @param plan says how wide the stripe is.
+  void choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima& chunks, double noise_dn,
+              const ProfilePlan& plan);
 
   /// Lines without any contrast have a place among the firsts and nothing to be measured: this
   /// takes back what was measured.
@@ -36,7 +35,7 @@ class PeakCandidates {
  private:
   template <typename Pixel>
   void find_weak_rivals(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks,
-                        const std::vector<std::int32_t>& brightest, double noise_dn, int reach);
+                        double noise_dn, int reach);
   void merge_rivals();
 
   ChunkMaxima::Rivals rivals_;

@@ -82,10 +82,8 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   stripe.resize(line_count(frame.lit, options_.axis));
 
   chunks_.find(frame, options_.axis);
-  chunks_.rank();
+  chunks_.rank(ChunkMaxima::kFirst);
   detection_.prepare(length, options_.false_alarm_rate, options_.weak_false_alarm_rate);
-  brightest_.resize(stripe.size());
-  chunks_.best_across(brightest_.data());
   const ProfileImages images = images_of(frame, options_.axis);
   const PlanNoise noise = noise_of(frame, images);
   const double step = grid_across(frame.grid, options_.axis).step;
@@ -125,7 +123,7 @@ PlanNoise ProfileExtractor::noise_of(const LitFrame& frame, const ProfileImages&
     noise.model = given_noise_;
     return noise;
   }
-  const double own_dn = background_noise_.update(images, brightest_, exposures);
+  const double own_dn = background_noise_.update(images, chunks_.best_across(), exposures);
   noise.model.read_noise_dn = std::sqrt(std::max(0.0, own_dn * own_dn - kQuantisation));
   return noise;
 }
@@ -135,7 +133,7 @@ void ProfileExtractor::take_given_noise(const LitFrame& frame, const ProfileImag
                                         double exposures) {
   noise_full_scale_dn_ = frame.full_scale_dn;
   const int depth = std::bit_width(static_cast<unsigned>(frame.full_scale_dn));
-  const double shown_dn = background_noise_.update(images, brightest_, exposures);
+  const double shown_dn = background_noise_.update(images, chunks_.best_across(), exposures);
   const double value_dn = cv::mean(frame.lit.row(frame.lit.rows / 2))[0];
   given_noise_ = options_.noise->at_likely_depth(depth, shown_dn * shown_dn, value_dn);
   if (options_.noise->bit_depth || !given_noise_.bit_depth) return;
@@ -174,7 +172,7 @@ void ProfileExtractor::measure_and_learn(const Current& current, WidthTracker& w
 void ProfileExtractor::measure(const Current& current, const WidthModel& width) {
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, current.noise, refine, false);
-  candidates_.choose(current.frame, options_.axis, chunks_, brightest_, current.noise_dn, plan);
+  candidates_.choose(current.frame, options_.axis, chunks_, current.noise_dn, plan);
   for (PeakList* peaks : {&candidates_.firsts, &candidates_.extras}) {
     measure_profiles(current.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
                      peaks->measurements());

@@ -59,7 +59,6 @@ class ProfileExtractor : public StripeExtractor {
 
   ExtractOptions options_;
   ChunkMaxima chunks_;
-  std::vector<std::int32_t> brightest_;  // Where each line's most prominent candidate is.
   BackgroundNoise background_noise_;
   NoiseModel given_noise_;  // In the DN of pictures of this full scale.
   int noise_full_scale_dn_ = 0;

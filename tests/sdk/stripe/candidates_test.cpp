@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the one-pass search gives, on every instruction set of this machine, exactly what a
 // plain loop gives: every width from 1 to 200 at odd strides, 8 and 16 bit, both axes, with and
-// without a dark image and a blind mask. Does not prove that it is fast (tests/bench does).
+// without a dark image and a blind mask; and that ranking a few chunks finds the rivals that
+// ranking all of them does. Does not prove that it is fast (tests/bench does).
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -77,9 +78,14 @@ void expect_equal_to_oracle(const LitFrame& frame, StripeAxis axis) {
     std::stable_sort(ranked.begin(), ranked.end(), [](const Peak& a, const Peak& b) {
       return a.prominence_dn > b.prominence_dn;
     });
-    for (int n = 0; n < std::min<int>(ChunkMaxima::kBest, maxima.chunks()); ++n) {
-      const Peak& expected = ranked[static_cast<std::size_t>(n)];
+    ASSERT_EQ(maxima.best_across()[static_cast<std::size_t>(line)], ranked[0].across) << line;
+    ranked.resize(ChunkMaxima::kBest);
+    for (int n = 0; n < ChunkMaxima::kBest; ++n) {
+      Peak expected = ranked[static_cast<std::size_t>(n)];
+      if (expected.prominence_dn == 0) expected = {};
+      ASSERT_EQ(maxima.prominence_dn(n, line), expected.prominence_dn) << n << ' ' << line;
       ASSERT_EQ(maxima.best(n, line).prominence_dn, expected.prominence_dn) << n << ' ' << line;
+      ASSERT_EQ(maxima.best(n, line).value_dn, expected.value_dn) << n << ' ' << line;
       ASSERT_EQ(maxima.best(n, line).across, expected.across) << n << ' ' << line;
     }
   }
@@ -141,6 +147,74 @@ TEST(ChunkMaxima, LongLinesNumberMoreThan256Chunks) {
   expect_equal_to_oracle(frame, StripeAxis::kColumns);
   frame.lit = random_image(3, kLength, CV_8UC1, kLength + 2, 256);
   expect_equal_to_oracle(frame, StripeAxis::kRows);
+}
+
+TEST(ChunkMaxima, OfEquallyProminentChunksTheFirstComeFirst) {
+  constexpr int kLength = 40 * ChunkMaxima::kChunk;
+  for (const int type : {CV_8UC1, CV_16UC1}) {
+    LitFrame frame;
+    frame.lit = cv::Mat::zeros(kLength, 70, type);
+    for (int peak = 0; peak < 70 * 12; ++peak) {
+      const int across = static_cast<int>(testing::random_generator()() % kLength);
+      const int value = 1 + static_cast<int>(testing::random_generator()() % 3);
+      frame.lit.row(across).col(peak % 70) = cv::Scalar(value);
+    }
+    const cv::Mat turned = frame.lit.t();
+    testing::for_each_instruction_set([&] { expect_equal_to_oracle(frame, StripeAxis::kColumns); });
+    frame.lit = turned;
+    testing::for_each_instruction_set([&] { expect_equal_to_oracle(frame, StripeAxis::kRows); });
+  }
+}
+
+void expect_same_places(const ChunkMaxima::Rivals& a, const ChunkMaxima::Rivals& b) {
+  EXPECT_EQ(a.weak_lines, b.weak_lines);
+  EXPECT_EQ(a.flat_lines, b.flat_lines);
+  ASSERT_EQ(a.places.size(), b.places.size());
+  for (std::size_t i = 0; i < a.places.size(); ++i) {
+    EXPECT_EQ(a.places[i].line, b.places[i].line);
+    EXPECT_EQ(a.places[i].across, b.places[i].across);
+  }
+}
+
+TEST(ChunkMaxima, RanksFurtherOnlyWhereALineHasAThird) {
+  LitFrame frame;
+  frame.lit = cv::Mat::zeros(10 * ChunkMaxima::kChunk, 90, CV_8UC1);
+  const std::array<int, 4> values{200, 100, 60, 30};
+  for (int line = 1; line < 90; ++line) {
+    for (int n = 0; n < line % 5; ++n) {
+      frame.lit.at<std::uint8_t>((7 - 2 * n) * ChunkMaxima::kChunk + 5, line) =
+          static_cast<std::uint8_t>(values[static_cast<std::size_t>(n)]);
+    }
+  }
+  for (const int second_dn : {20, 50, 90, 150}) {
+    testing::for_each_instruction_set([&] {
+      ChunkMaxima whole;
+      ChunkMaxima first;
+      whole.find(frame, StripeAxis::kColumns);
+      first.find(frame, StripeAxis::kColumns);
+      whole.rank();
+      first.rank(ChunkMaxima::kFirst);
+      for (int line = 0; line < 90; ++line) {
+        for (int n = 0; n < ChunkMaxima::kFirst; ++n) {
+          EXPECT_EQ(first.best(n, line).across, whole.best(n, line).across);
+        }
+        for (int n = 0; n <= ChunkMaxima::kFirst; ++n) {
+          EXPECT_EQ(first.prominence_dn(n, line), whole.prominence_dn(n, line));
+        }
+      }
+      EXPECT_EQ(first.best_across(), whole.best_across());
+      ChunkMaxima::Rivals of_whole;
+      ChunkMaxima::Rivals of_first;
+      whole.find_rivals({second_dn, 0, 50}, of_whole);
+      first.find_rivals({second_dn, 0, 50}, of_first);
+      EXPECT_EQ(of_whole.flat_lines.size(), 18);
+      EXPECT_EQ(of_whole.places.size(), 18 * (second_dn > 100  ? 0
+                                              : second_dn > 60 ? 3
+                                              : second_dn > 30 ? 5
+                                                               : 6));
+      expect_same_places(of_first, of_whole);
+    });
+  }
 }
 
 TEST(ChunkMaxima, KnowsTheLinesWithBlindPixels) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include <striper/core/lit_frame.hpp>
@@ -26,6 +26,7 @@ class ChunkMaxima {
  public:
   static constexpr int kChunk = 32;
   static constexpr int kBest = 4;
+  static constexpr int kFirst = 2;
 
   struct Peak {
     int across = 0;         ///< Pixel across the stripe: row for kColumns, column for kRows.
@@ -36,42 +37,38 @@ class ChunkMaxima {
   /// Reads `frame`, one line per column (kColumns) or row (kRows).
   void find(const LitFrame& frame, StripeAxis axis);
 
-  /// Ranks the chunks of every line by prominence; needed before `best`.
-  void rank();
+  /// Ranks the chunks of every line by prominence; needed before `best`. @param depth how many of a
+  /// line: kBest, or kFirst, which takes less time and tells also how prominent the next one is.
+  void rank(int depth = kBest);
 
   int lines() const noexcept { return lines_; }
   int chunks() const noexcept { return chunks_; }
 
   /// The first of the largest pixels of a chunk. Its prominence is not filled in.
   Peak at(int chunk, int line) const noexcept {
-    const std::size_t i = static_cast<std::size_t>(chunk) * static_cast<std::size_t>(lines_) +
-                          static_cast<std::size_t>(line);
-    const std::uint32_t key = has_wide_keys_ ? keys16_[i] : keys8_[i];
-    const auto value = static_cast<int>(has_wide_keys_ ? key >> 16 : key >> 8);
-    if (axis_ == StripeAxis::kRows) return {across_in_row(chunk, line), value, 0};
-    return {chunk * kChunk + kChunk - 1 - static_cast<int>(key & (kChunk - 1)), value, 0};
+    const int across = axis_ == StripeAxis::kRows
+                           ? across_in_row(chunk, line)
+                           : chunk * kChunk + positions_.at(chunk, line, lines_);
+    return {across, maxima_.at(chunk, line, lines_), 0};
   }
 
-  /// How prominent the `nth` most prominent chunk of a line is, 0 <= nth < kBest.
-  int prominence_dn(int nth, int line) const noexcept {
-    const std::uint32_t rank = rank_of(nth, line);
-    return static_cast<int>(is_wide_ ? rank >> 16 : rank >> 8);
-  }
+  /// How prominent the `nth` most prominent chunk of a line is, 0 <= nth < kBest; nth <= kFirst
+  /// where ranked to kFirst.
+  int prominence_dn(int nth, int line) const noexcept { return prominences_.at(nth, line, lines_); }
 
-  /// The chunk maximum that is the `nth` most prominent of a line, 0 <= nth < kBest. Prominence 0
-  /// stands for none.
+  /// The chunk maximum that is the `nth` most prominent of a line, 0 <= nth < the depth ranked to;
+  /// of equal ones the first. Prominence 0 stands for none.
   Peak best(int nth, int line) const noexcept {
-    const std::uint32_t rank = rank_of(nth, line);
-    if (rank == 0) return {};
-    Peak peak =
-        at(static_cast<int>(is_wide_ ? 0xFFFF - (rank & 0xFFFF) : 0xFF - (rank & 0xFF)), line);
-    peak.prominence_dn = static_cast<int>(is_wide_ ? rank >> 16 : rank >> 8);
+    const int prominence = prominence_dn(nth, line);
+    if (prominence == 0) return {};
+    Peak peak = at(best_chunks_.at(nth, line, lines_), line);
+    peak.prominence_dn = prominence;
     return peak;
   }
 
-  /// Which pixel the most prominent chunk maximum of each line is at, all lines at once: `best(0,
-  /// line).across`. Needs `rank`; room for `lines()` numbers.
-  void best_across(std::int32_t* across) const noexcept;
+  /// Which pixel the most prominent chunk maximum of each line is at, that of the first chunk in a
+  /// line without any contrast. Needs `rank`.
+  const std::vector<std::int32_t>& best_across() const noexcept { return best_across_; }
 
   /// What else of a line may be the stripe, besides its most prominent chunk.
   struct RivalLimits {
@@ -89,8 +86,8 @@ class ChunkMaxima {
     std::vector<std::int32_t> flat_lines;  ///< Without any contrast; not among the weak ones.
   };
 
-  /// Finds them. Needs `rank`.
-  void find_rivals(const RivalLimits& limits, Rivals& rivals) const;
+  /// Finds them. Needs `rank`, and ranks to kBest itself where a line has so many.
+  void find_rivals(const RivalLimits& limits, Rivals& rivals);
 
   /// Whether a pixel of the line was blind.
   bool is_partly_blind(int line) const noexcept {
@@ -98,14 +95,42 @@ class ChunkMaxima {
   }
 
  private:
-  std::uint32_t rank_of(int nth, int line) const noexcept {
-    const auto n = static_cast<std::size_t>(nth);
-    const auto l = static_cast<std::size_t>(line);
-    return is_wide_ ? best16_[n][l] : best8_[n][l];
-  }
+  // [row][line], in 8 or in 16 bits.
+  struct Numbers {
+    std::tuple<std::vector<std::uint8_t>, std::vector<std::uint16_t>> of;
+    bool is_wide = false;
 
+    static std::size_t index(int row, int line, int lines) noexcept {
+      return static_cast<std::size_t>(row) * static_cast<std::size_t>(lines) +
+             static_cast<std::size_t>(line);
+    }
+    template <typename Number>
+    Number* resize(int rows, int lines) {
+      is_wide = sizeof(Number) > 1;
+      auto& numbers = std::get<std::vector<Number>>(of);
+      numbers.resize(index(rows, 0, lines));
+      return numbers.data();
+    }
+    template <typename Number>
+    const Number* row(int number, int lines) const noexcept {
+      return std::get<std::vector<Number>>(of).data() + index(number, 0, lines);
+    }
+    int at(int row, int line, int lines) const noexcept {
+      const std::size_t i = index(row, line, lines);
+      return is_wide ? std::get<1>(of)[i] : std::get<0>(of)[i];
+    }
+  };
+
+  template <typename Pixel>
+  void find_in(const LitFrame& frame);
+  template <typename Pixel, typename Rank>
+  void rank_in();
+  template <typename Rank>
+  void find_rivals_in(const RivalLimits& limits, Rivals& rivals);
+  void find_rivals_of(int line, const RivalLimits& limits, Rivals& rivals);
   void keep_images_of_rows(const LitFrame& frame);
-  void find_best_in_rows();
+  template <typename Pixel>
+  void move_in_rows(int first_line, int count, std::int32_t* across) const noexcept;
   int across_in_row(int chunk, int line) const noexcept;
   void find_blind_lines(const LitFrame& frame, StripeAxis axis);
 
@@ -113,16 +138,13 @@ class ChunkMaxima {
   LitFrame row_images_;  // Those that maxima of rows are looked up in.
   int lines_ = 0;
   int chunks_ = 0;
-  bool is_wide_ = false;  // 16-bit pixels, or so many chunks that 8 bits do not number them.
-  bool has_wide_keys_ = false;
-  // [chunk][line]: value << 8 | 31 - position in the chunk, which of rows is not known.
-  std::vector<std::uint16_t> keys8_;
-  std::vector<std::uint32_t> keys16_;  // The same with value << 16, for 16-bit pixels.
-  std::array<std::vector<std::uint16_t>, kBest> best8_;   // [line]: prominence << 8 | 255 - chunk.
-  std::array<std::vector<std::uint32_t>, kBest> best16_;  // prominence << 16 | 65535 - chunk.
-  std::vector<std::uint16_t> best_across8_;               // [line]: pixel of the best chunk.
-  std::vector<std::uint32_t> best_across16_;
-  std::vector<std::uint8_t> blind_;  // [line]; empty without a blind mask.
+  int depth_ = kBest;  // That the chunks are ranked to.
+  // [chunk]: the largest pixel, and where in its chunk, which of rows is not known.
+  Numbers maxima_, positions_;
+  // [nth]; wide where the pixels or the numbers of the chunks are.
+  Numbers prominences_, best_chunks_;
+  std::vector<std::int32_t> best_across_;  // [line]
+  std::vector<std::uint8_t> blind_;        // [line]; empty without a blind mask.
 };
 
 }  // namespace striper
