@@ -194,11 +194,9 @@ AmbientStage& AmbientStage::operator=(AmbientStage&&) noexcept = default;
 AmbientStage::~AmbientStage() = default;
 
 void AmbientStage::push(const Frame& frame) {
-  if (frame.is_interlaced()) {
-    for (const Frame& field : split_fields(frame)) state_->push_exposure(field, true);
-  } else {
-    state_->push_exposure(frame, false);
-  }
+  for_each_exposure(frame, [&](const Frame& exposure) {
+    state_->push_exposure(exposure, frame.is_interlaced());
+  });
 }
 
 void AmbientStage::finish() {

@@ -21,11 +21,7 @@ class Windows {
   explicit Windows(StripeAxis axis) : finder_(axis, 1) {}
 
   void add(const Frame& frame) {
-    if (frame.is_interlaced()) {
-      for (const Frame& field : split_fields(frame)) add_exposure(field);
-    } else {
-      add_exposure(frame);
-    }
+    for_each_exposure(frame, [this](const Frame& exposure) { add_exposure(exposure); });
     if (finder_.pictures() < CadenceFinder::kPictures) return;
     conclude(finder_.find());
     finder_.clear();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that an interlaced picture becomes two fields with the right rows, grids, times and order,
 // without a copy and without tying the fields' life to the picture's.
+#include <vector>
+
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -53,6 +55,19 @@ TEST(SplitFields, SharesThePixelsAndOutlivesThePicture) {
   EXPECT_EQ(fields[1].image.at<std::uint8_t>(2, 4), 50);
   cv::Mat copy = fields[1].image.clone();
   EXPECT_EQ(copy.at<std::uint8_t>(1, 1), 30);
+}
+
+TEST(ForEachExposure, GivesThePictureOrItsFieldsThatHaveRows) {
+  const auto fields_of = [](const Frame& frame) {
+    std::vector<Field> fields;
+    for_each_exposure(frame, [&](const Frame& exposure) { fields.push_back(exposure.field); });
+    return fields;
+  };
+  Frame frame = interlaced(Field::kInterlacedBottomFirst);
+  EXPECT_EQ(fields_of(frame), (std::vector{Field::kBottom, Field::kTop}));
+  frame.field = Field::kProgressive;
+  EXPECT_EQ(fields_of(frame), std::vector{Field::kProgressive});
+  EXPECT_EQ(fields_of(interlaced(Field::kInterlacedBottomFirst, 1)), std::vector{Field::kTop});
 }
 
 TEST(SplitFields, RegionOfInterestKeepsItsOffset) {

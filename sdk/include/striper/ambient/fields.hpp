@@ -14,4 +14,14 @@ namespace striper {
 /// `frame.is_interlaced()`. Thread-safe.
 std::array<Frame, 2> split_fields(const Frame& frame);
 
+/// Calls with each exposure of a frame in order of time: the frame itself, or the fields of an
+/// interlaced picture. One of a single row has a top field only.
+template <typename Action>
+void for_each_exposure(const Frame& frame, const Action& action) {
+  if (!frame.is_interlaced()) return action(frame);
+  for (const Frame& field : split_fields(frame)) {
+    if (!field.image.empty()) action(field);
+  }
+}
+
 }  // namespace striper
