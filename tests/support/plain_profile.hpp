@@ -264,7 +264,9 @@ class PlainProfile {
       if (clipped > 0.0) limit = ceiling;
     }
     for (Fit& f : fits) {
-      if (std::abs(f.position - start.position) > 0.5 * clipped + 1.2 * expected_width_) f = start;
+      const double allowed = 0.5 * clipped + 1.2 * expected_width_;
+      const bool is_anywhere = clipped == 0.0 && !(f.sigma <= allowed);
+      if (is_anywhere || std::abs(f.position - start.position) > allowed) f = start;
     }
   }
 

@@ -276,9 +276,12 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
     if (patience.is_over(n, wanted, e.variance)) break;
     limit = hn::IfThenElse(hn::Gt(clipped, hn::Zero(d)), ceiling, limit);
   }
-  // Noise can lead a weak fit astray; the filter's peak stands then.
+  // Noise can lead a weak fit astray, or leave nothing of it; the filter's peak stands then. Where
+  // pixels are clipped there may be nothing to know.
   const V allowed = hn::MulAdd(set(0.5F), clipped, hn::Mul(set(1.2F), width));
-  const M is_astray = hn::Gt(hn::Abs(hn::Sub(e.position, start.position)), allowed);
+  const M is_far = hn::Gt(hn::Abs(hn::Sub(e.position, start.position)), allowed);
+  const M is_anywhere = hn::Gt(e.variance, hn::Mul(allowed, allowed));
+  const M is_astray = hn::Or(is_far, hn::AndNot(hn::Gt(clipped, hn::Zero(d)), is_anywhere));
   estimate = e;
   if (hn::AllFalse(d, is_astray)) return;
   const V start_variance = filter_variance(plan, hn::Add(noise.base, extra.of_pixel),

@@ -449,5 +449,28 @@ TEST(ProfileExtractor, ContinuousStripeThatLeavesThePictureIsAtItsEdge) {
   EXPECT_GT(at_edge, 100);
 }
 
+// Of pixels of any value, a third of which are blind, a profile may say nothing of its place.
+TEST(ProfileExtractor, WhatIsGoodIsSomewhere) {
+  ExtractOptions options;
+  options.noise = NoiseModel{1.5, 0.02, 4.0};
+  for (int n = 0; n < 30; ++n) {
+    LitFrame frame;
+    frame.lit = cv::Mat(40, 200, CV_8UC1);
+    frame.blind = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
+    frame.full_scale_dn = 255;
+    for (int v = 0; v < frame.lit.rows; ++v) {
+      for (int u = 0; u < frame.lit.cols; ++u) {
+        frame.lit.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(testing::uniform(0.0, 255.0));
+        frame.blind.at<std::uint8_t>(v, u) = testing::uniform(0.0, 3.0) < 1.0 ? 255 : 0;
+      }
+    }
+    const Stripe stripe = extract(frame, options);
+    for (std::size_t i = 0; i < stripe.size(); ++i) {
+      if (stripe.status[i] != ReturnStatus::kOk) continue;
+      EXPECT_LT(stripe.sigma_px[i], 20.0F) << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace striper
