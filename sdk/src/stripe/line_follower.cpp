@@ -49,7 +49,7 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
                           const PeakCandidates& candidates, const WidthModel& width,
                           ProfilePlan plan, const PeakLimits& limits, const PlanNoise& noise,
                           Stripe& stripe) {
-  const double typical = width.at_pivot;
+  const double typical = typical_width(width);
   tracker_.track(frame, stripe.axis, typical, noise);
   const auto lines = static_cast<int>(candidates.firsts.size());
   followed_.make_room(candidates.firsts.size());
@@ -75,6 +75,9 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
   measure_profiles(images, plan, followed_.seeds.data(), static_cast<int>(followed_.size()),
                    followed_.measurements());
   judge_peaks(without_threshold(limits), followed_);
+  // However little a line shows, its peak is not farther off than it was looked for.
+  const float farthest = limits.step * (static_cast<float>(plan.reach) + 0.5F);
+  for (float& sigma : followed_.sigma) sigma = std::min(sigma, farthest);
   put_followed(images.length, stripe);
 }
 

@@ -21,10 +21,6 @@ constexpr int kWideRing = 60;
 // From here on, sampling costs a matched filter less than 0.1 %.
 constexpr double kCoarseBelow = 1.6;
 
-double typical_width(const WidthModel& width) {
-  return std::clamp(width.at_pivot, kSmallestWidth, kLargestWidth);
-}
-
 void set_noise_weights(ProfilePlan& plan) {
   constexpr float kLeast = 0.02F;
   const auto square = [&](int i) {
@@ -151,6 +147,10 @@ void set_inverses(ProfilePlan& plan) {
 }
 
 }  // namespace
+
+double typical_width(const WidthModel& width) {
+  return std::clamp(width.at_pivot, kSmallestWidth, kLargestWidth);
+}
 
 // The best multiple, to a few thousandths, of white and shot noise mixed: filter_white + share
 // filter_shot at its smallest, `share` the shot noise at the peak in parts of the white.

@@ -29,6 +29,9 @@ struct PlanNoise {
   double speckle_contrast = 0.0;
 };
 
+/// The width that a plan is made for: the stripe's, within what the windows hold.
+double typical_width(const WidthModel& width);
+
 /// The noise of the dark image as a filter sees it, in parts of an exposure's: what neighbours have
 /// in common does not average out. @param half_taps from the middle of a symmetric filter outwards.
 double dark_gain_through(const PlanNoise& noise, std::span<const float> half_taps);

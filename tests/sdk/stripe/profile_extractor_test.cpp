@@ -449,6 +449,30 @@ TEST(ProfileExtractor, ContinuousStripeThatLeavesThePictureIsAtItsEdge) {
   EXPECT_GT(at_edge, 100);
 }
 
+// Bridged lines, too, which show next to nothing themselves: the chain knows where they are.
+TEST(ProfileExtractor, ContinuousStripeKnowsItsErrorWhereNoLineShowsIt) {
+  SyntheticStripe s = typical();
+  s.amplitude_dn = 3.0;  // 1.5 sigmas a pixel.
+  ExtractOptions options;
+  options.peak = PeakRule::kContinuous;
+  options.stripe_sigma_px = s.sigma_px;
+  double squares = 0.0;
+  int hardly_seen = 0;
+  for (int n = 0; n < 10; ++n) {
+    const Stripe stripe = extract(testing::render(s), options);
+    for (std::size_t i = 0; i < stripe.size(); ++i) {
+      if (stripe.status[i] != ReturnStatus::kOk) continue;
+      EXPECT_LT(stripe.sigma_px[i], 2.0F) << stripe.line[i];
+      if (stripe.sigma_px[i] < 1.4F) continue;
+      const double error = stripe.across_px[i] - s.position(stripe.line[i]);
+      squares += error * error / (stripe.sigma_px[i] * stripe.sigma_px[i]);
+      ++hardly_seen;
+    }
+  }
+  EXPECT_GT(hardly_seen, 100);
+  EXPECT_LT(std::sqrt(squares / hardly_seen), 1.0);
+}
+
 // Of pixels of any value, a third of which are blind, a profile may say nothing of its place.
 TEST(ProfileExtractor, WhatIsGoodIsSomewhere) {
   ExtractOptions options;
