@@ -94,6 +94,23 @@ std::vector<SceneField> SceneField::list(std::string_view expected) const {
   return elements;
 }
 
+SceneField SceneField::nearest(std::string_view path) const {
+  const std::size_t end = std::min(path.find('.'), path.size());
+  const std::string_view step = path.substr(0, end);
+  const std::size_t bracket = std::min(step.find('['), step.size());
+  if (!node_.IsMap()) return *this;
+  auto field = find(step.substr(0, bracket));
+  if (!field) return *this;
+  if (bracket < step.size()) {
+    std::size_t index = 0;
+    std::from_chars(step.data() + bracket + 1, step.data() + step.size(), index);
+    const std::vector<SceneField> elements = field->list("a list");
+    if (index >= elements.size()) return *field;
+    field = elements[index];
+  }
+  return end < path.size() ? field->nearest(path.substr(end + 1)) : *field;
+}
+
 double SceneField::number(std::string_view expected) const {
   double value = 0.0;
   if (!parse_number(node_, value)) refuse(expected);

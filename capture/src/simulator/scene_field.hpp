@@ -43,9 +43,12 @@ class SceneField {
 
   const std::string& path() const noexcept { return path_; }
 
- private:
+  /// What `path` leads to from here, as in `lasers[0].fan_deg`, or what the file has of the way.
+  SceneField nearest(std::string_view path) const;
+  /// `scene 'FILE' line N`.
   std::string place() const;
 
+ private:
   YAML::Node node_;
   std::string path_;
   std::string file_;

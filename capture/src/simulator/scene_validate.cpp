@@ -6,17 +6,25 @@
 
 #include <fmt/format.h>
 
-#include <striper/core/error.hpp>
 #include <striper/simulator/scene.hpp>
+
+#include "simulator/scene_violation.hpp"
 
 namespace striper {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kAlmostInfinity = 1e12;
+// From what a scene holds to what is said: the units of its file.
+constexpr double kMicro = 1e6;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
 
+[[noreturn]] void refuse(const std::string& field, const std::string& value,
+                         const std::string& expected) {
+  throw SceneViolation(field, fmt::format("{} - expected {}", value, expected));
+}
+// To ten digits, so that a change of units and back is not seen.
 [[noreturn]] void refuse(const std::string& field, double value, const std::string& expected) {
-  throw Error(ErrorKind::kBadValue, fmt::format("{}: {} - expected {}", field, value, expected));
+  refuse(field, fmt::format("{:.10g}", value), expected);
 }
 
 void check_range(const std::string& field, double value, double low, double high) {
@@ -37,16 +45,16 @@ void check_finite(const std::string& field, const Eigen::Vector3d& value) {
 }
 void check_pose(const std::string& field, const Eigen::Isometry3d& pose) {
   constexpr double kTolerance = 1e-9;
-  check_finite(field + " position", pose.translation());
+  check_finite(field + ".position_m", pose.translation());
   const Eigen::Matrix3d R = pose.linear();
   const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).norm();
   if (!(error < kTolerance) || R.determinant() < 0.0) {
-    refuse(field + " rotation", error, "a rotation matrix (difference of R'R from identity 0)");
+    refuse(field + ".rotation_deg", error, "a rotation matrix (difference of R'R from identity 0)");
   }
 }
 void check_motion(const std::string& field, const Motion& motion) {
   check_finite(field + ".velocity_m_s", motion.velocity_m_s);
-  check_finite(field + ".angular_velocity", motion.angular_velocity_rad_s);
+  check_finite(field + ".angular_velocity_deg_s", kDegrees * motion.angular_velocity_rad_s);
 }
 
 // A pixel takes some 50 bytes while it is rendered.
@@ -54,9 +62,8 @@ void check_size(const CameraModel& camera) {
   constexpr double kMostPixels = 50e6;
   const double pixels = static_cast<double>(camera.width()) * camera.height();
   if (pixels > kMostPixels) {
-    throw Error(ErrorKind::kBadValue,
-                fmt::format("camera: {}x{} pixels - expected at most {:.0f} million in all",
-                            camera.width(), camera.height(), 1e-6 * kMostPixels));
+    refuse("camera", fmt::format("{}x{} pixels", camera.width(), camera.height()),
+           fmt::format("at most {:.0f} million in all", 1e-6 * kMostPixels));
   }
 }
 
@@ -64,33 +71,29 @@ void check_region(const Imager& imager, const CameraModel& camera) {
   const cv::Rect sensor(0, 0, camera.width(), camera.height());
   const cv::Rect region = imager.region.empty() ? sensor : imager.region;
   if ((region & sensor) != region) {
-    throw Error(
-        ErrorKind::kBadValue,
-        fmt::format("imager.region: [{}, {}, {}, {}] - expected a part of the sensor, which "
-                    "is {}x{}",
-                    region.x, region.y, region.width, region.height, sensor.width, sensor.height));
+    refuse("imager.region",
+           fmt::format("[{}, {}, {}, {}]", region.x, region.y, region.width, region.height),
+           fmt::format("a part of the sensor, which is {}x{}", sensor.width, sensor.height));
   }
   const cv::Size bin = imager.binning;
   if (bin.width < 1 || bin.height < 1 || region.width % bin.width != 0 ||
       region.height % bin.height != 0) {
-    throw Error(ErrorKind::kBadValue,
-                fmt::format("imager.binning: [{}, {}] - expected divisors of the picture's size, "
-                            "{}x{}",
-                            bin.width, bin.height, region.width, region.height));
+    refuse("imager.binning", fmt::format("[{}, {}]", bin.width, bin.height),
+           fmt::format("divisors of the picture's size, {}x{}", region.width, region.height));
   }
 }
 
 void check_imager(const Imager& imager) {
-  check_positive("imager.pixel_pitch", imager.pixel_pitch_m);
+  check_positive("imager.pixel_pitch_um", kMicro * imager.pixel_pitch_m);
   check_positive("imager.f_number", imager.f_number);
   check_range("imager.lens_transmission", imager.lens_transmission, 0.0, 1.0);
   check_range("imager.falloff_exponent", imager.falloff_exponent, 0.0, 8.0);
-  check_range("imager.blur", imager.blur_sigma_px, 0.0, 20.0);
+  check_range("imager.blur_px", imager.blur_sigma_px, 0.0, 20.0);
   check_range("imager.quantum_efficiency", imager.quantum_efficiency, 0.0, 1.0);
   check_positive("imager.filter.center_nm", imager.filter.center_nm);
   check_positive("imager.filter.width_nm", imager.filter.width_nm);
   check_range("imager.filter.transmission", imager.filter.transmission, 0.0, 1.0);
-  check_range("imager.shutter", imager.shutter_s, 1e-12, 1e3);
+  check_range("imager.shutter_us", kMicro * imager.shutter_s, 1e-6, 1e9);
   check_range("imager.bits", imager.bit_depth, 8, 16);
   check_positive("imager.dn_per_electron", imager.dn_per_electron);
   check_range("imager.black_level_dn", imager.black_level_dn, 0.0, (1 << imager.bit_depth) - 1);
@@ -104,19 +107,24 @@ void check_imager(const Imager& imager) {
 
 void check_laser(const std::string& field, const SimulatedLaser& laser, const BandPass& filter) {
   check_pose(field, laser.T_device_laser);
-  check_positive(field + ".fan", laser.fan_rad);
-  if (laser.fan_rad >= kPi) refuse(field + ".fan", laser.fan_rad, "less than pi, a half turn");
-  check_not_negative(field + ".thickness (waist)", laser.waist_sigma_m);
-  check_not_negative(field + ".thickness (divergence)", laser.divergence_sigma_rad);
-  if (laser.waist_sigma_m == 0.0 && laser.divergence_sigma_rad == 0.0) {
-    refuse(field + ".thickness", 0.0, "a thickness in metres or in angle above 0");
+  check_positive(field + ".fan_deg", kDegrees * laser.fan_rad);
+  if (laser.fan_rad >= std::numbers::pi) {
+    refuse(field + ".fan_deg", kDegrees * laser.fan_rad, "less than a half turn, 180");
+  }
+  const double thickness_mm = laser.waist_sigma_m / SimulatedLaser::thickness_to_sigma(1e-3);
+  const double thickness_deg =
+      kDegrees * laser.divergence_sigma_rad / SimulatedLaser::thickness_to_sigma(1.0);
+  check_not_negative(field + ".thickness_mm", thickness_mm);
+  check_not_negative(field + ".thickness_deg", thickness_deg);
+  if (thickness_mm == 0.0 && thickness_deg == 0.0) {
+    refuse(field + ".thickness_deg", 0.0, "more than 0, or a thickness_mm that is");
   }
   check_not_negative(field + ".focus_m", laser.focus_m);
   if (laser.waist_sigma_m == 0.0 && laser.focus_m > 0.0) {
     refuse(field + ".focus_m", laser.focus_m,
-           "0, or a thickness in metres above 0: a focus of no thickness is infinitely bright");
+           "0, or a thickness_mm above 0: a focus of no thickness is infinitely bright");
   }
-  check_not_negative(field + ".pulse energy", laser.pulse_energy_j);
+  check_not_negative(field + ".pulse_uj", kMicro * laser.pulse_energy_j);
   if (std::abs(laser.wavelength_nm - filter.center_nm) > 0.5 * filter.width_nm) {
     refuse(field + ".wavelength_nm", laser.wavelength_nm,
            fmt::format("a wavelength that the filter lets pass, {} to {}",
@@ -148,8 +156,11 @@ struct ShapeCheck {
              "at least two points");
     }
     for (std::size_t i = 1; i < shape.profile_m.size(); ++i) {
-      check_positive(fmt::format("{}.profile_m distance of points {} and {}", field, i - 1, i),
-                     (shape.profile_m[i] - shape.profile_m[i - 1]).norm());
+      const double apart_m = (shape.profile_m[i] - shape.profile_m[i - 1]).norm();
+      if (apart_m > 0.0 && apart_m < kAlmostInfinity) continue;
+      refuse(field + ".profile_m",
+             fmt::format("points {} and {}, {:.10g} m apart", i - 1, i, apart_m),
+             "points that are apart, by finite lengths");
     }
   }
 };
@@ -171,7 +182,7 @@ void check_texture(const std::string& field, const PaintedStripe& stripe) {
   check_range(field + ".stripe.wear", stripe.wear, 0.0, 1.0);
   check_positive(field + ".stripe.grain_m", stripe.grain_m);
   check_not_negative(field + ".stripe.retro.gain", stripe.retro_gain);
-  check_positive(field + ".stripe.retro.spread", stripe.retro_spread_rad);
+  check_positive(field + ".stripe.retro.spread_deg", kDegrees * stripe.retro_spread_rad);
 }
 
 void check_object(const std::string& field, const SceneObject& object) {
@@ -179,7 +190,7 @@ void check_object(const std::string& field, const SceneObject& object) {
   const Material& material = object.material;
   check_range(field + ".reflectance", material.reflectance, 0.0, 1.0);
   check_not_negative(field + ".retro.gain", material.retro_gain);
-  check_positive(field + ".retro.spread", material.retro_spread_rad);
+  check_positive(field + ".retro.spread_deg", kDegrees * material.retro_spread_rad);
   check_not_negative(field + ".radiance_w_m2_sr_nm", material.radiance_w_m2_sr_nm);
   check_range(field + ".mottle.contrast", material.mottle_contrast, 0.0, 1.0);
   check_positive(field + ".mottle.grain_m", material.mottle_grain_m);
@@ -191,15 +202,12 @@ void check_object(const std::string& field, const SceneObject& object) {
 void check_timing(const Timing& timing, std::size_t lasers) {
   check_range("timing.picture_rate_hz", timing.picture_rate_hz, 1e-3, 1e6);
   if (timing.cadence.is_automatic()) {
-    throw Error(ErrorKind::kBadValue,
-                "timing.cadence: 'auto' - expected what the lasers do, such as '0' or '0,dark'");
+    refuse("timing.cadence", "'auto'", "what the lasers do, such as '0' or '0,dark'");
   }
   for (const Illumination entry : timing.cadence.pattern()) {
     if (entry.is_lit() && static_cast<std::size_t>(entry.laser_index()) >= lasers) {
-      throw Error(ErrorKind::kBadValue,
-                  fmt::format("timing.cadence: '{}' - expected laser indices below {}, the number "
-                              "of lasers",
-                              timing.cadence.to_string(), lasers));
+      refuse("timing.cadence", fmt::format("'{}'", timing.cadence.to_string()),
+             fmt::format("laser indices below {}, the number of lasers", lasers));
     }
   }
 }
@@ -210,7 +218,7 @@ void check_daylight(const Daylight& light) {
   check_not_negative("daylight.ambient_w_m2_nm", light.ambient_w_m2_nm);
   check_not_negative("daylight.sky_radiance_w_m2_sr_nm", light.sky_radiance_w_m2_sr_nm);
   check_finite("daylight.sun_direction", light.sun_direction);
-  check_positive("daylight.sun_direction length", light.sun_direction.norm());
+  check_positive("daylight.sun_direction", light.sun_direction.norm());
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <striper/simulator/scene_yaml.hpp>
 
 #include "simulator/scene_field.hpp"
+#include "simulator/scene_violation.hpp"
 
 namespace striper {
 namespace {
@@ -184,7 +185,9 @@ SimulatedLaser read_laser(const SceneField& field, const Imager& imager) {
   field.read("pulse_uj", laser.pulse_energy_j, 1e-6);
   if (const auto power = field.find("power_mw")) {
     if (field.find("pulse_uj")) power->refuse("either pulse_uj or power_mw, not both");
-    laser.pulse_energy_j = 1e-3 * power->number() * imager.shutter_s;
+    const double power_mw = power->number("a number, 0 or above");
+    if (power_mw < 0.0) power->refuse("a number, 0 or above");
+    laser.pulse_energy_j = 1e-3 * power_mw * imager.shutter_s;
   }
   return laser;
 }
@@ -378,11 +381,13 @@ Scene parse_scene(const std::string& yaml, const std::string& name) {
     throw Error(ErrorKind::kBadFile, fmt::format("scene '{}' line {}: {} - expected YAML", name,
                                                  error.mark.line + 1, error.msg));
   }
-  Scene scene = read_scene(SceneField(node, "", name), name);
+  const SceneField root(node, "", name);
+  Scene scene = read_scene(root, name);
   try {
     scene.validate();
-  } catch (const Error& error) {
-    throw Error(ErrorKind::kBadFile, fmt::format("scene '{}': {}", name, error.what()));
+  } catch (const SceneViolation& bad) {
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("{}: {}", root.nearest(bad.field()).place(), bad.what()));
   }
   return scene;
 }

@@ -102,21 +102,21 @@ TEST(SceneValidate, AcceptsWhatComesReadyMade) {
 // What no file can say: its poses are made of angles.
 TEST(SceneValidate, PosesMustBeRotations) {
   EXPECT_THAT(refusal([](Scene& s) { s.camera_rotation *= 1.001; }),
-              HasSubstr("camera rotation: 0.003"));
+              HasSubstr("camera.rotation_deg: 0.003"));
   EXPECT_THAT(refusal([](Scene& s) { s.T_world_device.linear().col(0) *= -1.0; }),
-              HasSubstr("device rotation: 0 - expected a rotation matrix"))
+              HasSubstr("device.rotation_deg: 0 - expected a rotation matrix"))
       << "a mirror";
   EXPECT_THAT(refusal([](Scene& s) { s.objects[0].T_world_object.linear().setZero(); }),
-              HasSubstr("objects[0] rotation"));
+              HasSubstr("objects[0].rotation_deg"));
   EXPECT_THAT(refusal([](Scene& s) { s.lasers[0].T_device_laser.translation().y() = kNan; }),
-              HasSubstr("lasers[0] position: nan - expected a finite number"));
+              HasSubstr("lasers[0].position_m: nan - expected a finite number"));
 }
 
 TEST(SceneValidate, NoNumberMayBeUnknown) {
   EXPECT_THAT(refusal([](Scene& s) { s.imager.blur_sigma_px = kNan; }),
-              HasSubstr("imager.blur: nan - expected a number from 0 to 20"));
+              HasSubstr("imager.blur_px: nan - expected a number from 0 to 20"));
   EXPECT_THAT(refusal([](Scene& s) { s.daylight.sun_direction.setZero(); }),
-              HasSubstr("daylight.sun_direction length: 0 - expected a number above 0"));
+              HasSubstr("daylight.sun_direction: 0 - expected a number above 0"));
   EXPECT_THAT(refusal([](Scene& s) { s.lasers[0].focus_m = 1.0; }),
               HasSubstr("a focus of no thickness is infinitely bright"));
   EXPECT_THAT(refusal([](Scene& s) { s.timing.cadence = Cadence(); }),

@@ -173,31 +173,38 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
       {"striper_scene: 1\ncamera: {distortion: [1, 2]}\n",
        "scene 'x' line 2: camera.distortion: '[1, 2]' - expected 5 numbers"},
       {"striper_scene: 1\nimager: {bits: 7}\n",
-       "scene 'x': imager.bits: 7 - expected a number from 8 to 16"},
+       "scene 'x' line 2: imager.bits: 7 - expected a number from 8 to 16"},
       {"striper_scene: 1\nimager: {bits: 8.5}\n",
        "scene 'x' line 2: imager.bits: '8.5' - expected a whole number"},
       {"striper_scene: 1\nimager: {region: [600, 0, 100, 100]}\n",
-       "scene 'x': imager.region: [600, 0, 100, 100] - expected a part of the sensor, which is "
+       "scene 'x' line 2: imager.region: [600, 0, 100, 100] - expected a part of the sensor, which "
+       "is "
        "640x480"},
       {"striper_scene: 1\nimager: {binning: [3, 1]}\n",
-       "scene 'x': imager.binning: [3, 1] - expected divisors of the picture's size, 640x480"},
+       "scene 'x' line 2: imager.binning: [3, 1] - expected divisors of the picture's size, "
+       "640x480"},
       {"striper_scene: 1\nnoise: {shot: perhaps}\n",
        "scene 'x' line 2: noise.shot: 'perhaps' - expected yes or no"},
       {"striper_scene: 1\nnoise: {read_e: -1}\n",
-       "scene 'x': noise.read_e: -1 - expected a number, 0 or above"},
+       "scene 'x' line 2: noise.read_e: -1 - expected a number, 0 or above"},
       {"striper_scene: 1\ntiming: {scan: sideways}\n",
        "scene 'x' line 2: timing.scan: 'sideways' - expected progressive, top-first, bottom-first, "
        "alternate-top-first, alternate-bottom-first"},
       {"striper_scene: 1\ntiming: {cadence: '0,2'}\n",
-       "scene 'x': timing.cadence: '0,2' - expected laser indices below 1, the number of lasers"},
+       "scene 'x' line 2: timing.cadence: '0,2' - expected laser indices below 1, the number of "
+       "lasers"},
       {"striper_scene: 1\ntiming: {cadence: auto}\n",
-       "scene 'x': timing.cadence: 'auto' - expected what the lasers do, such as '0' or '0,dark'"},
+       "scene 'x' line 2: timing.cadence: 'auto' - expected what the lasers do, such as '0' or "
+       "'0,dark'"},
       {"striper_scene: 1\nlasers:\n  - {wavelength_nm: 650}\n",
-       "scene 'x': lasers[0].wavelength_nm: 650 - expected a wavelength that the filter lets pass, "
+       "scene 'x' line 3: lasers[0].wavelength_nm: 650 - expected a wavelength that the filter "
+       "lets pass, "
        "887.5 to 912.5"},
-      {"striper_scene: 1\nlasers:\n  - {fan_deg: 200}\n", "lasers[0].fan: 3.49"},
+      {"striper_scene: 1\nlasers:\n  - {fan_deg: 200}\n",
+       "scene 'x' line 3: lasers[0].fan_deg: 200 - expected less than a half turn, 180"},
       {"striper_scene: 1\nlasers:\n  - {thickness_deg: 0}\n",
-       "scene 'x': lasers[0].thickness: 0 - expected a thickness in metres or in angle above 0"},
+       "scene 'x' line 3: lasers[0].thickness_deg: 0 - expected more than 0, or a thickness_mm "
+       "that is"},
       {"striper_scene: 1\nlasers:\n  - {pulse_uj: 1, power_mw: 2}\n",
        "scene 'x' line 3: lasers[0].power_mw: '2' - expected either pulse_uj or power_mw, not "
        "both"},
@@ -212,16 +219,28 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
       {"striper_scene: 1\nobjects:\n  - {shape: box, size_m: [1, 2]}\n",
        "scene 'x' line 3: objects[0].size_m: '[1, 2]' - expected [along x, y, z]"},
       {"striper_scene: 1\nobjects:\n  - {shape: box, size_m: [1, 2, 0]}\n",
-       "scene 'x': objects[0].size_m: 0 - expected a number above 0"},
+       "scene 'x' line 3: objects[0].size_m: 0 - expected a number above 0"},
       {"striper_scene: 1\nobjects:\n  - {shape: plane, reflectance: 1.5}\n",
-       "scene 'x': objects[0].reflectance: 1.5 - expected a number from 0 to 1"},
+       "scene 'x' line 3: objects[0].reflectance: 1.5 - expected a number from 0 to 1"},
       {"striper_scene: 1\nobjects:\n  - {shape: plane, normal: [0, 0, 0]}\n",
        "objects[0].normal: '[0, 0, 0]' - expected a direction [x, y, z] that is not zero"},
       {"striper_scene: 1\nobjects:\n  - {shape: sweep, profile_m: [[0, 0]]}\n",
-       "scene 'x': objects[0].profile_m: 1 - expected at least two points"},
+       "scene 'x' line 3: objects[0].profile_m: 1 - expected at least two points"},
+      {"striper_scene: 1\nobjects:\n  - shape: sweep\n    profile_m: [[0, 0], [0, 0]]\n",
+       "scene 'x' line 4: objects[0].profile_m: points 0 and 1, 0 m apart - expected points that "
+       "are apart"},
+      {"striper_scene: 1\nimager:\n  f_number: 2\n  shutter_us: 1e30\n",
+       "scene 'x' line 4: imager.shutter_us: 1e+30 - expected a number from 1e-06 to 1"},
+      {"striper_scene: 1\nlasers:\n  - thickness_mm: -2\n    fan_deg: 50\n",
+       "scene 'x' line 3: lasers[0].thickness_mm: -2 - expected a number, 0 or above"},
+      {"striper_scene: 1\nlasers:\n  - {}\n  - power_mw: -7\n",
+       "scene 'x' line 4: lasers[1].power_mw: '-7' - expected a number, 0 or above"},
+      {"striper_scene: 1\nobjects:\n  - {shape: plane}\n  - shape: plane\n    retro: {gain: 1,\n"
+       "            spread_deg: -3}\n",
+       "scene 'x' line 6: objects[1].retro.spread_deg: -3 - expected a number above 0"},
       {"striper_scene: 1\ncamera: {width: 640\n", "scene 'x' line"},
       {"striper_scene: 1\ncamera: {width: 20000, height: 20000}\n",
-       "scene 'x': camera: 20000x20000 pixels - expected at most 50 million in all"},
+       "scene 'x' line 2: camera: 20000x20000 pixels - expected at most 50 million in all"},
       {"striper_scene: 1\nimager: {region: [0, 0, 1e300, 5]}\n",
        "imager.region: '[0, 0, 1e300, 5]' - expected four whole numbers [left, top, width, "
        "height]"},
