@@ -9,6 +9,8 @@
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulated_source.hpp>
 
+#include "common_keys.hpp"
+
 namespace striper {
 namespace {
 
@@ -62,9 +64,9 @@ void apply_query(SourceUri& uri, Scene& scene, SimulatedSourceOptions& options) 
     scene.seed = static_cast<std::uint64_t>(*seed);
   }
   if (const auto noise = uri.take("noise")) keep_noises(uri, *noise, scene.imager.noise);
-  if (const auto laser = uri.take("laser")) {
+  if (const auto cadence = take_cadence(uri)) {
     options.cadence_given = true;
-    if (*laser != "auto") scene.timing.cadence = Cadence::parse(*laser);
+    if (!cadence->is_automatic()) scene.timing.cadence = *cadence;
   }
   if (const auto word = uri.take("illumination")) {
     if (*word != "unknown" && *word != "known") {

@@ -23,8 +23,10 @@ namespace striper {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::ScratchDirectory;
+using ::testing::StartsWith;
 
 class ImagesOfADirectory : public ::testing::Test {
  protected:
@@ -313,7 +315,10 @@ TEST_F(ImagesOfADirectory, WrongKeysAndValuesAreUsageErrors) {
   put("1.png");
   EXPECT_THAT(error_of("?fsp=3").what(), HasSubstr("images: knows fps, bits, laser, fields"));
   EXPECT_THAT(error_of("?fields=top").what(), HasSubstr("expected split-top or split-bottom"));
-  EXPECT_THAT(error_of("?laser=0,off").what(), HasSubstr("'off' is neither"));
+  EXPECT_THAT(error_of("?laser=0,off").what(),
+              AllOf(StartsWith("source 'images:"), HasSubstr("?laser=0,off': laser cadence"),
+                    HasSubstr("'off' is neither")));
+  EXPECT_THAT(error_of("?laser=dark").what(), HasSubstr("?laser=dark': a laser cadence needs"));
   EXPECT_THAT(error_of("?fps=0").what(), HasSubstr("fps=0"));
   EXPECT_THAT(error_of("?bits=12").what(), HasSubstr("bits=12 - but '"));
   for (const char* query : {"?fsp=3", "?fields=top", "?laser=0,off", "?fps=0", "?bits=12"}) {
