@@ -16,8 +16,8 @@ constexpr int kAlong = 48;              // Places along a side,
 constexpr double kStepSquares = 0.05;   // and steps outward.
 constexpr double kFirstSquares = 0.25;  // Clear of the print's own blur.
 constexpr int kSteps = static_cast<int>((kMarginSquares - kFirstSquares) / kStepSquares + 0.5);
-constexpr std::size_t kFewest = 6;      // Places that say how bright the picture is in a step.
-constexpr double kSameWhite = 0.15;     // Of the difference of white and black.
+constexpr std::size_t kFewest = 6;   // Places that say how bright the picture is in a step.
+constexpr double kSameWhite = 0.15;  // Of the difference of white and black.
 
 // One side of the print: where it begins, along it, and out of it; metres.
 struct Side {
