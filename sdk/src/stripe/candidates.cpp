@@ -34,6 +34,13 @@ detail::PixelPlanes<Pixel> planes_of(const LitFrame& frame) {
   return planes;
 }
 
+// Room for numbers, which OpenCV aligns to whole vectors.
+template <typename Number>
+Number* room(int rows, int cols, cv::Mat& numbers) {
+  numbers.create(rows, cols, cv::traits::Type<Number>::value);
+  return numbers.ptr<Number>();
+}
+
 // Whether a chunk's highest pixel is its border towards a peak next to it: the peak's own flank.
 bool is_flank(std::int32_t across, std::int32_t peak, int reach) {
   constexpr int kChunk = ChunkMaxima::kChunk;
@@ -61,12 +68,12 @@ void ChunkMaxima::find(const LitFrame& frame, StripeAxis axis) {
 
 template <typename Pixel>
 void ChunkMaxima::find_in(const LitFrame& frame) {
-  Pixel* const maxima = maxima_.resize<Pixel>(chunks_, lines_);
+  Pixel* const maxima = room<Pixel>(chunks_, lines_, maxima_);
   if (axis_ == StripeAxis::kRows) {
     detail::chunk_maxima_of_rows(planes_of<Pixel>(frame), maxima);
   } else {
     detail::chunk_maxima_of_columns(planes_of<Pixel>(frame), maxima,
-                                    positions_.resize<Pixel>(chunks_, lines_));
+                                    room<Pixel>(chunks_, lines_, positions_));
   }
 }
 
@@ -90,7 +97,7 @@ void ChunkMaxima::find_blind_lines(const LitFrame& frame, StripeAxis axis) {
 
 void ChunkMaxima::rank(int depth) {
   depth_ = depth <= kFirst ? kFirst : kBest;
-  if (maxima_.is_wide) {
+  if (maxima_.depth() == CV_16U) {
     rank_in<std::uint16_t, std::uint16_t>();
   } else if (chunks_ > kMostNarrowChunks) {
     rank_in<std::uint8_t, std::uint16_t>();
@@ -101,12 +108,12 @@ void ChunkMaxima::rank(int depth) {
 
 template <typename Pixel, typename Rank>
 void ChunkMaxima::rank_in() {
-  detail::Chunks<Pixel> chunks{maxima_.row<Pixel>(0, lines_), nullptr, lines_, chunks_};
-  if (axis_ == StripeAxis::kColumns) chunks.positions = positions_.row<Pixel>(0, lines_);
+  detail::Chunks<Pixel> chunks{maxima_.ptr<Pixel>(0), nullptr, lines_, chunks_};
+  if (axis_ == StripeAxis::kColumns) chunks.positions = positions_.ptr<Pixel>(0);
   best_across_.resize(static_cast<std::size_t>(lines_));
   detail::rank_chunks(
-      chunks, detail::Ranking<Rank>{depth_, prominences_.resize<Rank>(kBest, lines_),
-                                    best_chunks_.resize<Rank>(kBest, lines_), best_across_.data()});
+      chunks, detail::Ranking<Rank>{depth_, room<Rank>(kBest, lines_, prominences_),
+                                    room<Rank>(kBest, lines_, best_chunks_), best_across_.data()});
   // The ranking tells which chunk of a row; the maximum is somewhere in it.
   if (axis_ == StripeAxis::kRows) move_in_rows<Pixel>(0, lines_, best_across_.data());
 }
@@ -115,7 +122,7 @@ void ChunkMaxima::find_rivals(const RivalLimits& limits, Rivals& rivals) {
   rivals.places.clear();
   rivals.weak_lines.clear();
   rivals.flat_lines.clear();
-  if (prominences_.is_wide) {
+  if (prominences_.depth() == CV_16U) {
     find_rivals_in<std::uint16_t>(limits, rivals);
   } else {
     find_rivals_in<std::uint8_t>(limits, rivals);
@@ -128,10 +135,9 @@ void ChunkMaxima::find_rivals_in(const RivalLimits& limits, Rivals& rivals) {
     return static_cast<Rank>(std::min<int>(dn, std::numeric_limits<Rank>::max()));
   };
   // At most as prominent as is weak, at least as a second: limits beyond the ranks stop there.
-  const auto may_be_unclear = [weak = rank_of(limits.weak_dn - 1),
-                               second = rank_of(limits.second_dn),
-                               firsts = prominences_.row<Rank>(0, lines_),
-                               seconds = prominences_.row<Rank>(1, lines_)](int line) -> Rank {
+  const auto may_be_unclear =
+      [weak = rank_of(limits.weak_dn - 1), second = rank_of(limits.second_dn),
+       firsts = prominences_.ptr<Rank>(0), seconds = prominences_.ptr<Rank>(1)](int line) -> Rank {
     return static_cast<Rank>((firsts[line] <= weak) | (seconds[line] >= second));
   };
   // Without branches: nearly always the answer is no, a vector at a time.
@@ -154,7 +160,7 @@ void ChunkMaxima::find_rivals_of(int line, const RivalLimits& limits, Rivals& ri
   const std::int32_t first_across = best_across_[static_cast<std::size_t>(line)];
   for (int n = 1; n < kBest && prominence_dn(n, line) >= limits.second_dn; ++n) {
     if (n == depth_) rank();
-    const int across = at(best_chunks_.at(n, line, lines_), line).across;
+    const int across = at(number_at(best_chunks_, n, line), line).across;
     if (!is_flank(across, first_across, limits.flank_px)) rivals.places.push_back({line, across});
   }
 }
@@ -168,13 +174,13 @@ void ChunkMaxima::keep_images_of_rows(const LitFrame& frame) {
 
 template <typename Pixel>
 void ChunkMaxima::move_in_rows(int first_line, int count, std::int32_t* across) const noexcept {
-  detail::move_to_maxima_of_rows(planes_of<Pixel>(row_images_), maxima_.row<Pixel>(0, lines_),
-                                 first_line, count, across);
+  detail::move_to_maxima_of_rows(planes_of<Pixel>(row_images_), maxima_.ptr<Pixel>(0), first_line,
+                                 count, across);
 }
 
 int ChunkMaxima::across_in_row(int chunk, int line) const noexcept {
   std::int32_t across = chunk * kChunk;
-  if (maxima_.is_wide) {
+  if (maxima_.depth() == CV_16U) {
     move_in_rows<std::uint16_t>(line, 1, &across);
   } else {
     move_in_rows<std::uint8_t>(line, 1, &across);

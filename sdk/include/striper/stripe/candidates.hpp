@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <tuple>
 #include <vector>
 
 #include <striper/core/lit_frame.hpp>
@@ -24,6 +23,10 @@ namespace striper {
 /// No allocation after the first frame of a size. Not thread-safe.
 class ChunkMaxima {
  public:
+  ChunkMaxima() = default;
+  ChunkMaxima(ChunkMaxima&&) = default;  // A copy would share what is kept.
+  ChunkMaxima& operator=(ChunkMaxima&&) = default;
+
   static constexpr int kChunk = 32;
   static constexpr int kBest = 4;
   static constexpr int kFirst = 2;
@@ -48,20 +51,20 @@ class ChunkMaxima {
   Peak at(int chunk, int line) const noexcept {
     const int across = axis_ == StripeAxis::kRows
                            ? across_in_row(chunk, line)
-                           : chunk * kChunk + positions_.at(chunk, line, lines_);
-    return {across, maxima_.at(chunk, line, lines_), 0};
+                           : chunk * kChunk + number_at(positions_, chunk, line);
+    return {across, number_at(maxima_, chunk, line), 0};
   }
 
   /// How prominent the `nth` most prominent chunk of a line is, 0 <= nth < kBest; nth <= kFirst
   /// where ranked to kFirst.
-  int prominence_dn(int nth, int line) const noexcept { return prominences_.at(nth, line, lines_); }
+  int prominence_dn(int nth, int line) const noexcept { return number_at(prominences_, nth, line); }
 
   /// The chunk maximum that is the `nth` most prominent of a line, 0 <= nth < the depth ranked to;
   /// of equal ones the first. Prominence 0 stands for none.
   Peak best(int nth, int line) const noexcept {
     const int prominence = prominence_dn(nth, line);
     if (prominence == 0) return {};
-    Peak peak = at(best_chunks_.at(nth, line, lines_), line);
+    Peak peak = at(number_at(best_chunks_, nth, line), line);
     peak.prominence_dn = prominence;
     return peak;
   }
@@ -95,31 +98,10 @@ class ChunkMaxima {
   }
 
  private:
-  // [row][line], in 8 or in 16 bits.
-  struct Numbers {
-    std::tuple<std::vector<std::uint8_t>, std::vector<std::uint16_t>> of;
-    bool is_wide = false;
-
-    static std::size_t index(int row, int line, int lines) noexcept {
-      return static_cast<std::size_t>(row) * static_cast<std::size_t>(lines) +
-             static_cast<std::size_t>(line);
-    }
-    template <typename Number>
-    Number* resize(int rows, int lines) {
-      is_wide = sizeof(Number) > 1;
-      auto& numbers = std::get<std::vector<Number>>(of);
-      numbers.resize(index(rows, 0, lines));
-      return numbers.data();
-    }
-    template <typename Number>
-    const Number* row(int number, int lines) const noexcept {
-      return std::get<std::vector<Number>>(of).data() + index(number, 0, lines);
-    }
-    int at(int row, int line, int lines) const noexcept {
-      const std::size_t i = index(row, line, lines);
-      return is_wide ? std::get<1>(of)[i] : std::get<0>(of)[i];
-    }
-  };
+  static int number_at(const cv::Mat& numbers, int row, int line) noexcept {
+    return numbers.depth() == CV_8U ? numbers.ptr<std::uint8_t>(row)[line]
+                                    : numbers.ptr<std::uint16_t>(row)[line];
+  }
 
   template <typename Pixel>
   void find_in(const LitFrame& frame);
@@ -139,10 +121,11 @@ class ChunkMaxima {
   int lines_ = 0;
   int chunks_ = 0;
   int depth_ = kBest;  // That the chunks are ranked to.
-  // [chunk]: the largest pixel, and where in its chunk, which of rows is not known.
-  Numbers maxima_, positions_;
-  // [nth]; wide where the pixels or the numbers of the chunks are.
-  Numbers prominences_, best_chunks_;
+  // A column per line, in 8 or in 16 bits. Of a row per chunk: the largest pixel, and where in the
+  // chunk, which along rows is not known.
+  cv::Mat maxima_, positions_;
+  // Of kBest rows; in 16 bits where the pixels or the numbers of the chunks need them.
+  cv::Mat prominences_, best_chunks_;
   std::vector<std::int32_t> best_across_;  // [line]
   std::vector<std::uint8_t> blind_;        // [line]; empty without a blind mask.
 };
