@@ -54,8 +54,8 @@ detail::DarkChoice AmbientStage::State::choice() const noexcept {
 
 void AmbientStage::State::give(detail::HeldExposure& exposure, const detail::Neighbours& darks) {
   const Frame& frame = exposure.frame;
-  lit.variance = cv::Mat();
-  lit.blind = cv::Mat();
+  // What nobody else holds is written into again.
+  for (cv::Mat* const image : {&lit.lit, &lit.dark, &lit.variance, &lit.blind}) image->release();
   lit.dark_noise_gain = 1.0F;
   lit.dark_noise_correlation = {};
   lit.full_scale_dn = frame.full_scale_dn();

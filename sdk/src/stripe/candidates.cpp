@@ -16,22 +16,16 @@ static_assert(ChunkMaxima::kFirst == detail::kFirstChunks);
 
 constexpr int kMostNarrowChunks = 256;
 
-template <typename Pixel>
-detail::PixelPlanes<Pixel> planes_of(const LitFrame& frame) {
-  detail::PixelPlanes<Pixel> planes;
-  planes.lit = frame.lit.ptr<Pixel>();
-  planes.lit_stride = static_cast<std::ptrdiff_t>(frame.lit.step1());
-  if (!frame.dark.empty()) {
-    planes.dark = frame.dark.ptr<Pixel>();
-    planes.dark_stride = static_cast<std::ptrdiff_t>(frame.dark.step1());
-  }
-  if (!frame.blind.empty()) {
-    planes.blind = frame.blind.ptr<std::uint8_t>();
-    planes.blind_stride = static_cast<std::ptrdiff_t>(frame.blind.step1());
-  }
-  planes.rows = frame.lit.rows;
-  planes.cols = frame.lit.cols;
-  return planes;
+template <typename Pixel, typename Images>
+detail::PixelPlanes<Pixel> planes_of(const Images& images) {
+  return {static_cast<const Pixel*>(images.lit),
+          static_cast<const Pixel*>(images.dark),
+          images.blind,
+          images.lit_stride,
+          images.dark_stride,
+          images.blind_stride,
+          images.rows,
+          images.cols};
 }
 
 // Room for numbers, which OpenCV aligns to whole vectors.
@@ -51,28 +45,43 @@ bool is_flank(std::int32_t across, std::int32_t peak, int reach) {
 
 }  // namespace
 
+ChunkMaxima::Images ChunkMaxima::images_of(const LitFrame& frame) {
+  Images images;
+  const auto take = [](const cv::Mat& image, const auto*& first, std::ptrdiff_t& stride) {
+    if (image.empty()) return;
+    first = image.data;
+    stride = static_cast<std::ptrdiff_t>(image.step1());
+  };
+  take(frame.lit, images.lit, images.lit_stride);
+  take(frame.dark, images.dark, images.dark_stride);
+  take(frame.blind, images.blind, images.blind_stride);
+  images.rows = frame.lit.rows;
+  images.cols = frame.lit.cols;
+  return images;
+}
+
 void ChunkMaxima::find(const LitFrame& frame, StripeAxis axis) {
   const bool columns = axis == StripeAxis::kColumns;
   axis_ = axis;
-  keep_images_of_rows(frame);
+  images_ = images_of(frame);
   lines_ = columns ? frame.lit.cols : frame.lit.rows;
   const int length = columns ? frame.lit.rows : frame.lit.cols;
   chunks_ = (length + kChunk - 1) / kChunk;
   if (frame.lit.depth() == CV_8U) {
-    find_in<std::uint8_t>(frame);
+    find_in<std::uint8_t>();
   } else {
-    find_in<std::uint16_t>(frame);
+    find_in<std::uint16_t>();
   }
   find_blind_lines(frame, axis);
 }
 
 template <typename Pixel>
-void ChunkMaxima::find_in(const LitFrame& frame) {
+void ChunkMaxima::find_in() {
   Pixel* const maxima = room<Pixel>(chunks_, lines_, maxima_);
   if (axis_ == StripeAxis::kRows) {
-    detail::chunk_maxima_of_rows(planes_of<Pixel>(frame), maxima);
+    detail::chunk_maxima_of_rows(planes_of<Pixel>(images_), maxima);
   } else {
-    detail::chunk_maxima_of_columns(planes_of<Pixel>(frame), maxima,
+    detail::chunk_maxima_of_columns(planes_of<Pixel>(images_), maxima,
                                     room<Pixel>(chunks_, lines_, positions_));
   }
 }
@@ -165,16 +174,9 @@ void ChunkMaxima::find_rivals_of(int line, const RivalLimits& limits, Rivals& ri
   }
 }
 
-void ChunkMaxima::keep_images_of_rows(const LitFrame& frame) {
-  if (axis_ != StripeAxis::kRows) return;
-  row_images_.lit = frame.lit;
-  row_images_.dark = frame.dark;
-  row_images_.blind = frame.blind;
-}
-
 template <typename Pixel>
 void ChunkMaxima::move_in_rows(int first_line, int count, std::int32_t* across) const noexcept {
-  detail::move_to_maxima_of_rows(planes_of<Pixel>(row_images_), maxima_.ptr<Pixel>(0), first_line,
+  detail::move_to_maxima_of_rows(planes_of<Pixel>(images_), maxima_.ptr<Pixel>(0), first_line,
                                  count, across);
 }
 

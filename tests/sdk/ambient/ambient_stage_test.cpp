@@ -194,9 +194,11 @@ TEST(AmbientStage, BuffersThatNobodyKeepsAreCopied) {
 
 // ---- Cost.
 
-TEST(AmbientStage, AllocatesNothingOnceWarm) {
-  testing::reseed();
+class WarmStage : public ::testing::TestWithParam<int> {};
+
+TEST_P(WarmStage, AllocatesNothing) {
   for (const Field order : {Field::kProgressive, Field::kInterlacedTopFirst}) {
+    testing::reseed();
     Street street;
     street.field = order;
     street.speed_px = 5.0;
@@ -204,18 +206,18 @@ TEST(AmbientStage, AllocatesNothingOnceWarm) {
     street.build();
     std::vector<Frame> pictures;
     for (std::uint64_t sequence = 0; sequence < 30; ++sequence) {
-      const Frame picture = street.picture(sequence);
-      if (picture.is_interlaced()) {
-        for (const Frame& field : split_fields(picture)) pictures.push_back(field);
-      } else {
-        pictures.push_back(picture);
-      }
+      Frame picture = street.picture(sequence);
+      cv::merge(std::vector<cv::Mat>(static_cast<std::size_t>(GetParam()), picture.image),
+                picture.image);
+      for_each_exposure(picture, [&](const Frame& exposure) { pictures.push_back(exposure); });
     }
     // The source knows: nothing is to be looked for in the pictures.
     for (Frame& picture : pictures) {
       picture.illumination = street.cadence.at(picture.exposure_number());
     }
-    AmbientStage stage(with_cadence("0,dark"));
+    AmbientOptions options = with_cadence("0,dark");
+    options.channel = GetParam() == 3 ? Channel::kGreen : Channel::kAuto;
+    AmbientStage stage(options);
     std::uint64_t allocations = 0;
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       const testing::AllocationCounter counter;
@@ -227,6 +229,11 @@ TEST(AmbientStage, AllocatesNothingOnceWarm) {
     EXPECT_EQ(allocations, 0U);
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(AmbientStage, WarmStage, ::testing::Values(1, 3),
+                         [](const auto& channels) {
+                           return channels.param == 1 ? "Grey" : "Colour";
+                         });
 
 // An empty street: pictures neither confirm nor refute what was given, and are asked again.
 TEST(AmbientStage, AsksThePicturesAgainWithoutAllocating) {

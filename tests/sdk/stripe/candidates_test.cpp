@@ -217,6 +217,18 @@ TEST(ChunkMaxima, RanksFurtherOnlyWhereALineHasAThird) {
   }
 }
 
+// Whoever reuses pixels that nobody else holds would else take other ones for every frame.
+TEST(ChunkMaxima, HoldsOnToNoPixels) {
+  LitFrame frame;
+  frame.lit = random_image(40, 70, CV_8UC1, 70, 256).clone();
+  for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
+    ChunkMaxima maxima;
+    maxima.find(frame, axis);
+    maxima.rank();
+    EXPECT_EQ(frame.lit.u->refcount, 1);
+  }
+}
+
 TEST(ChunkMaxima, KnowsTheLinesWithBlindPixels) {
   LitFrame frame;
   frame.lit = cv::Mat::zeros(50, 9, CV_8UC1);

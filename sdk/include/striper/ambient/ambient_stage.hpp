@@ -34,12 +34,12 @@ namespace striper {
 ///
 /// Frames are kept by reference where cv::Mat or a lease keeps their pixels, so those must not be
 /// written to later on; other pixels are copied. One stage serves one stream, in order; not
-/// thread-safe. No allocation after the first frames of a stream.
+/// thread-safe. No allocation after the first frames of a stream, but for a cadence that is found.
 ///
 /// While the pictures are asked what the cadence is a frame costs more: at 640x480 .1 to 1 ms, and
 /// 2 ms the sixth, which decides. That is so for the first six of a stream; then, where the source
 /// does not know its own cadence, for six every 250 exposures if it was found, and of one that was
-/// given for six after 12, 24, 48, ... pictures, until they have confirmed it.
+/// given for six after 12, 24, 48, ... exposures, until they have confirmed it.
 class AmbientStage {
  public:
   /// @throws Error{kBadValue} where a method needs dark exposures and the cadence has none.

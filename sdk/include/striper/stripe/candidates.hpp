@@ -18,7 +18,7 @@ namespace striper {
 /// one wins. Two peaks of a line inside one chunk give one candidate, the higher one.
 ///
 /// Along rows only the values are kept, and where they are is looked up for the chunks asked about:
-/// until the next `find` the pixels must stay as they were.
+/// until the next `find` the pixels must stay where and as they are.
 ///
 /// No allocation after the first frame of a size. Not thread-safe.
 class ChunkMaxima {
@@ -103,21 +103,29 @@ class ChunkMaxima {
                                     : numbers.ptr<std::uint16_t>(row)[line];
   }
 
+  // Where the pixels are; who gave them keeps them. Strides in elements.
+  struct Images {
+    const void* lit = nullptr;
+    const void* dark = nullptr;
+    const std::uint8_t* blind = nullptr;
+    std::ptrdiff_t lit_stride = 0, dark_stride = 0, blind_stride = 0;
+    int rows = 0, cols = 0;
+  };
+  static Images images_of(const LitFrame& frame);
   template <typename Pixel>
-  void find_in(const LitFrame& frame);
+  void find_in();
   template <typename Pixel, typename Rank>
   void rank_in();
   template <typename Rank>
   void find_rivals_in(const RivalLimits& limits, Rivals& rivals);
   void find_rivals_of(int line, const RivalLimits& limits, Rivals& rivals);
-  void keep_images_of_rows(const LitFrame& frame);
   template <typename Pixel>
   void move_in_rows(int first_line, int count, std::int32_t* across) const noexcept;
   int across_in_row(int chunk, int line) const noexcept;
   void find_blind_lines(const LitFrame& frame, StripeAxis axis);
 
   StripeAxis axis_ = StripeAxis::kColumns;
-  LitFrame row_images_;  // Those that maxima of rows are looked up in.
+  Images images_;  // Maxima of rows are looked up in them.
   int lines_ = 0;
   int chunks_ = 0;
   int depth_ = kBest;  // That the chunks are ranked to.
