@@ -128,9 +128,13 @@ void ChunkMaxima::rank_in() {
 }
 
 void ChunkMaxima::find_rivals(const RivalLimits& limits, Rivals& rivals) {
+  const auto lines = static_cast<std::size_t>(lines_);
   rivals.places.clear();
-  rivals.weak_lines.clear();
-  rivals.flat_lines.clear();
+  rivals.places.reserve(lines * (kBest - 1));
+  for (auto* some : {&rivals.weak_lines, &rivals.flat_lines}) {
+    some->clear();
+    some->reserve(lines);
+  }
   if (prominences_.depth() == CV_16U) {
     find_rivals_in<std::uint16_t>(limits, rivals);
   } else {

@@ -83,6 +83,7 @@ void put_firsts(const PeakList& firsts, Stripe& stripe) {
 
 void put_all(const PeakCandidates& candidates, const WidthModel& width, Stripe& stripe) {
   stripe.clear();
+  stripe.reserve(candidates.firsts.size() * ChunkMaxima::kBest);
   for (int line = 0; line < static_cast<int>(candidates.firsts.size()); ++line) {
     const LinePeaks peaks = peaks_of_line(candidates, line, candidates.first_extra(line), width);
     if (peaks.count == 0) stripe.append(line);

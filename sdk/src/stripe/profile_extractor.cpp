@@ -173,6 +173,9 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, current.noise, refine, false);
   candidates_.choose(current.frame, options_.axis, chunks_, current.noise_dn, plan);
+  const auto most = static_cast<std::size_t>(chunks_.lines()) * (ChunkMaxima::kBest - 1);
+  weak_.make_room(most);
+  weak_index_.reserve(most);
   for (PeakList* peaks : {&candidates_.firsts, &candidates_.extras}) {
     measure_profiles(current.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
                      peaks->measurements());
@@ -197,10 +200,8 @@ void ProfileExtractor::measure_weak_again(const Current& current, const WidthMod
   for (std::size_t i = 0; i < peaks.size(); ++i) any |= needs_it(i);
   if (any == 0) return;
 
-  weak_.make_room(peaks.size());
   weak_.seeds.clear();
   weak_index_.clear();
-  weak_index_.reserve(peaks.size());
   for (std::size_t i = 0; i < peaks.size(); ++i) {
     if (needs_it(i) == 0) continue;
     weak_.seeds.push_back({peaks.seeds[i].line, peaks.across[i]});

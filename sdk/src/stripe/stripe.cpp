@@ -46,6 +46,15 @@ void Stripe::clear() {
   status.clear();
 }
 
+void Stripe::reserve(std::size_t count) {
+  line.reserve(count);
+  across_px.reserve(count);
+  for (std::vector<float>* values : {&sigma_px, &amplitude_dn, &width_px, &confidence}) {
+    values->reserve(count);
+  }
+  status.reserve(count);
+}
+
 std::size_t Stripe::append(int line_number) {
   line.push_back(line_number);
   across_px.push_back(std::numeric_limits<double>::quiet_NaN());

@@ -339,14 +339,28 @@ TEST_P(BothMethods, BlindLinesWithoutAReturnSaySo) {
   EXPECT_EQ(stripe.status[60], ReturnStatus::kOk);
 }
 
+// Whatever comes after the first frames: noise, nothing, a faint stripe, a clipped one.
 TEST_P(BothMethods, AllocateNothingPerFrame) {
-  const LitFrame frame = testing::render(typical());
-  const std::unique_ptr<StripeExtractor> extractor = make_extractor(options());
-  Stripe stripe;
-  for (int n = 0; n < 3; ++n) extractor->extract(frame, stripe);
-  const testing::AllocationCounter counter;
-  for (int n = 0; n < 20; ++n) extractor->extract(frame, stripe);
-  EXPECT_EQ(counter.count(), 0U);
+  std::vector<LitFrame> frames;
+  for (const double noise_dn : {0.0, 2.0, 60.0}) {
+    for (const double amplitude_dn : {0.0, 8.0, 120.0, 400.0}) {
+      SyntheticStripe s = typical();
+      s.noise_dn = noise_dn;
+      s.amplitude_dn = amplitude_dn;
+      frames.push_back(testing::render(s));
+    }
+  }
+  for (const PeakRule peak : {PeakRule::kBrightest, PeakRule::kContinuous, PeakRule::kAll}) {
+    ExtractOptions o = options();
+    o.peak = peak;
+    const std::unique_ptr<StripeExtractor> extractor = make_extractor(o);
+    Stripe stripe;
+    const LitFrame first = testing::render(typical());
+    for (int n = 0; n < 3; ++n) extractor->extract(first, stripe);
+    const testing::AllocationCounter counter;
+    for (const LitFrame& frame : frames) extractor->extract(frame, stripe);
+    EXPECT_EQ(counter.count(), 0U) << static_cast<int>(peak);
+  }
 }
 
 std::string name_of(const ::testing::TestParamInfo<ExtractMethod>& method) {

@@ -57,6 +57,9 @@ struct Stripe {
   /// Removes every element; the memory stays.
   void clear();
 
+  /// Makes room for so many elements.
+  void reserve(std::size_t count);
+
   /// Adds an element without values for a line and returns its index.
   std::size_t append(int line_number);
 
