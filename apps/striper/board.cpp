@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper board: a printable calibration target.
 #include <cstdio>
-#include <fstream>
 #include <string>
 
 #include <fmt/format.h>
 
 #include <striper/board/board.hpp>
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 
 #include "program.hpp"
@@ -52,10 +52,7 @@ ExitCode write_board(const BoardArguments& arguments) {
       throw Error(ErrorKind::kIo, "the standard output could not be written");
     return ExitCode::kDone;
   }
-  std::ofstream file(arguments.output, std::ios::binary);
-  file << svg;
-  file.flush();
-  if (!file) throw Error(ErrorKind::kIo, fmt::format("{}: cannot be written", arguments.output));
+  write_file_atomically(arguments.output, svg);
   say(fmt::format("wrote {}; print it at 100 % and measure its ruler", arguments.output));
   return ExitCode::kDone;
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper calibrate: pictures of a board, with and without the laser on it, become a model.
 #include <ctime>
+#include <set>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/images/picture_files.hpp>
 #include <striper/intrinsics/camera_file.hpp>
@@ -221,7 +224,40 @@ nlohmann::json summarize(const Calibration& calibration, const std::string& outp
   return summary;
 }
 
+// Before the work, not after it: a directory that is not there, a name that is given twice.
+void check_outputs(const CalibrateArguments& arguments) {
+  std::set<std::string> outputs{arguments.output};
+  for (const std::string& extra : {arguments.report, arguments.camera_info}) {
+    if (extra.empty() || outputs.insert(extra).second) continue;
+    throw Error(ErrorKind::kUsage,
+                fmt::format("'{}' is named twice: --output, --report and --camera-info need a file "
+                            "each",
+                            extra));
+  }
+  for (const std::string& path : outputs) require_writable(path);
+}
+
+// The model, the report and what else is wanted; returns what was written, for people.
+std::string write_results(const CalibrateArguments& arguments, const Calibration& calibration,
+                          bool with_model) {
+  std::vector<std::string> written;
+  if (with_model) {
+    save_model(calibration.model, arguments.output);
+    written.push_back(arguments.output);
+  }
+  if (with_model && !arguments.camera_info.empty()) {
+    save_camera_info(calibration.model.camera, "striper", arguments.camera_info);
+    written.push_back(arguments.camera_info);
+  }
+  if (!arguments.report.empty()) {
+    save_report(calibration, arguments.report);
+    written.push_back(arguments.report);
+  }
+  return fmt::format("{}", fmt::join(written, ", "));
+}
+
 ExitCode run_calibration(const CalibrateArguments& arguments) {
+  check_outputs(arguments);
   const CalibrationInput input = input_of(arguments);
   CalibrationOptions options = options_of(arguments);
   std::string stage;
@@ -235,15 +271,10 @@ ExitCode run_calibration(const CalibrateArguments& arguments) {
     };
     const Calibration calibration = calibrate(input, options);
     say_result(calibration);
-    if (!arguments.report.empty()) save_report(calibration, arguments.report);
     const bool write = calibration.trustworthy() || arguments.force;
-    if (write) {
-      save_model(calibration.model, arguments.output);
-      if (!arguments.camera_info.empty())
-        save_camera_info(calibration.model.camera, "striper", arguments.camera_info);
-      say(fmt::format("wrote {}{}", arguments.output,
-                      arguments.report.empty() ? "" : " and " + arguments.report));
-    } else {
+    const std::string written = write_results(arguments, calibration, write);
+    if (!written.empty()) say("wrote " + written);
+    if (!write) {
       say(fmt::format("{} was not written; --force writes it all the same, marked",
                       arguments.output));
     }

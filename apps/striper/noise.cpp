@@ -9,6 +9,7 @@
 
 #include <striper/ambient/channel_choice.hpp>
 #include <striper/capture/open_source.hpp>
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/stripe/extractor.hpp>
@@ -211,7 +212,10 @@ void report(const NoiseArguments& arguments, const PhotonTransferFit& fit, bool 
 
 ExitCode noise(const NoiseArguments& arguments) {
   std::optional<StriperModel> model;
-  if (arguments.model) model = load_model(*arguments.model);
+  if (arguments.model) {
+    model = load_model(*arguments.model);
+    require_writable(arguments.out.value_or(*arguments.model));
+  }
   const bool is_black_assumed =
       !arguments.black_dn && !arguments.covered && !(model && model->noise);
   const PhotonTransferFit fit = measure(arguments, model);

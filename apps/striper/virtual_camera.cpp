@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper virtual-camera: a scene as a GigE Vision camera on this machine.
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <thread>
@@ -11,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/gige/virtual_camera.hpp>
 #include <striper/simulator/simulated_source.hpp>
@@ -99,21 +97,19 @@ std::shared_ptr<VirtualScene> load(const VirtualCameraArguments& arguments) {
 }
 
 void write_registers(const VirtualCamera& camera, const std::string& path) {
-  std::ofstream file(path);
-  file << "time_s,client,register,value,laser_armed\n";
+  std::string text = "time_s,client,register,value,laser_armed\n";
   for (const RegisterWrite& one : camera.register_writes()) {
-    file << fmt::format("{:.6f},{},{},{},{}\n", 1e-9 * static_cast<double>(one.time_ns),
+    text += fmt::format("{:.6f},{},{},{},{}\n", 1e-9 * static_cast<double>(one.time_ns),
                         one.controller, one.name, one.value, one.is_laser_armed ? 1 : 0);
   }
-  if (!file.flush()) {
-    throw Error(ErrorKind::kIo, fmt::format("cannot write '{}': {}", path, std::strerror(errno)));
-  }
+  write_file_atomically(path, text);
 }
 
 ExitCode serve(const VirtualCameraArguments& arguments) {
   VirtualCameraOptions options = arguments.camera;
   options.clock_skew = 1e-6 * arguments.clock_skew_ppm;
   options.validate();
+  if (!arguments.registers.empty()) require_writable(arguments.registers);
   const VirtualCamera camera(load(arguments), options);
   say(fmt::format("{} is gige:{} at {}; Ctrl-C ends it", arguments.scene, options.serial,
                   options.address));

@@ -117,6 +117,16 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(2, run("calibrate", "--board", "huge", "--square", "1", "--boards", SESSION,
                                 "-o", self.out / "x.yaml").returncode)
 
+    def test_outputs_are_looked_at_before_the_work(self):
+        missing = self.out / "no" / "such" / "striper.yaml"
+        done = run("calibrate", *BOARD, "--lasers", SESSION, "-o", missing)
+        self.assertEqual(1, done.returncode)
+        self.assertEqual(f"striper calibrate: {missing}: cannot be written: No such file or directory\n", done.stderr)
+        done = run("calibrate", *BOARD, "--lasers", SESSION, "-o", self.out / "x", "--report", self.out / "x")
+        self.assertEqual(2, done.returncode)
+        self.assertIn("is named twice", done.stderr)
+        self.assertEqual([], [file.name for file in self.out.iterdir() if file.name.startswith(".")])
+
     def test_verifies_a_wall(self):
         directory = self.out / "wall"
         self.assertEqual(0, run("simulate", SOURCE / "data/scenes/wall.yaml", "-o", directory,

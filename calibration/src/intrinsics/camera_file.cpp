@@ -2,6 +2,7 @@
 #include <fstream>
 #include <optional>
 #include <sstream>
+#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include <opencv2/core.hpp>
 #include <yaml-cpp/yaml.h>
 
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/intrinsics/camera_file.hpp>
 #include <striper/model/model_yaml.hpp>
@@ -21,9 +23,14 @@ namespace {
 }
 
 std::string read_text(const std::filesystem::path& path) {
-  if (!std::filesystem::is_regular_file(path))
-    throw Error(ErrorKind::kNotFound, fmt::format("{}: there is no such file", path.string()));
+  std::error_code failure;
+  const bool is_file =
+      std::filesystem::exists(path, failure) && std::filesystem::is_regular_file(path, failure);
   std::ifstream file(path, std::ios::binary);
+  if (!is_file || !file)
+    throw Error(ErrorKind::kNotFound,
+                fmt::format("{}: there is no such file that can be read{}", path.string(),
+                            failure ? " (" + failure.message() + ")" : ""));
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
@@ -215,11 +222,7 @@ std::string format_camera_info(const CameraModel& camera, const std::string& cam
 
 void save_camera_info(const CameraModel& camera, const std::string& camera_name,
                       const std::filesystem::path& path) {
-  std::ofstream file(path, std::ios::binary);
-  file << format_camera_info(camera, camera_name);
-  file.flush();
-  if (!file)
-    throw Error(ErrorKind::kIo, fmt::format("{}: the camera could not be written", path.string()));
+  write_file_atomically(path, format_camera_info(camera, camera_name));
 }
 
 }  // namespace striper

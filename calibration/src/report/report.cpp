@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 
 #include <fmt/format.h>
 
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/report/report.hpp>
 
@@ -399,11 +399,7 @@ class Report {
 std::string format_report(const Calibration& calibration) { return Report(calibration).write(); }
 
 void save_report(const Calibration& calibration, const std::filesystem::path& path) {
-  std::ofstream file(path, std::ios::binary);
-  file << format_report(calibration);
-  file.flush();
-  if (!file)
-    throw Error(ErrorKind::kIo, fmt::format("{}: the report could not be written", path.string()));
+  write_file_atomically(path, format_report(calibration));
 }
 
 }  // namespace striper

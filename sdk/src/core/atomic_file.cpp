@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/atomic_file.hpp"
-
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -12,9 +10,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 
-namespace striper::detail {
+namespace striper {
 namespace {
 
 namespace fs = std::filesystem;
@@ -88,14 +87,26 @@ void flush_directory_of(const fs::path& target) noexcept {
   if (opened.get() >= 0) ::fsync(opened.get());
 }
 
+// What the path leads to in the end, refused where it is a directory.
+fs::path target_of(const fs::path& path) {
+  std::error_code error;
+  fs::path target = fs::weakly_canonical(path, error);
+  if (path.empty()) fail(path, ENOENT);
+  if (error) fail(path, error.value());
+  if (fs::is_directory(target, error)) fail(path, EISDIR);
+  return target;
+}
+
+bool is_special(const fs::path& target) noexcept {
+  std::error_code ignored;
+  return fs::exists(target, ignored) && !fs::is_regular_file(target, ignored);
+}
+
 }  // namespace
 
 void write_file_atomically(const fs::path& path, std::string_view content) {
-  std::error_code error;
-  const fs::path target = fs::weakly_canonical(path, error);
-  if (error) fail(path, error.value());
-  if (fs::is_directory(target, error)) fail(path, EISDIR);
-  if (fs::exists(target, error) && !fs::is_regular_file(target, error)) {
+  const fs::path target = target_of(path);
+  if (is_special(target)) {
     write_straight(target, content);
     return;
   }
@@ -114,4 +125,16 @@ void write_file_atomically(const fs::path& path, std::string_view content) {
   flush_directory_of(target);
 }
 
-}  // namespace striper::detail
+void require_writable(const fs::path& path) {
+  const fs::path target = target_of(path);
+  if (is_special(target)) {
+    if (::access(target.c_str(), W_OK) != 0) fail(path, errno);
+    return;
+  }
+  const auto [temporary, fd] = create_beside(target);
+  const Descriptor file(fd);
+  if (fd < 0) fail(path, errno);
+  ::unlink(temporary.c_str());
+}
+
+}  // namespace striper

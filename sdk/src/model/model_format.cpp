@@ -4,10 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
-
-#include "core/atomic_file.hpp"
 
 namespace striper {
 namespace {
@@ -152,7 +151,7 @@ std::string format_model(const StriperModel& model) {
 }
 
 void save_model(const StriperModel& model, const std::filesystem::path& path) {
-  detail::write_file_atomically(path, format_model(model));
+  write_file_atomically(path, format_model(model));
 }
 
 }  // namespace striper

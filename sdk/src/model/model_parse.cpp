@@ -205,12 +205,16 @@ StriperModel read_model(const YamlField& root, const std::string& yaml) {
 }
 
 std::string read_file(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
+  std::error_code failure;
+  if (!std::filesystem::exists(path, failure)) {
+    if (failure) {
+      throw Error(ErrorKind::kIo,
+                  fmt::format("{}: cannot be read: {}", path.string(), failure.message()));
+    }
     throw Error(ErrorKind::kNotFound,
                 fmt::format("{}: there is no such file - expected a striper model", path.string()));
   }
-  if (std::filesystem::is_directory(path, ignored)) {
+  if (std::filesystem::is_directory(path, failure)) {
     throw Error(ErrorKind::kBadFile,
                 fmt::format("{}: is a directory - expected a striper model file", path.string()));
   }

@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/core/log.hpp>
 #include <striper/model/model_yaml.hpp>
@@ -265,8 +266,15 @@ TEST_F(ModelFile, SaysWhatCannotBeReadOrWritten) {
   const Error unwritten = testing::error_of([&] { save_model(random_model(), missing); });
   EXPECT_EQ(unwritten.kind(), ErrorKind::kIo);
   EXPECT_EQ(unwritten.what(), missing.string() + ": cannot be written: No such file or directory");
+  const Error foreseen = testing::error_of([&] { require_writable(missing); });
+  EXPECT_STREQ(foreseen.what(), unwritten.what());
   EXPECT_THROW(load_model(directory_), Error);
   EXPECT_THROW(save_model(random_model(), directory_), Error);
+  EXPECT_THROW(require_writable(directory_), Error);
+  EXPECT_THROW(require_writable(""), Error);
+  const auto possible = directory_ / "possible.yaml";
+  EXPECT_NO_THROW(require_writable(possible));
+  EXPECT_FALSE(std::filesystem::exists(possible)) << "it leaves no trace";
   EXPECT_THROW(load_model("/dev/zero"), Error);
 }
 
