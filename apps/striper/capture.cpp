@@ -106,7 +106,8 @@ void say_summary(const FrameLoopResult& result, const Scanner& scanner, const Re
   say(fmt::format("wrote {}, {}, to {}", count(scanner.statistics().scans, "scan"),
                   count(lines, "line"), output == "-" ? "the standard output" : output));
   say(fmt::format("returns: {}", returns.describe()));
-  for (const std::string& line : lines_of(scanner.decisions())) say("decided: " + line);
+  for (const std::string& line : lines_of(scanner.decisions()))
+    if (!was_warned_of(line)) say("decided: " + line);
 }
 
 // The source's own bad frames have been reported; these fit the stream and not the model.

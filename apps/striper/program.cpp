@@ -3,14 +3,21 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <exception>
+#include <mutex>
+#include <set>
+#include <system_error>
 #include <vector>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <striper/core/error.hpp>
 #include <striper/core/log.hpp>
@@ -32,14 +39,31 @@ void handle(int signal, void (*handler)(int), int flags) {
   ::sigaction(signal, &action, nullptr);
 }
 
+// A file that is opened where a standard stream was closed (`2>&-`) would get what is meant for
+// that. Closed ones are taken up so that reading and writing them still fail.
+void occupy_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) >= 0) continue;
+    [[maybe_unused]] const int taken =
+        ::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  }
+}
+
 bool is_ignored(int signal) {
   struct sigaction action {};
   ::sigaction(signal, nullptr, &action);
   return action.sa_handler == SIG_IGN;
 }
 
+std::mutex warnings_mutex;
+std::set<std::string, std::less<>> warnings;
+
 void show_library_message(LogLevel level, std::string_view message) {
   if (level < LogLevel::kWarning) return;
+  {
+    const std::lock_guard lock(warnings_mutex);
+    warnings.emplace(message);
+  }
   say(fmt::format("{}: {}", level == LogLevel::kError ? "error" : "warning", message));
 }
 
@@ -68,16 +92,28 @@ std::string command_name(const CLI::App& striper) {
 // A misspelt command is only known as something left over.
 std::string explain(const CLI::App& striper, const CLI::ParseError& error) {
   const std::vector<std::string> rest = striper.remaining();
+  const bool is_no_number = dynamic_cast<const CLI::ConversionError*>(&error) != nullptr;
+  if (is_no_number)
+    return fmt::format("{}: expected a number, whole where things are counted", error.what());
   if (!striper.get_subcommands().empty() || rest.empty()) return error.what();
   std::vector<std::string> known;
   for (const CLI::App* command : striper.get_subcommands({})) known.push_back(command->get_name());
   return fmt::format("no command '{}'; there are {}", rest.front(), fmt::join(known, ", "));
 }
 
+// What is still in the buffers of stdio: a full disk is told of only now.
+void finish_standard_output() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  throw Error(ErrorKind::kIo, fmt::format("cannot write to the standard output: {}",
+                                          std::generic_category().message(errno)));
+}
+
 ExitCode execute(const CLI::App& striper, const Action& action) {
   const std::string name = command_name(striper);
   try {
-    return action();
+    const ExitCode code = action();
+    finish_standard_output();
+    return code;
   } catch (const Error& error) {
     say(fmt::format("{}: {}", name, error.what()));
     return exit_code_of(error.kind());
@@ -109,6 +145,7 @@ const char* const kSourceHelp =
     "                                     orders look the same";
 
 void prepare_process() {
+  occupy_closed_streams();
   for (const int signal : {SIGINT, SIGTERM, SIGQUIT}) {
     handle(signal, request_stop, SA_RESTART | SA_RESETHAND);
   }
@@ -122,8 +159,10 @@ ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action) {
   try {
     striper.parse(argc, argv);
   } catch (const CLI::Success& help_or_version) {
-    striper.exit(help_or_version);
-    return ExitCode::kDone;
+    return execute(striper, [&] {
+      striper.exit(help_or_version);
+      return ExitCode::kDone;
+    });
   } catch (const CLI::ParseError& error) {
     const std::string name = command_name(striper);
     say(fmt::format("{}: {}\nSee {} --help", name, explain(striper, error), name));
@@ -133,6 +172,11 @@ ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action) {
 }
 
 bool stop_requested() noexcept { return stop_flag; }
+
+bool was_warned_of(std::string_view message) {
+  const std::lock_guard lock(warnings_mutex);
+  return warnings.find(message) != warnings.end();
+}
 
 CLI::Validator one_of(std::initializer_list<std::string_view> words) {
   const std::vector<std::string_view> known(words);

@@ -28,6 +28,9 @@ ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action);
 /// Whether Ctrl-C (or SIGTERM) asked to end. A second one ends the process at once.
 bool stop_requested() noexcept;
 
+/// Whether the library has warned of this, in these words: then the user has read it.
+bool was_warned_of(std::string_view message);
+
 /// Adds a subcommand whose arguments live in an `Arguments` value.
 /// @param define adds the options that fill it in.
 /// @param execute runs when this subcommand was chosen.
