@@ -46,6 +46,11 @@ void define(CLI::App& command, DiffArguments& arguments) {
 }
 
 void say_difference(const ModelDifference& difference) {
+  if (difference.rms_m == 0.0) {
+    say(fmt::format("both models give the same range at all {} places of the picture",
+                    difference.pixels.size()));
+    return;
+  }
   say(fmt::format("range differs by {:.2f} mm rms over {} places of the picture",
                   1e3 * difference.rms_m, difference.pixels.size()));
   say(fmt::format("most at pixel ({:.0f}, {:.0f}): {:+.2f} mm at {:.2f} m",

@@ -130,11 +130,15 @@ void conclude_stream(const FrameLoopResult& result, const SourceInfo& info,
                         fmt::format("{} pictures came faster than they were read", got.overrun),
                         "a lower fps, a region of interest, or a faster machine"});
   }
-  if (got.corrupt + got.wrong_size > 0) {
-    findings.push_back({Severity::kBad,
-                        fmt::format("{}, {} of a wrong size", count(got.corrupt, "damaged picture"),
-                                    got.wrong_size),
-                        "cable, connector, or a damaged file"});
+  if (got.corrupt > 0) {
+    findings.push_back({Severity::kBad, count(got.corrupt, "damaged picture"),
+                        info.is_live ? "cable, connector" : "damaged files: take them out"});
+  }
+  if (got.wrong_size > 0) {
+    findings.push_back(
+        {Severity::kBad,
+         count(got.wrong_size, "picture") + " of another size, colour or depth than the first",
+         info.is_live ? "cable, connector" : "pictures of one camera, in one format, to a source"});
   }
 }
 

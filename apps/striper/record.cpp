@@ -107,8 +107,9 @@ ExitCode record(const RecordArguments& arguments) {
 
   say(fmt::format("read {}", describe(result)));
   if (recorder.frames() > 0) {
-    say(fmt::format("recorded {} in {}; replay: striper capture images:{}",
-                    count(recorder.frames(), "frame"), arguments.directory, arguments.directory));
+    say(fmt::format("recorded {} in {}; replay: striper capture {}",
+                    count(recorder.frames(), "frame"), arguments.directory,
+                    shell_word("images:" + arguments.directory)));
   } else {
     say(fmt::format("recorded nothing in {}", arguments.directory));
   }

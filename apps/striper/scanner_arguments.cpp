@@ -73,6 +73,14 @@ void apply(const ScannerArguments& arguments, ScannerOptions& options) {
   if (arguments.max_range_m) options.scan.max_range_m = *arguments.max_range_m;
 }
 
+void refuse_contradictions(const ScannerArguments& arguments) {
+  if (arguments.method != "paper" || !arguments.peak || arguments.peak == "brightest") return;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("--peak {} is for --method fast or refined: paper knows the brightest "
+                          "pixel alone",
+                          *arguments.peak));
+}
+
 void require_fields(AmbientMethod method, const SourceInfo& source) {
   if (method != AmbientMethod::kFields || source.field != Field::kProgressive) return;
   throw Error(ErrorKind::kUsage,
@@ -141,6 +149,7 @@ void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
 }
 
 ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& source) {
+  refuse_contradictions(arguments);
   ScannerSetup setup;
   if (arguments.model) {
     setup.model = load_model_for(source, *arguments.model);

@@ -132,8 +132,9 @@ ExitCode simulate(const SimulateArguments& arguments) {
 
   say(fmt::format("simulated {}", describe(result)));
   say(fmt::format("wrote them, frames.csv, model.yaml and truth.csv into {}", arguments.directory));
-  say(fmt::format("scan it: striper capture images:{} --model {}", arguments.directory,
-                  (directory / "model.yaml").string()));
+  say(fmt::format("scan it: striper capture {} --model {}",
+                  shell_word("images:" + arguments.directory),
+                  shell_word((directory / "model.yaml").string())));
   if (arguments.json) {
     nlohmann::json summary = to_json(result);
     summary["output"] = arguments.directory;

@@ -16,6 +16,9 @@ void say(std::string_view message);
 /// "1 scan", "2 scans". @param what in the singular, with a regular plural.
 std::string count(std::uint64_t number, std::string_view what);
 
+/// A word as one types it into a shell: in quotes where it has blanks or the like.
+std::string shell_word(std::string_view word);
+
 /// Keeps progress lines away from now on: for when the data itself goes to the terminal.
 void show_no_progress() noexcept;
 

@@ -189,8 +189,10 @@ class Verification {
     const double bias_m = std::abs(mean_distance_m() - *arguments.distance_m);
     const double known_m = std::isfinite(sigma_cal_m_) ? sigma_cal_m_ : 0.0;
     if (bias_m > 3.0 * known_m + 3.0 * flatness_m() / std::sqrt(static_cast<double>(used_)) + 1e-6)
-      add(fmt::format("the bias of {:.2f} mm is beyond three sigmas of the calibration",
-                      1e3 * bias_m));
+      add(fmt::format("the bias of {:.2f} mm is beyond {}", 1e3 * bias_m,
+                      known_m > 0.0 ? "three sigmas of the calibration"
+                                    : "the scatter, which is all that a model without covariance "
+                                      "leaves to hold it against"));
     return text;
   }
 

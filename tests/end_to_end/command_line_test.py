@@ -12,6 +12,7 @@ import json
 import math
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import time
@@ -150,6 +151,14 @@ class WrongUsage(EndToEnd):
         self.check("--seconds: '-1' is no number above 0", "capture", self.shots, "--seconds", "-1")
         self.check("--seconds: 'inf' is no number above", "capture", self.shots, "--seconds", "inf")
         self.check("threshold", "capture", self.shots, "--threshold", "-3")
+        self.check("--frames = 1e3: expected a number, whole", "capture", self.shots, "--frames", "1e3")
+
+    def test_options_that_contradict_each_other(self):
+        self.check(
+            "--peak continuous is for --method fast or refined", "capture", self.shots, "--method", "paper",
+            "--peak", "continuous",
+        )
+        self.capture(self.shots, "--method", "paper", "--peak", "brightest")
 
     def test_address_with_a_misspelt_key(self):
         self.check("unknown key 'fsp'; images: knows fps", "capture", self.shots + "?fsp=3")
@@ -298,7 +307,12 @@ class Scans(EndToEnd):
         for number in range(8):
             self.write(f"walk/{number}.pgm", blank if number % 2 else pgm())
             self.write(f"off/{number}.pgm", blank)
-        said = lambda source: self.capture(self.path(source)).stderr
+        def said(source):
+            text = self.capture(self.path(source)).stderr
+            for line in text.splitlines():
+                self.assertEqual(text.count(line.removeprefix("warning: ")), 1, "said once")
+            return text
+
         self.assertNotIn("was given", said("walk?laser=0,dark"))
         for laser in ("0", "dark,0"):
             shown = f"the cadence '{laser}' was given, but the pictures show '0,dark'"
@@ -341,6 +355,30 @@ class Output(EndToEnd):
             )
         self.assertEqual(done.returncode, 1)
         self.assertIn("No space left on device", done.stderr)
+
+    def test_full_device_is_told_of_by_every_command(self):
+        for arguments in (["capture", "--help"], ["--version"], ["bench", "--quick", "--size", "64x64"]):
+            with self.subTest(arguments=arguments), open("/dev/full", "wb") as full:
+                done = subprocess.run(
+                    [STRIPER, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60, check=False
+                )
+                self.assertEqual(done.returncode, 1)
+                self.assertIn("cannot write to the standard output: No space left on device", done.stderr)
+
+    def test_messages_never_go_into_a_file_where_standard_streams_are_closed(self):
+        self.shell(f"'{STRIPER}' capture '{self.shots}' -o scans.csv 2>&-")
+        self.rows(self.read("scans.csv").decode())
+        done = self.shell(f"'{STRIPER}' record '{self.shots}' -o rec --json >&-", code=1)
+        self.assertIn("cannot write the summary to the standard output: Bad file descriptor", done.stderr)
+        self.assertEqual(self.read("rec/frames.csv").count(b"\n"), 1 + 4)
+
+    def shell(self, line, code=0):
+        done = subprocess.run(
+            ["sh", "-c", line], cwd=self.path("."), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            timeout=60, check=False,
+        )
+        self.assertEqual(done.returncode, code, done.stderr)
+        return done
 
     def test_disk_that_fills_up_keeps_whole_lines(self):
         for limit in (50, 3000, 12345):
@@ -405,6 +443,26 @@ class Output(EndToEnd):
         self.assertEqual(done.returncode, 1)
         self.assertIn("Broken pipe", done.stderr)
 
+    @unittest.skipIf(os.geteuid() == 0 and not shutil.which("setpriv"), "root may enter every directory")
+    def test_directory_that_may_not_be_entered(self):
+        os.chmod(self.path("."), 0o755)
+        os.mkdir(self.path("closed"), 0o700 if os.geteuid() == 0 else 0o000)
+        program = self.path("striper")
+        shutil.copy(STRIPER, program)
+        nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if os.geteuid() == 0 else []
+        for expected, arguments in (
+            ("closed: Permission denied", ["record", self.shots, "-o", "closed"]),
+            ("closed/x.yaml: cannot be read: Permission denied", ["capture", self.shots, "-m", "closed/x.yaml"]),
+            ("can be read (Permission denied)", ["capture", "sim:closed/x.yaml"]),
+        ):
+            with self.subTest(arguments=arguments):
+                done = subprocess.run(
+                    [*nobody, program, *arguments], cwd=self.path("."), stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+                )
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertIn(expected, done.stderr.replace("'", ""))
+
     def test_output_that_cannot_be_opened(self):
         done = self.capture(self.shots, "-o", self.path("none/scans.csv"), code=1)
         self.assertIn("none/scans.csv': No such file or directory", done.stderr)
@@ -441,6 +499,14 @@ class Record(EndToEnd):
         striper("record", self.shots + "?fps=7", "-o", self.path("rec"))
         again = self.capture(self.path("rec"), "-m", self.model, "--missing").stdout
         self.assertEqual(again, expected)
+
+    def test_the_command_that_replays_can_be_pasted(self):
+        done = striper("record", self.shots, "-o", self.path("it's a run"))
+        hint = done.stderr.split("replay: striper ")[1].strip()
+        again = subprocess.run(
+            f"'{STRIPER}' {hint}", shell=True, stdout=subprocess.PIPE, text=True, timeout=60, check=True
+        )
+        self.assertEqual(len(self.rows(again.stdout)), 4 * WIDTH)
 
     def test_bad_pictures_are_recorded_as_such(self):
         self.write("shots/shot2.pgm", pgm()[:-1])

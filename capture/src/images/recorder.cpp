@@ -61,7 +61,9 @@ void make_empty_directory(const fs::path& directory) {
   std::error_code failure;
   fs::create_directories(directory, failure);
   if (failure) fail(directory, failure.value());
-  if (fs::exists(directory / detail::kFrameTableName) || holds_pictures(directory)) {
+  const bool has_table = fs::exists(directory / detail::kFrameTableName, failure);
+  if (failure) fail(directory, failure.value());
+  if (has_table || holds_pictures(directory)) {
     throw Error(
         ErrorKind::kUsage,
         fmt::format("'{}' already holds a recording or pictures: name another directory, or "

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <numbers>
 #include <sstream>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -393,12 +394,15 @@ Scene parse_scene(const std::string& yaml, const std::string& name) {
 }
 
 Scene load_scene(const std::filesystem::path& path) {
+  std::error_code failure;
+  const bool is_file =
+      std::filesystem::exists(path, failure) && std::filesystem::is_regular_file(path, failure);
   std::ifstream file(path);
-  if (!std::filesystem::is_regular_file(path) || !file) {
+  if (!is_file || !file) {
     throw Error(ErrorKind::kNotFound,
-                fmt::format("scene '{}': there is no such file that can be read; scenes to start "
+                fmt::format("scene '{}': there is no such file that can be read{}; scenes to start "
                             "from are in data/scenes/",
-                            path.string()));
+                            path.string(), failure ? " (" + failure.message() + ")" : ""));
   }
   std::ostringstream text;
   text << file.rdbuf();
