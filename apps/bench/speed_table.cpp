@@ -163,6 +163,7 @@ class Bench {
 
  private:
   double add_hot(const std::string& name, const Call& call) {
+    if (options_.should_stop && options_.should_stop()) throw Stopped();
     const double us = time_of(options_.seconds_per_run, [&](int) { call(hot_); });
     table_.rows.push_back({name, us, std::nullopt, 1});
     return us;

@@ -78,17 +78,22 @@ ExitCode bench(const BenchArguments& arguments) {
   options.ring_bytes = static_cast<std::size_t>(arguments.memory_mb) << 20;
   if (arguments.quick) options.seconds_per_run *= 0.1;
 
+  options.should_stop = stop_requested;
+
   nlohmann::json tables = nlohmann::json::array();
   if (!arguments.json) fmt::print("instruction set: {}\n", speed::instruction_set());
-  for (const int bits : arguments.bits) {
-    for (const cv::Size& size : sizes) {
-      if (stop_requested()) return ExitCode::kDone;
-      const speed::SpeedTable table = speed::measure_speed(size, bits, options);
-      tables.push_back(speed::to_json(table));
-      if (arguments.json) continue;
-      fmt::print("\n{}", speed::to_text(table));
-      std::fflush(stdout);
+  try {
+    for (const int bits : arguments.bits) {
+      for (const cv::Size& size : sizes) {
+        const speed::SpeedTable table = speed::measure_speed(size, bits, options);
+        tables.push_back(speed::to_json(table));
+        if (arguments.json) continue;
+        fmt::print("\n{}", speed::to_text(table));
+        std::fflush(stdout);
+      }
     }
+  } catch (const speed::Stopped&) {
+    say(fmt::format("interrupted after {}", count(tables.size(), "table")));
   }
   if (arguments.json) {
     print_json({{"instruction_set", speed::instruction_set()}, {"tables", std::move(tables)}});
