@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper noise: read noise and DN per electron from pictures without the laser.
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -215,6 +216,10 @@ ExitCode noise(const NoiseArguments& arguments) {
   if (arguments.model) {
     model = load_model(*arguments.model);
     require_writable(arguments.out.value_or(*arguments.model));
+  }
+  if (arguments.black_dn && !(*arguments.black_dn >= 0.0 && std::isfinite(*arguments.black_dn))) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("--black {}: expected a level in DN, 0 or above", *arguments.black_dn));
   }
   const bool is_black_assumed =
       !arguments.black_dn && !arguments.covered && !(model && model->noise);

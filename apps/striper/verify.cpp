@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <striper/capture/open_source.hpp>
+#include <striper/core/error.hpp>
 #include <striper/core/robust.hpp>
 
 #include "frame_loop.hpp"
@@ -262,12 +263,17 @@ void define(CLI::App& command, VerifyArguments& arguments) {
       .add_option(
           "--max-ratio", arguments.most_ratio,
           fmt::format("Most scatter, in predicted sigmas; default {}", arguments.most_ratio))
-      ->type_name("RATIO");
+      ->type_name("RATIO")
+      ->check(above_zero());
   command.add_flag("--json", arguments.json, "The figures for programs");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
 
 ExitCode verify(const VerifyArguments& arguments) {
+  if (!(arguments.least_fill >= 0.0 && arguments.least_fill <= 1.0)) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("--min-fill {}: expected a part, 0 to 1", arguments.least_fill));
+  }
   const auto source = open_source(arguments.source);
   Scanner scanner = make_scanner(arguments.scanner, source->info());
   Verification verification;

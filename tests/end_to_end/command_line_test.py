@@ -151,6 +151,9 @@ class WrongUsage(EndToEnd):
         self.check("--seconds: '-1' is no number above 0", "capture", self.shots, "--seconds", "-1")
         self.check("--seconds: 'inf' is no number above", "capture", self.shots, "--seconds", "inf")
         self.check("threshold", "capture", self.shots, "--threshold", "-3")
+        for option, value in (("--min-fill", "nan"), ("--min-fill", "7"), ("--max-ratio", "-3")):
+            self.check(option, "verify", self.shots, "-m", self.model, option, value)
+        self.check("--black nan: expected a level", "noise", self.shots, "--black", "nan")
         self.check("--frames = 1e3: expected a number, whole", "capture", self.shots, "--frames", "1e3")
 
     def test_options_that_contradict_each_other(self):

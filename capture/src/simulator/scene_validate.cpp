@@ -33,14 +33,17 @@ void check_range(const std::string& field, double value, double low, double high
   }
 }
 void check_positive(const std::string& field, double value) {
-  if (!(value > 0.0 && value < kAlmostInfinity)) refuse(field, value, "a number above 0");
+  if (!(value > 0.0 && value < kAlmostInfinity))
+    refuse(field, value, "a number above 0, below 1e12");
 }
 void check_not_negative(const std::string& field, double value) {
-  if (!(value >= 0.0 && value < kAlmostInfinity)) refuse(field, value, "a number, 0 or above");
+  if (!(value >= 0.0 && value < kAlmostInfinity))
+    refuse(field, value, "a number, 0 or above, below 1e12");
 }
 void check_finite(const std::string& field, const Eigen::Vector3d& value) {
   for (const double element : value) {
-    if (!(std::abs(element) < kAlmostInfinity)) refuse(field, element, "a finite number");
+    if (!(std::abs(element) < kAlmostInfinity))
+      refuse(field, element, "a finite number, below 1e12");
   }
 }
 void check_pose(const std::string& field, const Eigen::Isometry3d& pose) {
@@ -200,6 +203,7 @@ void check_object(const std::string& field, const SceneObject& object) {
 }
 
 void check_timing(const Timing& timing, std::size_t lasers) {
+  if (lasers == 0) refuse("lasers", "[]", "one laser at least");
   check_range("timing.picture_rate_hz", timing.picture_rate_hz, 1e-3, 1e6);
   if (timing.cadence.is_automatic()) {
     refuse("timing.cadence", "'auto'", "what the lasers do, such as '0' or '0,dark'");

@@ -233,6 +233,8 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
        "scene 'x' line 4: imager.shutter_us: 1e+30 - expected a number from 1e-06 to 1"},
       {"striper_scene: 1\nlasers:\n  - thickness_mm: -2\n    fan_deg: 50\n",
        "scene 'x' line 3: lasers[0].thickness_mm: -2 - expected a number, 0 or above"},
+      {"striper_scene: 1\nlasers: []\n",
+       "scene 'x' line 2: lasers: [] - expected one laser at least"},
       {"striper_scene: 1\nlasers:\n  - {}\n  - power_mw: -7\n",
        "scene 'x' line 4: lasers[1].power_mw: '-7' - expected a number, 0 or above"},
       {"striper_scene: 1\nobjects:\n  - {shape: plane}\n  - shape: plane\n    retro: {gain: 1,\n"
