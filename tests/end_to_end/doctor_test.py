@@ -192,7 +192,7 @@ class Numbers(Doctor):
         for number in range(3):
             self.picture(grey(20, stripe(150))[: None if number else 999], f"shots/{number}.pgm")
         findings = self.findings("images:" + self.path("shots"), 1)
-        self.check(findings, "bad", "1 damaged picture,", "damaged file")
+        self.check(findings, "bad", "1 damaged picture", "damaged file")
 
 
 class Model(Doctor):
