@@ -149,6 +149,7 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
     const bool shows = followed_.significance[n] > kLeastFollowed;
     bridged = shows ? 0 : bridged + 1;
     if (bridged > kMostBridged || lacks_stripe(n, stripe)) continue;
+    if (!(followed_.amplitude[n] > 0.0F)) continue;  // There is no light at all.
     const LinePeak peak{&followed_, n, followed_.position(n)};
     if (!(peak.position >= 0.0 && peak.position <= length - 1)) continue;
     const int line = followed_.seeds[n].line;

@@ -477,6 +477,7 @@ TEST(ProfileExtractor, ContinuousStripeKnowsItsErrorWhereNoLineShowsIt) {
     for (std::size_t i = 0; i < stripe.size(); ++i) {
       if (stripe.status[i] != ReturnStatus::kOk) continue;
       EXPECT_LT(stripe.sigma_px[i], 2.0F) << stripe.line[i];
+      EXPECT_GT(stripe.amplitude_dn[i], 0.0F) << stripe.line[i];
       if (stripe.sigma_px[i] < 1.4F) continue;
       const double error = stripe.across_px[i] - s.position(stripe.line[i]);
       squares += error * error / (stripe.sigma_px[i] * stripe.sigma_px[i]);
