@@ -10,11 +10,13 @@
 #include <hwy/targets.h>
 #include <opencv2/core.hpp>
 
+#include <striper/core/robust.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
 #include "keep.hpp"
+#include "read_roofline.hpp"
 #include "rivals.hpp"
 
 namespace striper::speed {
@@ -22,8 +24,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Call = std::function<void(const cv::Mat&)>;
+using Timed = std::function<void()>;
 
-constexpr int kRuns = 5;
+constexpr int kRuns = 5;  // At the least,
+constexpr int kMostRuns = 31;
+constexpr int kMostCalls = 100000;  // In a run.
 constexpr int kLatencies = 2000;
 constexpr int kProbes = 8;
 constexpr int kFirstFrames = 64;
@@ -32,40 +37,37 @@ double microseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
 }
 
-// Median over the runs of the mean time of one call, microseconds.
-double time_of(double seconds_per_run, const std::function<void(int)>& call) {
+// The mean of so many calls.
+double microseconds_of(int calls, const Timed& call) {
+  const Clock::time_point start = Clock::now();
+  for (int n = 0; n < calls; ++n) call();
+  return microseconds_since(start) / calls;
+}
+
+// Times runs of `call` and of `roof` in turn, so that a clock that changes meanwhile changes both.
+SpeedTime time_of(double seconds, const Timed& call, const Timed& roof) {
   // The first calls may do what later ones need not.
-  double once = std::numeric_limits<double>::max();
-  for (int n = 0; n < kProbes; ++n) {
-    const Clock::time_point probe = Clock::now();
-    call(n);
-    once = std::min(once, std::max(0.05, microseconds_since(probe)));
+  const auto once = [](const Timed& timed) {
+    double us = std::numeric_limits<double>::max();
+    for (int n = 0; n < kProbes; ++n) us = std::min(us, microseconds_of(1, timed));
+    return std::max(0.05, us);
+  };
+  const auto fitting = [](double us, double once_us, int most) {
+    return std::clamp(static_cast<int>(us / once_us), 1, most);
+  };
+  const double run_us = 1e6 * seconds / kMostRuns;
+  const double call_us = once(call);
+  const int calls = fitting(run_us, call_us, kMostCalls);
+  const int roof_calls = fitting(run_us, once(roof), kMostCalls);
+  const int runs = std::max(kRuns, fitting(1e6 * seconds, calls * call_us, kMostRuns));
+  std::vector<double> times;
+  std::vector<double> ratios;
+  for (int run = 0; run < runs; ++run) {
+    const double roof_us = microseconds_of(roof_calls, roof);
+    times.push_back(microseconds_of(calls, call));
+    ratios.push_back(roof_us / times.back());
   }
-  const int calls = std::clamp(static_cast<int>(1e6 * seconds_per_run / once), 1, 100000);
-  std::vector<double> runs;
-  for (int run = 0; run < kRuns; ++run) {
-    const Clock::time_point start = Clock::now();
-    for (int n = 0; n < calls; ++n) call(n);
-    runs.push_back(microseconds_since(start) / calls);
-  }
-  std::sort(runs.begin(), runs.end());
-  return runs[kRuns / 2];
-}
-
-// The clone is chosen while the program is loaded, before ThreadSanitizer is there to be called.
-#if defined(__x86_64__) && !defined(__SANITIZE_THREAD__)
-__attribute__((target_clones("avx512f", "avx2", "default")))
-#endif
-std::uint64_t
-sum_of(const std::uint64_t* words, std::size_t count) {
-  std::uint64_t sum = 0;
-  for (std::size_t i = 0; i < count; ++i) sum += words[i];
-  return sum;
-}
-
-std::uint64_t sum_of(const cv::Mat& image) {
-  const std::size_t words = image.total() * image.elemSize() / sizeof(std::uint64_t);
-  return sum_of(reinterpret_cast<const std::uint64_t*>(image.data), words);
+  return {upper_median(times), upper_median(ratios)};
 }
 
 // A stripe on a noisy background: a curve with a step.
@@ -132,7 +134,7 @@ Call extraction(ExtractMethod method, StripeAxis axis) {
 class Bench {
  public:
   Bench(cv::Size size, int bits, const SpeedOptions& options)
-      : options_(options), hot_(picture(size, bits)) {
+      : options_(options), hot_(picture(size, bits)), hot_dark_(hot_.clone()) {
     const std::size_t bytes = hot_.total() * hot_.elemSize();
     const std::size_t count = std::max<std::size_t>(2, options.ring_bytes / bytes);
     for (std::size_t n = 0; n < count; ++n) ring_.push_back(hot_.clone());
@@ -142,68 +144,71 @@ class Bench {
   }
 
   SpeedTable run() {
-    add("read roofline (sum)", [](const cv::Mat& image) { keep(sum_of(image)); });
-    const double pass_us = add_candidate_passes();
-    add_subtraction();
+    add("read roofline (sum of words)", [](const cv::Mat& image) { keep(sum_of_words(image)); });
+    add("sum of bytes", [](const cv::Mat& image) { keep(sum_of_bytes(image)); });
+    add_candidate_passes();
     for (const SpeedCall& part : options_.parts_of_fast) {
       add(part.name, [&](const cv::Mat& image) { part.call(lit_frame(image)); });
     }
-    const double fast_us =
-        add("fast, whole extraction", extraction(ExtractMethod::kFast, StripeAxis::kColumns));
-    const double refined_us =
-        add("refined, whole extraction", extraction(ExtractMethod::kRefined, StripeAxis::kColumns));
-    table_.refined_over_fast = refined_us / fast_us;
+    add("fast, whole extraction", extraction(ExtractMethod::kFast, StripeAxis::kColumns));
+    const double fast = of_roof();
+    add("refined, whole extraction", extraction(ExtractMethod::kRefined, StripeAxis::kColumns));
+    table_.refined_over_fast = fast / of_roof();
     const cv::Mat turned = hot_.t();
     const Call rows = extraction(ExtractMethod::kRefined, StripeAxis::kRows);
     add_hot("refined, rows (picture turned)", [&](const cv::Mat& /*image*/) { rows(turned); });
     add_scanner();
-    if (options_.with_rivals) add_rivals(pass_us);
+    if (options_.with_rivals) add_rivals();
     return table_;
   }
 
  private:
-  double add_hot(const std::string& name, const Call& call) {
+  void add_hot(const std::string& name, const Call& call, int pictures = 1) {
     if (options_.should_stop && options_.should_stop()) throw Stopped();
-    const double us = time_of(options_.seconds_per_run, [&](int) { call(hot_); });
-    table_.rows.push_back({name, us, std::nullopt, 1});
-    return us;
+    const SpeedTime time = time_of(
+        options_.seconds_per_row, [&] { call(hot_); }, [&] { read(hot_, pictures); });
+    table_.rows.push_back({name, time, std::nullopt, pictures});
   }
 
-  double add(const std::string& name, const Call& call) {
-    const double us = add_hot(name, call);
-    table_.rows.back().streaming_us = time_of(options_.seconds_per_run, [&](int n) {
-      call(ring_[static_cast<std::size_t>(n) % ring_.size()]);
-    });
-    return us;
+  // All calls take the pictures of the ring in turn, so that each was read long ago.
+  void add(const std::string& name, const Call& call, int pictures = 1) {
+    add_hot(name, call, pictures);
+    table_.rows.back().streaming = time_of(
+        options_.seconds_per_row, [&] { call(next_of_ring()); },
+        [&] { read(next_of_ring(), pictures); });
   }
 
-  double add_candidate_passes() {
+  double of_roof() const { return table_.rows.back().hot.of_roof; }
+
+  const cv::Mat& next_of_ring() { return ring_[next_++ % ring_.size()]; }
+
+  // What is taken off a lit picture.
+  const cv::Mat& dark_of(const cv::Mat& lit) {
+    return lit.data == hot_.data ? hot_dark_ : next_of_ring();
+  }
+
+  void read(const cv::Mat& lit, int pictures) {
+    keep(sum_of_words(lit));
+    if (pictures > 1) keep(sum_of_words(dark_of(lit)));
+  }
+
+  void add_candidate_passes() {
     ChunkMaxima chunks;
     const auto find = [&](StripeAxis axis) {
       return [&chunks, axis](const cv::Mat& image) { chunks.find(lit_frame(image), axis); };
     };
-    const double us = add("candidate pass, columns", find(StripeAxis::kColumns));
+    add("candidate pass, columns", find(StripeAxis::kColumns));
+    pass_of_roof_ = of_roof();
     add("candidate pass, rows", find(StripeAxis::kRows));
-    return us;
-  }
-
-  // Two pictures at a time: what is lit and what is taken off it. Subtracting is part of the pass.
-  void add_subtraction() {
-    const cv::Mat hot_dark = hot_.clone();
-    std::size_t next = ring_.size() / 2;
-    const auto dark_of = [&](const cv::Mat& lit) -> const cv::Mat& {
-      return lit.data == hot_.data ? hot_dark : ring_[next++ % ring_.size()];
-    };
-    add("two pictures, roofline (sum)",
-        [&](const cv::Mat& lit) { keep(sum_of(lit) + sum_of(dark_of(lit))); });
-    table_.rows.back().pictures = 2;
-    ChunkMaxima chunks;
-    add("candidate pass, lit - dark", [&](const cv::Mat& lit) {
+    // Two pictures at a time: what is lit and what is taken off it, which is part of the pass.
+    add(
+        "two pictures (sum of words)", [&](const cv::Mat& lit) { read(lit, 2); }, 2);
+    const auto find_difference = [&](const cv::Mat& lit) {
       LitFrame frame = lit_frame(lit);
       frame.dark = dark_of(lit);
       chunks.find(frame, StripeAxis::kColumns);
-    });
-    table_.rows.back().pictures = 2;
+    };
+    add("candidate pass, lit - dark", find_difference, 2);
   }
 
   void add_scanner() {
@@ -216,7 +221,8 @@ class Bench {
     for (int n = 0; n < kFirstFrames; ++n) {
       table_.first_frames_worst_us = std::max(table_.first_frames_worst_us, time_once(process));
     }
-    table_.frames_per_s = 1e6 / add("Scanner::process, refined", process);
+    add("Scanner::process, refined", process);
+    table_.frames_per_s = 1e6 / table_.rows.back().hot.us;
     measure_latencies(process);
   }
 
@@ -228,7 +234,7 @@ class Bench {
 
   void measure_latencies(const Call& process) {
     const int count = std::clamp(
-        static_cast<int>(20.0 * options_.seconds_per_run * table_.frames_per_s), 100, kLatencies);
+        static_cast<int>(4.0 * options_.seconds_per_row * table_.frames_per_s), 100, kLatencies);
     std::vector<double> latencies;
     latencies.reserve(static_cast<std::size_t>(count));
     const std::uint64_t before = options_.allocations ? options_.allocations() : 0;
@@ -243,16 +249,19 @@ class Bench {
     table_.latency_worst_us = latencies.back();
   }
 
-  void add_rivals(double pass_us) {
-    table_.argmax_over_pass = add_hot("cv::reduceArgMax", reduce_argmax) / pass_us;
+  void add_rivals() {
+    add_hot("cv::reduceArgMax", reduce_argmax);
+    table_.argmax_over_pass = pass_of_roof_ / of_roof();
     add_hot("transpose + minMaxLoc", transpose_and_search);
     add_hot("GaussianBlur 1x7 + reduceArgMax", blur_and_search);
     add_hot("Steger with OpenCV", [](const cv::Mat& image) { keep(steger(image)); });
   }
 
   SpeedOptions options_;
-  cv::Mat hot_;
+  cv::Mat hot_, hot_dark_;
   std::vector<cv::Mat> ring_;
+  std::size_t next_ = 0;  // Of the ring, forever.
+  double pass_of_roof_ = 0.0;
   SpeedTable table_;
 };
 

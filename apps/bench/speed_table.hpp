@@ -20,7 +20,7 @@ struct SpeedCall {
 };
 
 struct SpeedOptions {
-  double seconds_per_run = 0.06;                    ///< A figure is the median of five runs.
+  double seconds_per_row = 0.3;                     ///< And about as long for the roofline beside.
   std::size_t ring_bytes = std::size_t{400} << 20;  ///< Pictures too many for any cache.
   bool with_rivals = true;
   /// Allocations of the whole program so far; empty where nobody counts them.
@@ -32,11 +32,17 @@ struct SpeedOptions {
 /// What `measure_speed` throws where it was told to stop.
 struct Stopped {};
 
+/// Medians over 5 to 31 runs.
+struct SpeedTime {
+  double us = 0.0;       ///< Of one call.
+  double of_roof = 0.0;  ///< The time of only reading, right before, over it.
+};
+
 /// Time of one call on one picture.
 struct SpeedRow {
   std::string name;
-  double hot_us = 0.0;                 ///< The same picture again and again.
-  std::optional<double> streaming_us;  ///< Pictures that come from memory.
+  SpeedTime hot;                       ///< The same picture again and again.
+  std::optional<SpeedTime> streaming;  ///< Pictures that come from memory.
   int pictures = 1;                    ///< Read in one call.
 };
 
@@ -45,8 +51,7 @@ struct SpeedTable {
   cv::Size size;
   int bits = 8;  ///< Significant ones: 8, or 12 in pixels of 16.
   double megabytes = 0.0;
-  /// The first row is the roofline: reading the picture, adding it up. Likewise the first of those
-  /// that read two.
+  /// The first is the roofline, what `of_roof` refers to: reading the picture, adding it up.
   std::vector<SpeedRow> rows;
 
   double frames_per_s = 0.0;    ///< Scanner::process, refined, one core.

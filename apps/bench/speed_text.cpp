@@ -1,32 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "speed_text.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace striper::speed {
 namespace {
 
-std::string numbers(double us, double roof_us, double megabytes) {
-  return fmt::format("{:>12.1f} {:>7.1f} {:>5.0f} %", us, megabytes / us * 1e3,
-                     100.0 * roof_us / us);
-}
-
-const SpeedRow& roof_of(const SpeedTable& table, const SpeedRow& row) {
-  return *std::find_if(table.rows.begin(), table.rows.end(),
-                       [&](const SpeedRow& roof) { return roof.pictures == row.pictures; });
+std::string numbers(const SpeedTime& time, double megabytes) {
+  return fmt::format("{:>12.1f} {:>7.1f} {:>5.0f} %", time.us, megabytes / time.us * 1e3,
+                     100.0 * time.of_roof);
 }
 
 std::string to_text(const SpeedTable& table, const SpeedRow& row) {
-  const SpeedRow& roof = roof_of(table, row);
   const double megabytes = row.pictures * table.megabytes;
-  std::string text =
-      fmt::format("  {:<34}", row.name) + numbers(row.hot_us, roof.hot_us, megabytes);
-  if (row.streaming_us && roof.streaming_us) {
-    text += numbers(*row.streaming_us, *roof.streaming_us, megabytes);
-  }
+  std::string text = fmt::format("  {:<34}", row.name) + numbers(row.hot, megabytes);
+  if (row.streaming) text += numbers(*row.streaming, megabytes);
   return text + "\n";
 }
 
@@ -56,8 +45,14 @@ std::string to_text(const SpeedTable& table) {
 nlohmann::json to_json(const SpeedTable& table) {
   nlohmann::json rows = nlohmann::json::array();
   for (const SpeedRow& row : table.rows) {
-    nlohmann::json one{{"name", row.name}, {"pictures", row.pictures}, {"hot_us", row.hot_us}};
-    if (row.streaming_us) one["streaming_us"] = *row.streaming_us;
+    nlohmann::json one{{"name", row.name},
+                       {"pictures", row.pictures},
+                       {"hot_us", row.hot.us},
+                       {"hot_of_roof", row.hot.of_roof}};
+    if (row.streaming) {
+      one["streaming_us"] = row.streaming->us;
+      one["streaming_of_roof"] = row.streaming->of_roof;
+    }
     rows.push_back(std::move(one));
   }
   nlohmann::json json{{"width", table.size.width},
