@@ -8,16 +8,16 @@ void PeakList::make_room(std::size_t count) {
   const std::size_t padded = count + PeakMeasurements::kMultiple;
   if (offset.size() >= padded) return;
   across.resize(padded);
-  for (auto* values :
-       {&offset, &amplitude, &width, &sigma, &significance, &snr, &clipped, &confidence}) {
+  for (auto* values : {&offset, &amplitude, &width, &sigma, &significance, &snr, &clipped, &level,
+                       &slope, &confidence}) {
     values->resize(padded);
   }
   status.resize(padded);
 }
 
 PeakMeasurements PeakList::measurements() noexcept {
-  return {across.data(), offset.data(),       amplitude.data(), width.data(),
-          sigma.data(),  significance.data(), snr.data(),       clipped.data()};
+  return {across.data(),       offset.data(), amplitude.data(), width.data(), sigma.data(),
+          significance.data(), snr.data(),    clipped.data(),   level.data(), slope.data()};
 }
 
 void PeakList::take(std::size_t i, const PeakList& from, std::size_t n) noexcept {
@@ -29,6 +29,8 @@ void PeakList::take(std::size_t i, const PeakList& from, std::size_t n) noexcept
   significance[i] = from.significance[n];
   snr[i] = from.snr[n];
   clipped[i] = from.clipped[n];
+  level[i] = from.level[n];
+  slope[i] = from.slope[n];
 }
 
 }  // namespace striper::detail

@@ -16,7 +16,7 @@ namespace striper::detail {
 struct PeakList {
   std::vector<PeakSeed> seeds;
   std::vector<std::int32_t> across;
-  std::vector<float> offset, amplitude, width, sigma, significance, snr, clipped;
+  std::vector<float> offset, amplitude, width, sigma, significance, snr, clipped, level, slope;
 
   std::vector<float> confidence;
   std::vector<ReturnStatus> status;

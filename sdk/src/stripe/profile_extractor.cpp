@@ -10,6 +10,7 @@
 
 #include <striper/core/log.hpp>
 
+#include "stripe/background_edge.hpp"
 #include "stripe/line_choice.hpp"
 #include "stripe/line_view.hpp"
 #include "stripe/peak_judge.hpp"
@@ -180,6 +181,7 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
     measure_profiles(current.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
                      peaks->measurements());
     measure_weak_again(current, width, plan.window, *peaks);
+    refuse_edges(current, width, plan, *peaks);
   }
   candidates_.blank_flat_lines();
 }
@@ -210,7 +212,40 @@ void ProfileExtractor::measure_weak_again(const Current& current, const WidthMod
   const bool refine = options_.method == ExtractMethod::kRefined;
   measure_profiles(current.images, plan_profile(width, current.noise, refine, true),
                    weak_.seeds.data(), static_cast<int>(weak_.size()), weak_.measurements());
-  for (std::size_t n = 0; n < weak_.size(); ++n) peaks.take(weak_index_[n], weak_, n);
+  for (std::size_t n = 0; n < weak_.size(); ++n) {
+    peaks.take(weak_index_[n], weak_, n);
+    refuse_edge(current, width, weak_index_[n], peaks);
+  }
+}
+
+void ProfileExtractor::refuse_edges(const Current& current, const WidthModel& width,
+                                    const ProfilePlan& plan, PeakList& peaks) {
+  // An edge tilts the background, unless at its very border, by a third of its height or more over
+  // such a distance.
+  const auto distance = static_cast<float>(3 * (plan.core + plan.window));
+  const auto is_tilted = [&](std::size_t i) -> int {
+    return distance * std::abs(peaks.slope[i]) > peaks.amplitude[i];
+  };
+  constexpr std::size_t kBlock = 16;  // Nearly always the answer is no, a vector at a time.
+  for (std::size_t first = 0; first < peaks.size(); first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, peaks.size());
+    int any = 0;
+    for (std::size_t i = first; i < last; ++i) any |= is_tilted(i);
+    if (any == 0) continue;
+    for (std::size_t i = first; i < last; ++i) {
+      if (is_tilted(i) != 0) refuse_edge(current, width, i, peaks);
+    }
+  }
+}
+
+void ProfileExtractor::refuse_edge(const Current& current, const WidthModel& width, std::size_t i,
+                                   PeakList& peaks) const {
+  const double threshold = detection_.threshold();
+  if (!(peaks.significance[i] >= threshold)) return;
+  const PeakPlace place{peaks.seeds[i].line, peaks.across[i], typical_width(width), peaks.level[i]};
+  if (is_edge_of_background(current.frame, options_.axis, current.noise, place, threshold)) {
+    peaks.significance[i] = 0.0F;
+  }
 }
 
 void ProfileExtractor::report(const Current& current, const WidthModel& width, Stripe& stripe) {

@@ -52,6 +52,10 @@ class ProfileExtractor : public StripeExtractor {
   void measure(const Current& current, const WidthModel& width);
   void measure_weak_again(const Current& current, const WidthModel& width, int border,
                           PeakList& peaks);
+  void refuse_edges(const Current& current, const WidthModel& width, const ProfilePlan& plan,
+                    PeakList& peaks);
+  void refuse_edge(const Current& current, const WidthModel& width, std::size_t i,
+                   PeakList& peaks) const;
   void measure_and_learn(const Current& current, WidthTracker& width);
   void report(const Current& current, const WidthModel& width, Stripe& stripe);
   void mark_blind_lines(Stripe& stripe) const;

@@ -33,7 +33,7 @@ struct Batch {
   Noise noise;
   V extra;           // Variance of a pixel beyond noise.
   V beyond_pixels;   // Of the filter's response.
-  V slope_variance;  // Of the background.
+  V level, slope, slope_variance;  // Of the background.
   V width;           // Expected.
   V clipped;
   Estimate<V> estimate;  // With `refine`.
@@ -166,6 +166,8 @@ void look(const ProfileImages& images, const ProfilePlan& plan, int batch, Group
   if (images.variance != nullptr) extra = extra_at_peak(plan, w, b.peak.at);
   b.extra = extra.of_pixel;
   b.beyond_pixels = response_variance_of(plan, background, b.noise, extra);
+  b.level = background.level;
+  b.slope = background.slope;
   b.slope_variance = background.slope_variance;
   if (plan.refine) refine_in_window(images, plan, w, background, extra, b);
 }
@@ -200,6 +202,8 @@ void finish(const ProfilePlan& plan, const Batch* b, int first, const PeakMeasur
   const Group clipped = gather(b, &Batch::clipped);
   const auto is_clipped = is_above(clipped, set(0.0F));
   store(clipped, out.clipped + first);
+  store(gather(b, &Batch::level), out.level + first);
+  store(gather(b, &Batch::slope), out.slope + first);
   const Group width = width_from_filter(plan, peak, base);
   store(choose(is_clipped, expected_width, width), out.width + first);
   store(significance_of(plan, peak.peak, base, gather(b, &Batch::beyond_pixels)),

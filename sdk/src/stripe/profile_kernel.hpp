@@ -99,6 +99,8 @@ struct PeakMeasurements {
   float* significance = nullptr;  // The filter's response in standard deviations of noise.
   float* snr = nullptr;           // Amplitude over the noise at the peak pixel.
   float* clipped = nullptr;       // Number of clipped pixels in the core.
+  float* level = nullptr;         // The background at the seed, DN,
+  float* slope = nullptr;         // and its change per pixel.
 };
 
 /// Measures each seed's peak: linear background from both sides, matched filter, log-parabola, and

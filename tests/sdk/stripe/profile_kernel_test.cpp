@@ -115,11 +115,12 @@ const Pixel* start_of(const cv::Mat& image, StripeAxis axis, cv::Mat& turned,
 struct Measured {
   explicit Measured(std::size_t count)
       : across(count + PeakMeasurements::kMultiple),
-        values(7, std::vector<float>(count + PeakMeasurements::kMultiple)) {}
+        values(9, std::vector<float>(count + PeakMeasurements::kMultiple)) {}
 
   PeakMeasurements room() {
     return {across.data(),    values[0].data(), values[1].data(), values[2].data(),
-            values[3].data(), values[4].data(), values[5].data(), values[6].data()};
+            values[3].data(), values[4].data(), values[5].data(), values[6].data(),
+            values[7].data(), values[8].data()};
   }
 
   std::vector<std::int32_t> across;
