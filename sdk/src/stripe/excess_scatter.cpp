@@ -67,12 +67,14 @@ void ExcessScatter::keep(const Difference& difference) {
   next_ = (next_ + 1) % kMemory;
 }
 
-// The excess at which the scatter is no more than chance explains. The inverse of the ratio is
+// The excess that explains the scatter: none of what may be chance, all of it where it is as
+// plainly more than that again, and in between what joins the two. The inverse of the ratio is
 // nearly straight in the excess squared, so that three secants find it.
-double ExcessScatter::solve(double allowed) {
-  if (is_explained(allowed)) return 0.0;
+double ExcessScatter::solve(double chance) {
+  if (is_explained(chance)) return 0.0;
   const double without = leave_out_edges();
-  if (without <= allowed) return 0.0;
+  if (without <= chance) return 0.0;
+  const double allowed = std::max(1.0, chance * chance / without);
   double variance = 0.0;
   for (const Difference& s : core_) variance += static_cast<double>(s.variance);
   variance /= static_cast<double>(core_.size());

@@ -14,8 +14,8 @@ namespace striper::detail {
 /// From fourth differences of good returns two lines apart, which no straight or gently bent
 /// surface shows, and their median without what stands out by 4 standard deviations: edges. Over
 /// the last 1536 of them: 384 of each of the first frames, 16 of each later one. Two standard
-/// errors of the median are given to chance, so that noise alone is no excess. A third of a
-/// microsecond a frame, 2 us among many edges.
+/// errors of the median may be chance, so that noise alone is no excess; what is plainly more
+/// counts in full. A third of a microsecond a frame, 2 us among many edges.
 class ExcessScatter {
  public:
   /// The excess as it stands, pixels.
@@ -34,7 +34,7 @@ class ExcessScatter {
   bool is_explained(double allowed) const;
   double leave_out_edges();
   double median_ratio(double excess2);
-  double solve(double allowed);
+  double solve(double chance);
 
   std::vector<Difference> differences_;  // The oldest one is at next_ once all places are taken.
   std::size_t next_ = 0;
