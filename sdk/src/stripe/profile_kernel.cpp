@@ -31,10 +31,10 @@ struct Batch {
   hn::Vec<IntTag> across;  // Centres of the windows.
   FilterPeak<V> peak;
   Noise noise;
-  V extra;           // Variance of a pixel beyond noise.
-  V beyond_pixels;   // Of the filter's response.
+  V extra;                         // Variance of a pixel beyond noise.
+  V beyond_pixels;                 // Of the filter's response.
   V level, slope, slope_variance;  // Of the background.
-  V width;           // Expected.
+  V width;                         // Expected.
   V clipped;
   Estimate<V> estimate;  // With `refine`.
 };
