@@ -144,7 +144,7 @@ class Bench {
   }
 
   SpeedTable run() {
-    add("read roofline (sum of words)", [](const cv::Mat& image) { keep(sum_of_words(image)); });
+    add("read roofline (sum)", [](const cv::Mat& image) { keep(sum_of_words(image)); });
     add("sum of bytes", [](const cv::Mat& image) { keep(sum_of_bytes(image)); });
     add_candidate_passes();
     for (const SpeedCall& part : options_.parts_of_fast) {
@@ -202,7 +202,7 @@ class Bench {
     add("candidate pass, rows", find(StripeAxis::kRows));
     // Two pictures at a time: what is lit and what is taken off it, which is part of the pass.
     add(
-        "two pictures (sum of words)", [&](const cv::Mat& lit) { read(lit, 2); }, 2);
+        "two pictures, roofline (sum)", [&](const cv::Mat& lit) { read(lit, 2); }, 2);
     const auto find_difference = [&](const cv::Mat& lit) {
       LitFrame frame = lit_frame(lit);
       frame.dark = dark_of(lit);

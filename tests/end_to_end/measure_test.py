@@ -109,6 +109,7 @@ class Bench(InScratch):
                          "refined, whole extraction", "Scanner::process, refined", "cv::reduceArgMax"):
                 self.assertIn(name, names)
             self.assertTrue(all(row["hot_us"] > 0 for row in table["rows"]))
+            self.assertTrue(all(row["hot_of_roof"] > 0 for row in table["rows"]))
             self.assertGreater(table["frames_per_s"], 0)
             self.assertGreaterEqual(table["latency_p99_us"], table["latency_p50_us"])
 
