@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "real_support.hpp"
+#include "support/instrumented.hpp"
 #include "support/opencv_rival.hpp"
 
 namespace striper {
@@ -20,7 +21,8 @@ void expect_not_worse_than_opencv(const Observations& observations) {
   std::printf("rms %.5f px in %.3f s; cv::calibrateCamera %.5f px in %.3f s\n", race.ours_px,
               race.ours_s, race.theirs_px, race.theirs_s);
   EXPECT_LE(race.ours_px, race.theirs_px * 1.00001);
-  EXPECT_LE(race.ours_s, 2.0 * race.theirs_s);
+  const double most = testing::kIsInstrumented ? 20.0 : 2.0;
+  EXPECT_LE(race.ours_s, most * race.theirs_s);
 }
 
 CalibrationInput boards_of(const char* set, const char* size, double square_m,

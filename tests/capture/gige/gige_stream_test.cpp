@@ -19,6 +19,7 @@
 
 #include "capture/gige/taken_pictures.hpp"
 #include "capture/gige/virtual_striper.hpp"
+#include "support/instrumented.hpp"
 
 namespace striper::testing {
 namespace {
@@ -33,11 +34,7 @@ constexpr auto kStreamFor = 20s;
 #endif
 
 // A sanitizer keeps records of its own; AddressSanitizer says by itself what leaks.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kMeasuresMemory = false;
-#else
-constexpr bool kMeasuresMemory = true;
-#endif
+constexpr bool kMeasuresMemory = !testing::kIsInstrumented;
 
 struct Stream {
   const char* name;
