@@ -12,6 +12,7 @@
 #include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/images/picture_files.hpp>
+#include <striper/images/read_picture.hpp>
 #include <striper/intrinsics/camera_file.hpp>
 #include <striper/joint/calibrate.hpp>
 #include <striper/model/model_yaml.hpp>
@@ -110,7 +111,8 @@ void define(CLI::App& command, CalibrateArguments& arguments) {
 
 std::vector<SessionPicture> pictures_of(const std::string& pattern) {
   std::vector<SessionPicture> pictures;
-  for (const auto& path : picture_files(pattern)) pictures.emplace_back(path);
+  for (const auto& path : picture_files(pattern))
+    pictures.emplace_back(path, [](const auto& file) { return read_picture(file).image; });
   return pictures;
 }
 

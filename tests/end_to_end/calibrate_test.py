@@ -7,6 +7,7 @@ Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 calibr
 """
 import json
 import pathlib
+import shutil
 import tempfile
 import unittest
 
@@ -112,8 +113,31 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(3, wrong.returncode)
         self.assertIn("inner corners", wrong.stderr)
 
+    def test_leaves_a_broken_picture_out_and_says_so(self):
+        session = self.out / "broken"
+        shutil.copytree(SESSION, session)
+        cut = sorted(session.glob("*.png"))[3]
+        cut.write_bytes(cut.read_bytes()[:-500])
+        done = run("calibrate", *BOARD, "--lasers", session, "-o", self.out / "nine.yaml", "--json", "--report",
+                   self.out / "nine.html")
+        self.assertEqual(0, done.returncode, done.stderr)
+        self.assertEqual(9, json.loads(done.stdout)["views"])
+        self.assertIn(f"1 of 10 pictures could not be read and is left out (picture '{cut}' is a damaged or truncated PNG",
+                      done.stderr)
+        self.assertNotIn("libpng", done.stderr)
+        self.assertIn(f"{cut.name}</b><br><span class=\"refusal\">board not used:</span>",
+                      (self.out / "nine.html").read_text())
+        for picture in session.glob("*.png"):
+            picture.write_bytes(b"no picture")
+        done = run("calibrate", *BOARD, "--lasers", session, "-o", self.out / "none.yaml")
+        self.assertEqual(1, done.returncode)
+        self.assertIn("none of 10 pictures can be read; picture '", done.stderr)
+
     def test_refuses_nonsense(self):
         self.assertEqual(2, run("calibrate", *BOARD, "-o", self.out / "x.yaml").returncode)
+        done = run("calibrate", "--board", "9x6", "--square", "60", "--boards", SESSION, "-o", self.out / "x.yaml")
+        self.assertEqual(2, done.returncode)
+        self.assertIn("board square is 60 m; expected 0.0001 to 10 metres (40 mm are 0.040)", done.stderr)
         self.assertEqual(2, run("calibrate", "--board", "huge", "--square", "1", "--boards", SESSION,
                                 "-o", self.out / "x.yaml").returncode)
 

@@ -12,6 +12,8 @@ namespace striper {
 namespace {
 
 constexpr std::string_view kCirclesPrefix = "circles:";
+constexpr double kSmallestSquareM = 1e-4;
+constexpr double kLargestSquareM = 10.0;  // Millimetres given for metres are mostly above it.
 
 std::optional<int> whole_number(std::string_view text) {
   int value = 0;
@@ -42,9 +44,10 @@ void Board::validate() const {
                 fmt::format("board size is {}x{}; expected 3 to 100 points each way, counted as "
                             "inner corners (columns x rows)",
                             columns, rows));
-  if (!std::isfinite(square_m) || square_m <= 0.0)
+  if (!(square_m >= kSmallestSquareM && square_m <= kLargestSquareM))
     throw Error(ErrorKind::kBadValue,
-                fmt::format("board square is {} m; expected a length above 0", square_m));
+                fmt::format("board square is {} m; expected {} to {} metres (40 mm are 0.040)",
+                            square_m, kSmallestSquareM, kLargestSquareM));
 }
 
 Board parse_board(std::string_view text, double square_m) {

@@ -86,12 +86,6 @@ class Calibrator {
     laser.bit_depth =
         laser.on.depth() == CV_16U && picture.lit.bit_depth <= 8 ? 16 : picture.lit.bit_depth;
     laser.T_cam_board = result_.solution.T_cam_board[static_cast<std::size_t>(picture.view)];
-    const Observations& o = result_.observations;
-    if (laser.on.cols != o.image_width || laser.on.rows != o.image_height)
-      throw Error(
-          ErrorKind::kBadValue,
-          fmt::format("{}: the picture is {}x{}; expected {}x{} like the others", laser.name,
-                      laser.on.cols, laser.on.rows, o.image_width, o.image_height));
     return laser;
   }
 
@@ -183,6 +177,7 @@ cv::Mat SessionPicture::load() const {
   if (file.empty()) return image;
   if (!std::filesystem::is_regular_file(file))
     throw Error(ErrorKind::kNotFound, fmt::format("{}: there is no such picture", file.string()));
+  if (read) return read(file);
   cv::Mat pixels = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
   if (pixels.empty())
     throw Error(ErrorKind::kBadFile,

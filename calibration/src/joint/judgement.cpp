@@ -20,12 +20,19 @@ constexpr std::size_t kFewestToCompare = 6;
 using Severity = Finding::Severity;
 
 void judge_pictures(Calibration& calibration) {
+  std::size_t unreadable = 0;
   std::size_t lost = 0;
   std::size_t lost_stripes = 0;
   std::size_t lit = 0;
+  std::string fault;
   std::string first;
   std::string blurred;
   for (const PictureResult& picture : calibration.pictures) {
+    if (!picture.fault.empty()) {
+      ++unreadable;
+      if (fault.empty()) fault = picture.fault;
+      continue;
+    }
     if (!picture.board.found) {
       ++lost;
       if (first.empty()) first = picture.picture.name + ": " + picture.board_reason;
@@ -36,6 +43,11 @@ void judge_pictures(Calibration& calibration) {
         kBlurredPx * std::max(1.0, calibration.observations.image_width / 1280.0))
       blurred += (blurred.empty() ? "" : ", ") + picture.picture.name;
   }
+  if (unreadable > 0)
+    note(calibration, Severity::kWarning, "pictures_unreadable",
+         fmt::format("{} of {} pictures could not be read and {} left out ({})", unreadable,
+                     calibration.pictures.size(), unreadable == 1 ? "is" : "are", fault),
+         "copy or take them again");
   if (lost > 0)
     note(calibration, 4 * lost > calibration.pictures.size() ? Severity::kWarning : Severity::kNote,
          "boards_not_found",

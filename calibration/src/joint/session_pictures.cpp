@@ -56,6 +56,33 @@ class CommonSize {
   std::string first_name_;
 };
 
+// The picture that shows the board. Both of a pair are read: half of it is of no use.
+cv::Mat load_checked(const PictureResult& picture, CommonSize& common) {
+  cv::Mat image = picture.picture.load();
+  common.check(picture.picture.name, image.size());
+  if (picture.laser >= 0 && picture.lit.name != picture.picture.name)
+    common.check(picture.lit.name, picture.lit.load().size());
+  return image;
+}
+
+bool is_of_the_file(ErrorKind kind) {
+  return kind == ErrorKind::kBadFile || kind == ErrorKind::kIo || kind == ErrorKind::kNotFound;
+}
+
+void find_board_of(PictureResult& picture, const Board& board, BoardSearch search,
+                   CommonSize& common) {
+  cv::Mat image;
+  try {
+    image = load_checked(picture, common);
+  } catch (const Error& error) {
+    if (!is_of_the_file(error.kind())) throw;
+    picture.fault = picture.board_reason = error.what();
+    return;
+  }
+  picture.board = find_board(image, board, search);
+  picture.board_reason = picture.board.reason;
+}
+
 cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& options,
                   Calibration& calibration) {
   CommonSize common(options);
@@ -66,13 +93,9 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
   const auto work = [&] {
     for (std::size_t i = next++; i < calibration.pictures.size(); i = next++) {
       try {
-        PictureResult& picture = calibration.pictures[i];
-        const cv::Mat image = picture.picture.load();
-        common.check(picture.picture.name, image.size());
-        picture.board =
-            find_board(image, input.board,
-                       options.like_opencv ? BoardSearch::kLikeOpenCv : BoardSearch::kThorough);
-        picture.board_reason = picture.board.reason;
+        find_board_of(calibration.pictures[i], input.board,
+                      options.like_opencv ? BoardSearch::kLikeOpenCv : BoardSearch::kThorough,
+                      common);
         // Inside of the try: a caller may end the work by throwing from its progress.
         const std::lock_guard guard(lock);
         report_progress(
@@ -95,14 +118,22 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
 
 [[noreturn]] void refuse_without_boards(const CalibrationInput& input,
                                         const Calibration& calibration) {
+  constexpr int kGuesses = 3;
   std::string hint;
-  for (std::size_t i = 0; i < std::min<std::size_t>(3, calibration.pictures.size()); ++i) {
-    const std::string size = guess_board_size(calibration.pictures[i].picture.load(), input.board);
+  int guesses = 0;
+  for (const PictureResult& picture : calibration.pictures) {
+    if (!picture.fault.empty()) continue;
+    if (guesses++ == kGuesses) break;
+    const std::string size = guess_board_size(picture.picture.load(), input.board);
     if (size.empty()) continue;
     hint = fmt::format("; a {} board is in {}: the size is given in inner corners, columns x rows",
-                       size, calibration.pictures[i].picture.name);
+                       size, picture.picture.name);
     break;
   }
+  if (guesses == 0)
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("none of {} pictures can be read; {}", calibration.pictures.size(),
+                            calibration.pictures.front().fault));
   throw Error(ErrorKind::kUntrustworthy,
               fmt::format("the {} board was found in none of {} pictures ({}: {}){}",
                           to_string(input.board), calibration.pictures.size(),

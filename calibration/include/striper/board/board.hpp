@@ -47,8 +47,8 @@ struct Board {
     return pattern == Pattern::kCheckerboard ? square_m : 0.5 * square_m;
   }
 
-  /// @throws Error{kBadValue} for fewer than 3 x 3 points, more
-  /// than 100 x 100, or a square that is not positive and finite.
+  /// @throws Error{kBadValue} for fewer than 3 x 3 points, more than 100 x 100, or a square that is
+  /// not 0.1 mm to 10 m large.
   void validate() const;
 };
 

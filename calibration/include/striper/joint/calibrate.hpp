@@ -24,19 +24,23 @@ namespace striper {
 
 /// A picture of a calibration: a file that is read when it is needed, or an image in memory.
 struct SessionPicture {
+  /// Reads a file as `load` promises; called from several threads.
+  using Reader = std::function<cv::Mat(const std::filesystem::path&)>;
+
   std::string name;            ///< Tells pictures apart and names them; for files, the path.
   std::filesystem::path file;  ///< Empty where `image` holds it.
+  Reader read;  ///< Of `file`; empty: cv::imread, which takes a truncated JPEG for a whole one.
   cv::Mat image;
   int bit_depth = 8;
 
   SessionPicture() = default;
-  explicit SessionPicture(std::filesystem::path path)
-      : name(path.string()), file(std::move(path)) {}
+  explicit SessionPicture(std::filesystem::path path, Reader reader = {})
+      : name(path.string()), file(std::move(path)), read(std::move(reader)) {}
   SessionPicture(std::string given_name, cv::Mat pixels, int depth = 8)
       : name(std::move(given_name)), image(std::move(pixels)), bit_depth(depth) {}
 
   /// The pixels, grey or B, G, R, 8 or 16 bit, as stored (no rotation by EXIF).
-  /// @throws Error{kNotFound, kBadFile} naming the file.
+  /// @throws Error{kNotFound, kIo, kBadFile} naming the file.
   cv::Mat load() const;
 };
 
@@ -79,6 +83,7 @@ struct PictureResult {
   SessionPicture picture;
   SessionPicture lit;  ///< With the stripe, where that is another picture.
   int laser = -1;      ///< -1: a board picture.
+  std::string fault;   ///< Why one of the two could not be read; then neither is used.
   BoardView board;
   int view = -1;              ///< Index of the CornerView; -1: not used.
   int stripe_view = -1;       ///< Index of the StripeView; -1: none.
@@ -118,8 +123,8 @@ struct Calibration {
 /// @return the calibration; where it must not be trusted, only with `force` or for the caller to
 /// report: look at `trustworthy()`.
 /// @throws Error{kUntrustworthy} where no result can be computed at all, saying which picture is
-/// missing; Error{kBadFile, kBadValue} for pictures that cannot be read or differ in size. Cost
-/// ~0.3 s per VGA picture.
+/// missing; Error{kBadValue} for pictures that differ in size; Error{kBadFile} where none can be
+/// read: some that cannot are left out and told of among the findings. Cost ~0.3 s per VGA picture.
 Calibration calibrate(const CalibrationInput& input, const CalibrationOptions& options);
 
 }  // namespace striper
