@@ -101,6 +101,18 @@ std::string explain(const CLI::App& striper, const CLI::ParseError& error) {
   return fmt::format("no command '{}'; there are {}", rest.front(), fmt::join(known, ", "));
 }
 
+// A shell variable that was not set comes as an empty word; nothing here has a use for one.
+void refuse_empty_words(const CLI::App& striper) {
+  for (const CLI::App* command : striper.get_subcommands()) {
+    for (const CLI::Option* option : command->get_options()) {
+      if (option->get_inject_separator()) continue;  // Empty words are that separator.
+      const std::vector<std::string>& words = option->results();
+      if (std::find(words.begin(), words.end(), "") != words.end())
+        throw Error(ErrorKind::kUsage, fmt::format("{} is empty", option->get_name()));
+    }
+  }
+}
+
 // What is still in the buffers of stdio: a full disk is told of only now.
 void finish_standard_output() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
@@ -111,6 +123,7 @@ void finish_standard_output() {
 ExitCode execute(const CLI::App& striper, const Action& action) {
   const std::string name = command_name(striper);
   try {
+    refuse_empty_words(striper);
     const ExitCode code = action();
     finish_standard_output();
     return code;

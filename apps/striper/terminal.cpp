@@ -30,11 +30,24 @@ std::string bar(std::uint64_t done, std::uint64_t total) {
   return fmt::format("[{:=<{}}{: <{}}]", "", full, "", kBarWidth - full);
 }
 
+// What a broken file holds is quoted in messages and must not command the terminal.
+std::string printable(std::string_view message) {
+  std::string text;
+  text.reserve(message.size());
+  for (const char c : message) {
+    if (c == '\n' || c == '\t' || std::iscntrl(static_cast<unsigned char>(c)) == 0)
+      text += c;
+    else
+      text += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+  }
+  return text;
+}
+
 }  // namespace
 
 void say(std::string_view message) {
   const std::lock_guard lock(terminal_mutex);
-  write_to_stderr(fmt::format("{}{}\n", line_is_open ? kClearLine : "", message));
+  write_to_stderr(fmt::format("{}{}\n", line_is_open ? kClearLine : "", printable(message)));
   line_is_open = false;
 }
 

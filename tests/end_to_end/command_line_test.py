@@ -156,6 +156,16 @@ class WrongUsage(EndToEnd):
         self.check("--black nan: expected a level", "noise", self.shots, "--black", "nan")
         self.check("--frames = 1e3: expected a number, whole", "capture", self.shots, "--frames", "1e3")
 
+    def test_empty_words(self):
+        self.check("striper capture: --output is empty", "capture", self.shots, "-o", "")
+        self.check("striper record: SOURCE is empty", "record", "", "-o", self.path("rec"))
+
+    def test_what_a_file_holds_does_not_command_the_terminal(self):
+        model = self.write("bell.yaml", MODEL.replace("axis: columns", 'axis: "\\e[2Jcol\\a"'))
+        done = self.capture(self.shots, "-m", model, code=1)
+        self.assertIn("\\x1b[2Jcol\\x07", done.stderr)
+        self.assertNotIn("\x1b", done.stderr)
+
     def test_options_that_contradict_each_other(self):
         self.check(
             "--peak continuous is for --method fast or refined", "capture", self.shots, "--method", "paper",
