@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
 #include <striper/images/image_source.hpp>
 #include <striper/images/picture_files.hpp>
 
@@ -109,6 +110,7 @@ struct ImageSource::State {
 
   void take_keys(SourceUri& uri);
   void look_at_first_picture();
+  void check_bits(const FrameRow& row) const;
   detail::Fault read(const FrameRow& row);
   void fill(const FrameRow& row, Frame& frame);
   void take_image(const FrameRow& row, Frame& frame);
@@ -148,18 +150,7 @@ void ImageSource::State::take_keys(SourceUri& uri) {
 void ImageSource::State::look_at_first_picture() {
   for (const FrameRow& row : rows) {
     if (row.frame.status != FrameStatus::kOk || !read(row).empty()) continue;
-    const cv::Mat& image = picture.image;
-    if (bits) {
-      double highest = 0.0;
-      cv::minMaxIdx(image.reshape(1), nullptr, &highest);
-      if (image.depth() != CV_16U ||
-          highest >= static_cast<double>(1U << static_cast<unsigned>(*bits))) {
-        throw Error(
-            ErrorKind::kUsage,
-            fmt::format("source '{}': bits={} - but '{}' is {} with values up to {}", info.uri,
-                        *bits, row.file, describe(image.size(), image.type()), highest));
-      }
-    }
+    check_bits(row);
     Frame frame = row.frame;
     take_image(row, frame);
     info.image_size = frame.image.size();
@@ -167,6 +158,29 @@ void ImageSource::State::look_at_first_picture() {
     info.bit_depth = frame.bit_depth;
     info.channels = frame.image.channels();
     return;
+  }
+}
+
+// Against the picture that was read for the row: the one that decides.
+void ImageSource::State::check_bits(const FrameRow& row) const {
+  const cv::Mat& image = picture.image;
+  const bool is_recording = !row.frame.sensor_size.empty();
+  if (!bits && (is_recording || picture.bit_depth != 16)) return;
+  double highest = 0.0;
+  cv::minMaxIdx(image.reshape(1), nullptr, &highest);
+  if (bits && (image.depth() != CV_16U ||
+               highest >= static_cast<double>(1U << static_cast<unsigned>(*bits)))) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("source '{}': bits={} - but '{}' is {} with values up to {}", info.uri,
+                            *bits, row.file, describe(image.size(), image.type()), highest));
+  }
+  constexpr double kHighestOfTwelveBits = 4095.0;
+  if (!bits && highest <= kHighestOfTwelveBits) {
+    log(LogLevel::kWarning,
+        fmt::format(
+            "'{}' has 16 bits and no value above {}: if its camera gives fewer bits, say so "
+            "(?bits=12), or its saturated pixels are not known",
+            row.file, highest));
   }
 }
 

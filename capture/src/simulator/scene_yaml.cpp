@@ -61,7 +61,10 @@ auto at_field(const SceneField& field, const Make& make) {
     return make();
   } catch (const Error& error) {
     if (error.kind() == ErrorKind::kBadFile) throw;
-    field.refuse(error.what());
+    const std::string_view what = error.what();
+    const std::string path = field.path() + ": ";
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("{}: {}{}", field.place(), what.starts_with(path) ? "" : path, what));
   }
 }
 

@@ -14,6 +14,7 @@
 
 #include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/log.hpp>
 #include <striper/images/image_source.hpp>
 
 #include "support/error_of.hpp"
@@ -25,6 +26,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using testing::ScratchDirectory;
 using ::testing::StartsWith;
 
@@ -331,6 +333,23 @@ TEST_F(ImagesOfADirectory, BitsThatAPixelExceedsAreRefused) {
   EXPECT_THAT(error_of("?bits=12").what(), HasSubstr("grey of 16 bits with values up to 4096"));
   EXPECT_EQ(read_all("?bits=13").at(0).bit_depth, 13);
   EXPECT_EQ(read_all().at(0).bit_depth, 16);
+}
+
+TEST_F(ImagesOfADirectory, WordsThatAreNeverFilledAreWarnedOf) {
+  std::vector<std::string> warnings;
+  set_log_callback([&](LogLevel level, std::string_view message) {
+    if (level == LogLevel::kWarning) warnings.emplace_back(message);
+  });
+  put("1.png", 4096, CV_16UC1);
+  read_all();
+  EXPECT_THAT(warnings, IsEmpty());
+  put("1.png", 4095, CV_16UC1);
+  read_all("?bits=12");
+  EXPECT_THAT(warnings, IsEmpty());
+  read_all();
+  set_log_callback({});
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_THAT(warnings[0], HasSubstr("1.png' has 16 bits and no value above 4095"));
 }
 
 TEST_F(ImagesOfADirectory, EmptyOrMissingDirectoryIsNotFound) {

@@ -166,7 +166,10 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
       {"striper_scene: 1\ncamera: {fov_deg: .nan}\n",
        "scene 'x' line 2: camera.fov_deg: '.nan' - expected a number"},
       {"striper_scene: 1\ncamera: {fov_deg: 200}\n",
-       "field of view 200 degrees - expected more than 0 and less than 180"},
+       "scene 'x' line 2: camera: field of view 200 degrees - expected more than 0 and less than "
+       "180"},
+      {"striper_scene: 1\ncamera: {focal_px: [-1, 1]}\n",
+       "scene 'x' line 2: camera: focal length fx is -1 - expected a finite number above 0"},
       {"striper_scene: 1\ncamera: {lens: fisheye}\n",
        "scene 'x' line 2: camera.lens: 'fisheye' - expected plumb_bob, rational_polynomial or "
        "equidistant"},
