@@ -177,6 +177,34 @@ void warn_of_fold(const CameraModel& camera, const YamlField& field) {
                   field.where(), camera.max_theta_rad() * kDegrees));
 }
 
+// Whether any pixel looks at the plane in front of the camera; n . r is largest on a border, but
+// for what a lens bends in between.
+bool is_seen(const LaserPlane& plane, const CameraModel& camera) {
+  constexpr int kSteps = 32;
+  const double right = camera.width() - 1;
+  const double bottom = camera.height() - 1;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const Unprojection ray = camera.unproject({right * i / kSteps, bottom * j / kSteps});
+      if (ray.status == CameraStatus::kOk && plane.normal().dot(ray.xy.homogeneous()) > 0.0)
+        return true;
+    }
+  }
+  return false;
+}
+
+void warn_of_unseen_planes(const StriperModel& model, const YamlField& lasers) {
+  const std::vector<YamlField> planes = lasers.list();
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if (is_seen(model.lasers[i].plane, model.camera)) continue;
+    log(LogLevel::kWarning,
+        fmt::format("{}: lasers[{}]: no pixel sees this plane in front of the camera, so it will "
+                    "give no range; are normal and distance_m in the camera's frame (x right, y "
+                    "down, z forward)?",
+                    planes[i].where(), i));
+  }
+}
+
 StriperModel read_model(const YamlField& root, const std::string& yaml) {
   root.require_map(
       {"striper_model", "camera", "lasers", "stripe", "noise", "covariance", "quality"});
@@ -201,6 +229,7 @@ StriperModel read_model(const YamlField& root, const std::string& yaml) {
     root.descend(bad->field).refuse(bad->value, bad->expected);
   }
   warn_of_fold(model.camera, camera);
+  warn_of_unseen_planes(model, lasers);
   return model;
 }
 

@@ -158,13 +158,14 @@ HWY_NOINLINE void rest_of_rows(const R& reader, int row, int col,
   HWY_ALIGN Pixel padded[kRowsAtOnce<Pixel> * kStride] = {};
   const int end = std::min(reader.planes.cols, col + kSpan);
   for (int j = 0; j < to.rows; ++j) {
-    Pixel* const copy = padded + j * kStride + kLanes - col;
+    Pixel* const copy = padded + j * kStride + kLanes;
     int k = col;
-    for (; k + kLanes <= end; k += kLanes) hn::StoreU(reader.load(row + j, k), d, copy + k);
+    for (; k + kLanes <= end; k += kLanes) hn::StoreU(reader.load(row + j, k), d, copy + (k - col));
     if (k < end && end >= kLanes) {
-      hn::StoreU(reader.load(row + j, end - kLanes), d, copy + end - kLanes);
+      k = end - kLanes;
+      hn::StoreU(reader.load(row + j, k), d, copy + (k - col));
     } else {
-      for (; k < end; ++k) copy[k] = reader.value(row + j, k);
+      for (; k < end; ++k) copy[k - col] = reader.value(row + j, k);
     }
   }
   PixelPlanes<Pixel> planes;

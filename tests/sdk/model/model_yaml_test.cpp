@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -199,6 +200,23 @@ TEST(ParseModel, WarnsOfALensThatFoldsInsideTheImage) {
   EXPECT_THAT(warnings.messages[0],
               HasSubstr("m.yaml:3: the distortion folds back inside the image: it is one-to-one "
                         "only up to 3"));
+}
+
+TEST(ParseModel, WarnsOfAPlaneThatNoPixelSees) {
+  const std::string text = kCameraOnly;
+  const auto with_plane = [&](const char* normal) {
+    return std::string(text).replace(
+        text.find("lasers: []"), 10,
+        fmt::format("lasers: [{{normal: {}, distance_m: 0.5}}]", normal));
+  };
+  const Warnings warnings;
+  parse_model(with_plane("[1, 0, 0]"), "m.yaml");  // Beside the camera: half the picture sees it.
+  parse_model(with_plane("[0.8, 0, 0.6]"), "m.yaml");
+  EXPECT_THAT(warnings.messages, IsEmpty());
+  parse_model(with_plane("[0.6, 0, -0.8]"), "m.yaml");  // Behind it, within 53 degrees.
+  ASSERT_EQ(warnings.messages.size(), 1U);
+  EXPECT_THAT(warnings.messages[0],
+              HasSubstr("m.yaml:8: lasers[0]: no pixel sees this plane in front of the camera"));
 }
 
 class ModelFile : public ::testing::Test {
