@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper calibrate: pictures of a board, with and without the laser on it, become a model.
 #include <ctime>
+#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
@@ -228,15 +229,16 @@ nlohmann::json summarize(const Calibration& calibration, const std::string& outp
 
 // Before the work, not after it: a directory that is not there, a name that is given twice.
 void check_outputs(const CalibrateArguments& arguments) {
-  std::set<std::string> outputs{arguments.output};
-  for (const std::string& extra : {arguments.report, arguments.camera_info}) {
-    if (extra.empty() || outputs.insert(extra).second) continue;
+  std::set<std::filesystem::path> outputs;
+  for (const std::string& path : {arguments.output, arguments.report, arguments.camera_info}) {
+    if (path.empty()) continue;
+    require_writable(path);
+    if (outputs.insert(std::filesystem::weakly_canonical(path)).second) continue;
     throw Error(ErrorKind::kUsage,
                 fmt::format("'{}' is named twice: --output, --report and --camera-info need a file "
                             "each",
-                            extra));
+                            path));
   }
-  for (const std::string& path : outputs) require_writable(path);
 }
 
 // The model, the report and what else is wanted; returns what was written, for people.

@@ -146,9 +146,10 @@ class Calibrate(unittest.TestCase):
         done = run("calibrate", *BOARD, "--lasers", SESSION, "-o", missing)
         self.assertEqual(1, done.returncode)
         self.assertEqual(f"striper calibrate: {missing}: cannot be written: No such file or directory\n", done.stderr)
-        done = run("calibrate", *BOARD, "--lasers", SESSION, "-o", self.out / "x", "--report", self.out / "x")
-        self.assertEqual(2, done.returncode)
-        self.assertIn("is named twice", done.stderr)
+        for report in (self.out / "x", f"{self.out}/./x"):
+            done = run("calibrate", *BOARD, "--lasers", SESSION, "-o", self.out / "x", "--report", report)
+            self.assertEqual(2, done.returncode)
+            self.assertIn("is named twice", done.stderr)
         self.assertEqual([], [file.name for file in self.out.iterdir() if file.name.startswith(".")])
 
     def test_verifies_a_wall(self):

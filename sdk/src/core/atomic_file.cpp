@@ -87,29 +87,39 @@ void flush_directory_of(const fs::path& target) noexcept {
   if (opened.get() >= 0) ::fsync(opened.get());
 }
 
-// What the path leads to in the end, refused where it is a directory.
-fs::path target_of(const fs::path& path) {
-  std::error_code error;
-  fs::path target = fs::weakly_canonical(path, error);
-  if (path.empty()) fail(path, ENOENT);
-  if (error) fail(path, error.value());
-  if (fs::is_directory(target, error)) fail(path, EISDIR);
-  return target;
+// Whether there is something that cannot be replaced by a file: a pipe, a device. Not asked of
+// what links say: that of an open pipe, as in /dev/stdout, names no file.
+bool is_special(const fs::path& path) noexcept {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !fs::is_regular_file(path, ignored) &&
+         !fs::is_directory(path, ignored);
 }
 
-bool is_special(const fs::path& target) noexcept {
-  std::error_code ignored;
-  return fs::exists(target, ignored) && !fs::is_regular_file(target, ignored);
+// The file that the path leads to in the end, which need not be there; refused where it is a
+// directory.
+fs::path target_of(const fs::path& path) {
+  constexpr int kMostLinks = 40;  // As many as Linux follows.
+  if (path.empty()) fail(path, ENOENT);
+  std::error_code error;
+  if (fs::is_directory(path, error)) fail(path, EISDIR);
+  fs::path target = path;
+  for (int links = 0; fs::is_symlink(target, error); ++links) {
+    if (links == kMostLinks) fail(path, ELOOP);
+    const fs::path next = fs::read_symlink(target, error);
+    if (error) fail(path, error.value());
+    target = target.parent_path() / next;  // An absolute one replaces what it is appended to.
+  }
+  return target;
 }
 
 }  // namespace
 
 void write_file_atomically(const fs::path& path, std::string_view content) {
-  const fs::path target = target_of(path);
-  if (is_special(target)) {
-    write_straight(target, content);
+  if (is_special(path)) {
+    write_straight(path, content);
     return;
   }
+  const fs::path target = target_of(path);
   const auto [temporary, fd] = create_beside(target);
   Descriptor file(fd);
   if (fd < 0) fail(path, errno);
@@ -126,12 +136,11 @@ void write_file_atomically(const fs::path& path, std::string_view content) {
 }
 
 void require_writable(const fs::path& path) {
-  const fs::path target = target_of(path);
-  if (is_special(target)) {
-    if (::access(target.c_str(), W_OK) != 0) fail(path, errno);
+  if (is_special(path)) {
+    if (::access(path.c_str(), W_OK) != 0) fail(path, errno);
     return;
   }
-  const auto [temporary, fd] = create_beside(target);
+  const auto [temporary, fd] = create_beside(target_of(path));
   const Descriptor file(fd);
   if (fd < 0) fail(path, errno);
   ::unlink(temporary.c_str());

@@ -7,14 +7,14 @@
 namespace striper {
 
 /// Writes a file that appears whole or not at all: written beside, flushed to the disk, renamed.
-/// The target of a symbolic link is replaced, not the link; something that is no regular file (a
-/// pipe, /dev/stdout) is written straight. Thread-safe.
+/// The target of a symbolic link is replaced or made, not the link; what is there and is no regular
+/// file (a pipe, /dev/stdout into one) is written straight. Thread-safe.
 /// @throws Error{kIo} naming the file and the reason; the old file is then untouched.
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 
 /// Throws what `write_file_atomically` would for want of a directory or a permission: before long
-/// work whose result is to be written there. Leaves no trace; a disk that fills up later is not
-/// foreseen.
+/// work whose result is to be written there. Leaves no trace. Not foreseen: a disk that fills up
+/// later, somebody else's file in a directory like /tmp, where only owners may replace theirs.
 void require_writable(const std::filesystem::path& path);
 
 }  // namespace striper
