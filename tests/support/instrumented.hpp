@@ -7,6 +7,9 @@ namespace striper::testing {
 /// memory then say nothing of the product.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kIsInstrumented = true;
+#elif defined(__has_feature)
+inline constexpr bool kIsInstrumented =
+    __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
 #else
 inline constexpr bool kIsInstrumented = false;
 #endif

@@ -189,8 +189,9 @@ SimulatedLaser read_laser(const SceneField& field, const Imager& imager) {
   field.read("pulse_uj", laser.pulse_energy_j, 1e-6);
   if (const auto power = field.find("power_mw")) {
     if (field.find("pulse_uj")) power->refuse("either pulse_uj or power_mw, not both");
-    const double power_mw = power->number("a number, 0 or above");
-    if (power_mw < 0.0) power->refuse("a number, 0 or above");
+    constexpr double kMostPowerMw = 1e9;
+    const double power_mw = power->number();
+    if (!(power_mw >= 0.0 && power_mw <= kMostPowerMw)) power->refuse("a number from 0 to 1e9");
     laser.pulse_energy_j = 1e-3 * power_mw * imager.shutter_s;
   }
   return laser;

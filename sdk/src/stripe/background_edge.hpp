@@ -16,11 +16,15 @@ struct PeakPlace {
   double level = 0.0;  // The straight background that was taken off it, DN.
 };
 
-/// Whether the pixels right beside a peak contradict a straight background, being plainly brighter
-/// on one side or plainly above it on both, and the matched filter finds less than `threshold`
-/// sigmas of noise above the brighter side. About an edge, a straight background is too low on the
-/// brighter side: what is left there looks like a stripe.
-bool is_edge_of_background(const LitFrame& frame, StripeAxis axis, const PlanNoise& noise,
-                           const PeakPlace& place, double threshold);
+/// What the matched filter finds of a peak above the brighter one of its sides, 0 or more, in
+/// sigmas of noise, where the pixels right beside it contradict a straight background: brighter on
+/// one side than noise makes them, or above it on both; at the picture's border, off it on the only
+/// side. Infinite where they do not. About an edge, a straight background is too low on the
+/// brighter side: what is left there looks like a stripe, but does not rise above that side.
+double significance_above_edge(const LitFrame& frame, StripeAxis axis, const PlanNoise& noise,
+                               const PeakPlace& place);
+
+/// How far off another stripe, of that width, still brightens what is taken for the background.
+double disturbed_by_neighbours_px(double width);
 
 }  // namespace striper::detail

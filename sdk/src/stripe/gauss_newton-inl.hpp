@@ -279,8 +279,9 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
   // Noise can lead a weak fit astray, or leave nothing of it; the filter's peak stands then. Where
   // pixels are clipped there may be nothing to know.
   const V allowed = hn::MulAdd(set(0.5F), clipped, hn::Mul(set(1.2F), width));
-  const M is_far = hn::Gt(hn::Abs(hn::Sub(e.position, start.position)), allowed);
-  const M is_anywhere = hn::Gt(e.variance, hn::Mul(allowed, allowed));
+  // Written so that a NaN is astray.
+  const M is_far = hn::Not(hn::Le(hn::Abs(hn::Sub(e.position, start.position)), allowed));
+  const M is_anywhere = hn::Not(hn::Le(e.variance, hn::Mul(allowed, allowed)));
   const M is_astray = hn::Or(is_far, hn::AndNot(hn::Gt(clipped, hn::Zero(d)), is_anywhere));
   estimate = e;
   if (hn::AllFalse(d, is_astray)) return;

@@ -10,6 +10,7 @@
 
 #include <striper/core/robust.hpp>
 
+#include "stripe/background_edge.hpp"
 #include "stripe/line_view.hpp"
 
 namespace striper::detail {
@@ -74,6 +75,12 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
   plan.aligned = 0;
   measure_profiles(images, plan, followed_.seeds.data(), static_cast<int>(followed_.size()),
                    followed_.measurements());
+  for (std::size_t n = 0; n < followed_.size(); ++n) {
+    const PeakPlace place{followed_.seeds[n].line, followed_.across[n], typical,
+                          followed_.level[n]};
+    const double above = significance_above_edge(frame, stripe.axis, noise, place);
+    followed_.significance[n] = std::min(followed_.significance[n], static_cast<float>(above));
+  }
   judge_peaks(without_threshold(limits), followed_);
   // However little a line shows, its peak is not farther off than it was looked for.
   const float farthest = limits.step * (static_cast<float>(plan.reach) + 0.5F);

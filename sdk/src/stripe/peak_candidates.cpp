@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "stripe/line_view.hpp"
 
@@ -61,16 +62,16 @@ void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima&
   const auto count = static_cast<std::size_t>(chunks.lines());
   firsts.make_room(count);
   extras.make_room(count * (ChunkMaxima::kBest - 1));
-  ChunkMaxima::RivalLimits limits;
-  limits.second_dn = std::max(1, static_cast<int>(std::ceil(kSecondProminence * noise_dn)));
-  limits.weak_dn = std::max(1, static_cast<int>(std::ceil(kWeakFirstProminence * noise_dn)));
-  limits.flank_px = plan.core;
-  chunks.find_rivals(limits, rivals_);
-  if (frame.lit.depth() == CV_8U) {
-    find_weak_rivals<std::uint8_t>(frame, axis, chunks, noise_dn, plan.core);
-  } else {
-    find_weak_rivals<std::uint16_t>(frame, axis, chunks, noise_dn, plan.core);
+  for (auto* some : {&hidden_, &weak_lines_}) {
+    some->clear();
+    some->reserve(count);
   }
+  noise_dn_ = noise_dn;
+  limits_.second_dn = std::max(1, static_cast<int>(std::ceil(kSecondProminence * noise_dn)));
+  limits_.weak_dn = std::max(1, static_cast<int>(std::ceil(kWeakFirstProminence * noise_dn)));
+  limits_.flank_px = plan.core;
+  chunks.find_rivals(limits_, rivals_);
+  find_weak_rivals(frame, axis, chunks);
   merge_rivals();
   firsts.seeds.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -78,22 +79,63 @@ void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima&
   }
 }
 
+void PeakCandidates::look_behind(float significance, const LitFrame& frame, StripeAxis axis,
+                                 const ChunkMaxima& chunks) {
+  find_hidden_lines(significance, chunks);
+  if (hidden_.empty()) return;
+  std::set_union(rivals_.weak_lines.begin(), rivals_.weak_lines.end(), hidden_.begin(),
+                 hidden_.end(), std::back_inserter(weak_lines_));
+  rivals_.weak_lines.swap(weak_lines_);
+  std::erase_if(rivals_.places, [&](const PeakSeed& place) { return is_hidden(place.line); });
+  find_weak_rivals(frame, axis, chunks);
+  merge_rivals();
+}
+
+void PeakCandidates::find_hidden_lines(float significance, const ChunkMaxima& chunks) {
+  constexpr std::size_t kBlock = 16;  // Nearly always there are none, a vector at a time.
+  for (std::size_t first = 0; first < firsts.size(); first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, firsts.size());
+    int any = 0;
+    for (std::size_t i = first; i < last; ++i) any |= !(firsts.significance[i] >= significance);
+    if (any == 0) continue;
+    for (std::size_t i = first; i < last; ++i) {
+      const auto line = static_cast<std::int32_t>(i);
+      if (firsts.significance[i] >= significance) continue;
+      if (chunks.prominence_dn(0, line) >= limits_.weak_dn) hidden_.push_back(line);
+    }
+  }
+}
+
+bool PeakCandidates::is_hidden(std::int32_t line) const {
+  return std::binary_search(hidden_.begin(), hidden_.end(), line);
+}
+
+void PeakCandidates::find_weak_rivals(const LitFrame& frame, StripeAxis axis,
+                                      const ChunkMaxima& chunks) {
+  if (frame.lit.depth() == CV_8U) {
+    find_weak_rivals_in<std::uint8_t>(frame, axis, chunks);
+  } else {
+    find_weak_rivals_in<std::uint16_t>(frame, axis, chunks);
+  }
+}
+
 // Between surfaces as bright as itself a stripe does not rise above the chunks next to it: of weak
 // lines every chunk is looked at.
 template <typename Pixel>
-void PeakCandidates::find_weak_rivals(const LitFrame& frame, StripeAxis axis,
-                                      const ChunkMaxima& chunks, double noise_dn, int reach) {
+void PeakCandidates::find_weak_rivals_in(const LitFrame& frame, StripeAxis axis,
+                                         const ChunkMaxima& chunks) {
   weak_rivals_.clear();
   weak_rivals_.reserve(extras.seeds.capacity());
   for (const std::int32_t number : rivals_.weak_lines) {
     const LitLine<Pixel> line(frame, axis, number);
     const std::int32_t first = chunks.best_across()[static_cast<std::size_t>(number)];
-    const bool is_hopeless = chunks.prominence_dn(0, number) < kHopelessFirstProminence * noise_dn;
-    const int least = is_hopeless ? 1 : static_cast<int>(2.0 * kSecondProminence * noise_dn);
+    const bool is_hopeless =
+        chunks.prominence_dn(0, number) < kHopelessFirstProminence * noise_dn_ || is_hidden(number);
+    const int least = is_hopeless ? 1 : static_cast<int>(2.0 * kSecondProminence * noise_dn_);
     Highest highest;
     for (int chunk = 0; chunk < chunks.chunks(); ++chunk) {
       const ChunkMaxima::Peak peak = chunks.at(chunk, number);
-      const int rise = rise_of(line, peak, reach);
+      const int rise = rise_of(line, peak, limits_.flank_px);
       if (rise >= least && peak.across != first) highest.add(rise, peak.across);
     }
     highest.append_to(weak_rivals_, number);

@@ -25,6 +25,12 @@ class PeakCandidates {
   void choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima& chunks, double noise_dn,
               const ProfilePlan& plan);
 
+  /// Chooses the extras again of lines whose first, however prominent, was measured to be less
+  /// significant than that: an edge, say. What rises less may be the stripe. For the images of the
+  /// last `choose`, before the extras are measured.
+  void look_behind(float significance, const LitFrame& frame, StripeAxis axis,
+                   const ChunkMaxima& chunks);
+
   /// Lines without any contrast have a place among the firsts and nothing to be measured: this
   /// takes back what was measured.
   void blank_flat_lines();
@@ -33,13 +39,19 @@ class PeakCandidates {
   std::size_t first_extra(int line) const;
 
  private:
+  void find_hidden_lines(float significance, const ChunkMaxima& chunks);
+  void find_weak_rivals(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks);
   template <typename Pixel>
-  void find_weak_rivals(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks,
-                        double noise_dn, int reach);
+  void find_weak_rivals_in(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks);
   void merge_rivals();
+  bool is_hidden(std::int32_t line) const;
 
+  double noise_dn_ = 0.0;
+  ChunkMaxima::RivalLimits limits_;
   ChunkMaxima::Rivals rivals_;
-  std::vector<PeakSeed> weak_rivals_;  // Of the weak lines, in order.
+  std::vector<std::int32_t> hidden_;      // Lines to look behind their first, in order.
+  std::vector<std::int32_t> weak_lines_;  // With them.
+  std::vector<PeakSeed> weak_rivals_;     // Of the weak lines, in order.
 };
 
 }  // namespace striper::detail

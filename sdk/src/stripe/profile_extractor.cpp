@@ -10,7 +10,6 @@
 
 #include <striper/core/log.hpp>
 
-#include "stripe/background_edge.hpp"
 #include "stripe/line_choice.hpp"
 #include "stripe/line_view.hpp"
 #include "stripe/peak_judge.hpp"
@@ -28,6 +27,10 @@ constexpr double kQuantisation = 1.0 / 12.0;
 constexpr float kWeakSignificance = 8.0F;
 // Below this, no better background makes a peak of it.
 constexpr float kHopelessSignificance = 2.5F;
+
+// What a stripe beside an edge shows above the brighter side, in sigmas: less than in all of a
+// line, since there are few places where noise may do so.
+constexpr double kLeastAboveEdge = 3.5;
 
 constexpr int kMostPasses = 3;
 constexpr double kWidthSettled = 0.04;
@@ -177,13 +180,19 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
   const auto most = static_cast<std::size_t>(chunks_.lines()) * (ChunkMaxima::kBest - 1);
   weak_.make_room(most);
   weak_index_.reserve(most);
-  for (PeakList* peaks : {&candidates_.firsts, &candidates_.extras}) {
-    measure_profiles(current.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
-                     peaks->measurements());
-    measure_weak_again(current, width, plan.window, *peaks);
-    refuse_edges(current, width, plan, *peaks);
-  }
+  measure(current, width, plan, candidates_.firsts);
+  candidates_.look_behind(static_cast<float>(detection_.threshold()), current.frame, options_.axis,
+                          chunks_);
+  measure(current, width, plan, candidates_.extras);
   candidates_.blank_flat_lines();
+}
+
+void ProfileExtractor::measure(const Current& current, const WidthModel& width,
+                               const ProfilePlan& plan, PeakList& peaks) {
+  measure_profiles(current.images, plan, peaks.seeds.data(), static_cast<int>(peaks.size()),
+                   peaks.measurements());
+  measure_weak_again(current, width, plan.window, peaks);
+  refuse_edges(current, width, plan, peaks);
 }
 
 // Of what is weak, or so near the border that the background is seen on one side only, whose slope
@@ -239,13 +248,24 @@ void ProfileExtractor::refuse_edges(const Current& current, const WidthModel& wi
 }
 
 void ProfileExtractor::refuse_edge(const Current& current, const WidthModel& width, std::size_t i,
-                                   PeakList& peaks) const {
-  const double threshold = detection_.threshold();
-  if (!(peaks.significance[i] >= threshold)) return;
+                                   PeakList& peaks) {
+  if (!(peaks.significance[i] >= detection_.threshold())) return;
   const PeakPlace place{peaks.seeds[i].line, peaks.across[i], typical_width(width), peaks.level[i]};
-  if (is_edge_of_background(current.frame, options_.axis, current.noise, place, threshold)) {
-    peaks.significance[i] = 0.0F;
+  if (&peaks == &candidates_.extras && is_beside_first(place)) return;
+  if (significance_above_edge(current.frame, options_.axis, current.noise, place) >=
+      kLeastAboveEdge) {
+    return;
   }
+  // Nor does the width, or the follower, learn from it.
+  peaks.significance[i] = peaks.snr[i] = peaks.amplitude[i] = peaks.clipped[i] = 0.0F;
+}
+
+// Whether what brightens the place's sides may be the line's most prominent peak, and no edge.
+bool ProfileExtractor::is_beside_first(const PeakPlace& place) const {
+  const PeakList& firsts = candidates_.firsts;
+  const auto line = static_cast<std::size_t>(place.line);
+  return firsts.significance[line] >= static_cast<float>(detection_.threshold()) &&
+         std::abs(firsts.position(line) - place.across) <= disturbed_by_neighbours_px(place.width);
 }
 
 void ProfileExtractor::report(const Current& current, const WidthModel& width, Stripe& stripe) {

@@ -6,6 +6,7 @@
 #include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
+#include "stripe/background_edge.hpp"
 #include "stripe/background_noise.hpp"
 #include "stripe/detection.hpp"
 #include "stripe/excess_scatter.hpp"
@@ -50,12 +51,14 @@ class ProfileExtractor : public StripeExtractor {
   void take_given_noise(const LitFrame& frame, const ProfileImages& images, double exposures);
   bool find_first_width(const Current& current, WidthTracker& width) const;
   void measure(const Current& current, const WidthModel& width);
+  void measure(const Current& current, const WidthModel& width, const ProfilePlan& plan,
+               PeakList& peaks);
   void measure_weak_again(const Current& current, const WidthModel& width, int border,
                           PeakList& peaks);
   void refuse_edges(const Current& current, const WidthModel& width, const ProfilePlan& plan,
                     PeakList& peaks);
-  void refuse_edge(const Current& current, const WidthModel& width, std::size_t i,
-                   PeakList& peaks) const;
+  void refuse_edge(const Current& current, const WidthModel& width, std::size_t i, PeakList& peaks);
+  bool is_beside_first(const PeakPlace& place) const;
   void measure_and_learn(const Current& current, WidthTracker& width);
   void report(const Current& current, const WidthModel& width, Stripe& stripe);
   void mark_blind_lines(Stripe& stripe) const;

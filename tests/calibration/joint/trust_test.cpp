@@ -163,7 +163,7 @@ TEST(CheckTrust, RefusesTwoPictures) {
 TEST(CheckTrust, WarnsOfAnUnlikelySquare) {
   SyntheticStriper striper = thinned();
   Observations observations = testing::varied_boards(striper, 8);
-  observations.board.square_m = 60.0;  // Millimetres, given as metres.
+  observations.board.square_m = 6.0;  // Centimetres, given as metres.
   const auto findings = findings_of(observations);
   EXPECT_THAT(findings, Contains(Field(&Finding::code, "scale_unlikely")));
 }

@@ -239,7 +239,7 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
       {"striper_scene: 1\nlasers: []\n",
        "scene 'x' line 2: lasers: [] - expected one laser at least"},
       {"striper_scene: 1\nlasers:\n  - {}\n  - power_mw: -7\n",
-       "scene 'x' line 4: lasers[1].power_mw: '-7' - expected a number, 0 or above"},
+       "scene 'x' line 4: lasers[1].power_mw: '-7' - expected a number from 0 to 1e9"},
       {"striper_scene: 1\nobjects:\n  - {shape: plane}\n  - shape: plane\n    retro: {gain: 1,\n"
        "            spread_deg: -3}\n",
        "scene 'x' line 6: objects[1].retro.spread_deg: -3 - expected a number above 0"},

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the one-pass search gives, on every instruction set of this machine, exactly what a
-// plain loop gives: every width from 1 to 200 at odd strides, 8 and 16 bit, both axes, with and
-// without a dark image and a blind mask; and that ranking a few chunks finds the rivals that
-// ranking all of them does. Does not prove that it is fast (tests/bench does).
+// plain loop gives: every width from 1 to 200 at odd strides, rows of up to 8197 pixels, lines of
+// more than 256 chunks, 8 and 16 bit, both axes, with and without a dark image and a blind mask;
+// and that ranking a few chunks finds the rivals that ranking all of them does. Does not prove that
+// it is fast (tests/bench does).
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -125,6 +126,20 @@ TEST_P(EveryInstructionSet, EqualsTheScalarOracleOnAllWidthsAndOddStrides) {
   }
 }
 
+// Rows that the search cuts into pieces, and more chunks than 8 bits number.
+TEST_P(EveryInstructionSet, EqualsTheScalarOracleOnLongRowsAndLines) {
+  const Case& c = GetParam();
+  for (const cv::Size size : {cv::Size(767, 40), cv::Size(1537, 33), cv::Size(3073, 65),
+                              cv::Size(37, 8197), cv::Size(8197, 37)}) {
+    LitFrame frame;
+    frame.lit = random_image(size.height, size.width, c.type, size.width + 3, 256);
+    if (c.has_dark) frame.dark = random_image(size.height, size.width, c.type, size.width, 256);
+    if (c.has_blind) frame.blind = random_image(size.height, size.width, CV_8UC1, size.width, 2);
+    testing::for_each_instruction_set([&] { expect_equal_to_oracle(frame, c.axis); });
+    if (HasFatalFailure()) FAIL() << size.width << "x" << size.height;
+  }
+}
+
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
   for (const int type : {CV_8UC1, CV_16UC1}) {
@@ -139,15 +154,6 @@ std::vector<Case> all_cases() {
 
 INSTANTIATE_TEST_SUITE_P(ChunkMaxima, EveryInstructionSet, ::testing::ValuesIn(all_cases()),
                          [](const auto& instance) { return instance.param.name(); });
-
-TEST(ChunkMaxima, LongLinesNumberMoreThan256Chunks) {
-  constexpr int kLength = 300 * ChunkMaxima::kChunk + 5;
-  LitFrame frame;
-  frame.lit = random_image(kLength, 3, CV_8UC1, 5, 256);
-  expect_equal_to_oracle(frame, StripeAxis::kColumns);
-  frame.lit = random_image(3, kLength, CV_8UC1, kLength + 2, 256);
-  expect_equal_to_oracle(frame, StripeAxis::kRows);
-}
 
 TEST(ChunkMaxima, OfEquallyProminentChunksTheFirstComeFirst) {
   constexpr int kLength = 40 * ChunkMaxima::kChunk;

@@ -488,52 +488,6 @@ TEST(ProfileExtractor, ContinuousStripeKnowsItsErrorWhereNoLineShowsIt) {
   EXPECT_LT(std::sqrt(squares / hardly_seen), 1.0);
 }
 
-// A wall beside a darker one, where a straight background is too low on the brighter side.
-SyntheticStripe over_an_edge(double amplitude_dn) {
-  SyntheticStripe s = typical();
-  s.lines = 3000;
-  s.amplitude_dn = amplitude_dn;
-  s.noise_dn = 1.0;
-  s.bit_depth = 12;
-  return s;
-}
-
-LitFrame with_edge(LitFrame frame, int first_row, int brighter_dn) {
-  cv::Mat below = frame.lit.rowRange(first_row, frame.lit.rows);
-  below += brighter_dn;
-  return frame;
-}
-
-TEST_P(BothMethods, EdgesOfTheBackgroundAreNoStripes) {
-  ExtractOptions found = options();
-  found.stripe_sigma_px = 1.4;
-  for (const int brighter_dn : {8, 20, 60, -20}) {
-    const Stripe stripe =
-        extract(with_edge(testing::render(over_an_edge(0.0)), 150, brighter_dn), found);
-    // A straight background alone finds a stripe in 29 % of the lines at least, and in all at most.
-    EXPECT_LE(count_of(stripe, ReturnStatus::kOk), static_cast<int>(stripe.size()) / 100)
-        << brighter_dn;
-  }
-}
-
-TEST_P(BothMethods, StripesAboutAnEdgeAreFound) {
-  constexpr int kEdge = 150;
-  constexpr int kBrighterDn = 20;
-  struct Case {
-    double amplitude_dn, first, last;
-  };
-  // On the brighter side, on the darker one (in another chunk: one holds a single peak), and across
-  // it where it is brighter than the edge.
-  for (const Case& c : {Case{12, 160, 180}, Case{12, 110, 127}, Case{60, 140, 160}}) {
-    SyntheticStripe s = over_an_edge(c.amplitude_dn);
-    s.position = [&](int line) { return c.first + (c.last - c.first) * line / s.lines; };
-    ExtractOptions found = options();
-    found.stripe_sigma_px = s.sigma_px;
-    const Stripe stripe = extract(with_edge(testing::render(s), kEdge, kBrighterDn), found);
-    EXPECT_GE(count_of(stripe, ReturnStatus::kOk), s.lines * 99 / 100) << c.first;
-  }
-}
-
 // Of pixels of any value, a third of which are blind, a profile may say nothing of its place.
 TEST(ProfileExtractor, WhatIsGoodIsSomewhere) {
   ExtractOptions options;
