@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
 #include <optional>
-#include <sstream>
-#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,6 +9,7 @@
 
 #include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/text_file.hpp>
 #include <striper/intrinsics/camera_file.hpp>
 #include <striper/model/model_yaml.hpp>
 
@@ -20,20 +18,6 @@ namespace {
 
 [[noreturn]] void bad_file(const std::filesystem::path& path, const std::string& what) {
   throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", path.string(), what));
-}
-
-std::string read_text(const std::filesystem::path& path) {
-  std::error_code failure;
-  const bool is_file =
-      std::filesystem::exists(path, failure) && std::filesystem::is_regular_file(path, failure);
-  std::ifstream file(path, std::ios::binary);
-  if (!is_file || !file)
-    throw Error(ErrorKind::kNotFound,
-                fmt::format("{}: there is no such file that can be read{}", path.string(),
-                            failure ? " (" + failure.message() + ")" : ""));
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
 }
 
 // What the three kinds of files have in common, once read.
@@ -183,7 +167,8 @@ KnownCamera from_model(const std::filesystem::path& path) {
 }  // namespace
 
 KnownCamera load_camera(const std::filesystem::path& path) {
-  const std::string text = read_text(path);
+  const std::string text = read_text_file(
+      path, "a model of this project, a ROS camera_info or an OpenCV file with camera_matrix");
   if (is_opencv(text)) return {make_camera(path, read_opencv(path, text)), std::nullopt};
   YAML::Node root;
   try {

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <numbers>
-#include <sstream>
-#include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/text_file.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 
 #include "simulator/scene_field.hpp"
@@ -398,19 +396,8 @@ Scene parse_scene(const std::string& yaml, const std::string& name) {
 }
 
 Scene load_scene(const std::filesystem::path& path) {
-  std::error_code failure;
-  const bool is_file =
-      std::filesystem::exists(path, failure) && std::filesystem::is_regular_file(path, failure);
-  std::ifstream file(path);
-  if (!is_file || !file) {
-    throw Error(ErrorKind::kNotFound,
-                fmt::format("scene '{}': there is no such file that can be read{}; scenes to start "
-                            "from are in data/scenes/",
-                            path.string(), failure ? " (" + failure.message() + ")" : ""));
-  }
-  std::ostringstream text;
-  text << file.rdbuf();
-  return parse_scene(text.str(), path.string());
+  const std::string text = read_text_file(path, "a scene; some to start from are in data/scenes/");
+  return parse_scene(text, path.string());
 }
 
 }  // namespace striper

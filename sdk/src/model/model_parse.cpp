@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <memory>
-#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +9,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/log.hpp>
+#include <striper/core/text_file.hpp>
 #include <striper/model/model_yaml.hpp>
 
 #include "model/model_checks.hpp"
@@ -28,7 +25,6 @@ constexpr int kVersion = 1;
 constexpr int kMaxImageSize = 100'000;
 constexpr int kMaxLasers = 64;
 constexpr std::size_t kMaxParameters = 12 + 4 * kMaxLasers;
-constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20;
 
 double read_focal_length(const YamlField& element) {
   const double value = element.number();
@@ -233,37 +229,6 @@ StriperModel read_model(const YamlField& root, const std::string& yaml) {
   return model;
 }
 
-std::string read_file(const std::filesystem::path& path) {
-  std::error_code failure;
-  if (!std::filesystem::exists(path, failure)) {
-    if (failure) {
-      throw Error(ErrorKind::kIo,
-                  fmt::format("{}: cannot be read: {}", path.string(), failure.message()));
-    }
-    throw Error(ErrorKind::kNotFound,
-                fmt::format("{}: there is no such file - expected a striper model", path.string()));
-  }
-  if (std::filesystem::is_directory(path, failure)) {
-    throw Error(ErrorKind::kBadFile,
-                fmt::format("{}: is a directory - expected a striper model file", path.string()));
-  }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw Error(ErrorKind::kIo,
-                fmt::format("{}: cannot be read: {}", path.string(), std::strerror(errno)));
-  }
-  std::string text(kMaxFileBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (file.bad()) throw Error(ErrorKind::kIo, fmt::format("{}: reading failed", path.string()));
-  if (text.size() > kMaxFileBytes) {
-    throw Error(ErrorKind::kBadFile,
-                fmt::format("{}: is larger than {} MiB - expected a striper model", path.string(),
-                            kMaxFileBytes >> 20));
-  }
-  return text;
-}
-
 }  // namespace
 
 StriperModel parse_model(const std::string& yaml, const std::string& name) {
@@ -272,7 +237,7 @@ StriperModel parse_model(const std::string& yaml, const std::string& name) {
 }
 
 StriperModel load_model(const std::filesystem::path& path) {
-  return parse_model(read_file(path), path.string());
+  return parse_model(read_text_file(path, "a striper model"), path.string());
 }
 
 }  // namespace striper

@@ -158,9 +158,10 @@ TEST(SimulatedSource, WhatIsWrongInTheAddressIsRefusedByName) {
   EXPECT_EQ(refusal(wall("?laser=3"), ErrorKind::kUsage),
             "source '" + wall("?laser=3") +
                 "': timing.cadence: '3' - expected laser indices below 1, the number of lasers");
-  EXPECT_EQ(refusal("sim:no/such/scene.yaml", ErrorKind::kNotFound),
-            "scene 'no/such/scene.yaml': there is no such file that can be read; scenes to start "
-            "from are in data/scenes/");
+  EXPECT_EQ(
+      refusal("sim:no/such/scene.yaml", ErrorKind::kNotFound),
+      "no/such/scene.yaml: there is no such file - expected a scene; some to start from are in "
+      "data/scenes/");
 }
 
 }  // namespace
