@@ -466,7 +466,7 @@ class Output(EndToEnd):
         for expected, arguments in (
             ("closed: Permission denied", ["record", self.shots, "-o", "closed"]),
             ("closed/x.yaml: cannot be read: Permission denied", ["capture", self.shots, "-m", "closed/x.yaml"]),
-            ("can be read (Permission denied)", ["capture", "sim:closed/x.yaml"]),
+            ("closed/x.yaml: cannot be read: Permission denied", ["capture", "sim:closed/x.yaml"]),
         ):
             with self.subTest(arguments=arguments):
                 done = subprocess.run(
