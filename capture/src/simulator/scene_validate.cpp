@@ -20,7 +20,7 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 [[noreturn]] void refuse(const std::string& field, const std::string& value,
                          const std::string& expected) {
-  throw SceneViolation(field, fmt::format("{} - expected {}", value, expected));
+  throw detail::SceneViolation(field, fmt::format("{} - expected {}", value, expected));
 }
 // To ten digits, so that a change of units and back is not seen.
 [[noreturn]] void refuse(const std::string& field, double value, const std::string& expected) {

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
 
-namespace striper {
+namespace striper::detail {
 
 /// What `Scene::validate` throws: says the field by its path in a scene file, and in that file's
 /// unit, so that the reader of one finds its line.
@@ -24,4 +25,4 @@ class SceneViolation : public Error {
   std::string field_;
 };
 
-}  // namespace striper
+}  // namespace striper::detail

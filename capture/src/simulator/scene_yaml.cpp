@@ -388,7 +388,7 @@ Scene parse_scene(const std::string& yaml, const std::string& name) {
   Scene scene = read_scene(root, name);
   try {
     scene.validate();
-  } catch (const SceneViolation& bad) {
+  } catch (const detail::SceneViolation& bad) {
     throw Error(ErrorKind::kBadFile,
                 fmt::format("{}: {}", root.nearest(bad.field()).place(), bad.what()));
   }

@@ -112,6 +112,7 @@ struct Row3 {
 std::vector<RayPlace> lattice(int samples) {
   const int generator = samples == kTextureSamples ? 39 : samples == kSurfaceSamples ? 7 : 3;
   std::vector<RayPlace> places;
+  places.reserve(static_cast<std::size_t>(samples));
   for (int k = 0; k < samples; ++k) {
     places.emplace_back((k * generator % samples + 0.5) / samples - 0.5, (k + 0.5) / samples - 0.5);
   }

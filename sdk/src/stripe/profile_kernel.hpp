@@ -99,7 +99,7 @@ struct PeakMeasurements {
   float* significance = nullptr;  // The filter's response in standard deviations of noise.
   float* snr = nullptr;           // Amplitude over the noise at the peak pixel.
   float* clipped = nullptr;       // Number of clipped pixels in the core.
-  float* level = nullptr;         // The background at the seed, DN,
+  float* level = nullptr;         // The background at the peak to a few pixels, DN,
   float* slope = nullptr;         // and its change per pixel.
 };
 

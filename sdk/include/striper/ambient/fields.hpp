@@ -18,7 +18,10 @@ std::array<Frame, 2> split_fields(const Frame& frame);
 /// interlaced picture. One of a single row has a top field only.
 template <typename Action>
 void for_each_exposure(const Frame& frame, const Action& action) {
-  if (!frame.is_interlaced()) return action(frame);
+  if (!frame.is_interlaced()) {
+    action(frame);
+    return;
+  }
   for (const Frame& field : split_fields(frame)) {
     if (!field.image.empty()) action(field);
   }
