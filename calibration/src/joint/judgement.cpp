@@ -30,7 +30,7 @@ void judge_pictures(Calibration& calibration) {
   for (const PictureResult& picture : calibration.pictures) {
     if (!picture.fault.empty()) {
       ++unreadable;
-      if (fault.empty()) fault = picture.fault;
+      fault += (fault.empty() ? "" : "; ") + picture.fault;
       continue;
     }
     if (!picture.board.found) {

@@ -199,6 +199,18 @@ struct Checker {
           "hold the board still, expose shorter; look at the residual plots");
   }
 
+  // Many times what a stripe is found to: pictures of different poses, or of different stripers.
+  void check_stripes() {
+    const double limit_px =
+        limits.most_stripe_rms_px * std::max(1.0, observations.image_width / 640.0);
+    if (!(solution.stripes.rms_px > limit_px)) return;
+    add(Severity::kRefusal, "stripes_do_not_fit",
+        fmt::format("the stripes do not lie in a plane: {:.1f} px rms; {:.1f} px is the limit",
+                    solution.stripes.rms_px, limit_px),
+        "of pairs: are the pictures with the laser off and on in the same order, each pair of one "
+        "pose? Were camera and laser fixed to each other all the time?");
+  }
+
   void check_scale() {
     std::vector<double> depths;
     for (const auto& T : solution.T_cam_board) depths.push_back(T.translation().z());
@@ -332,6 +344,7 @@ std::vector<Finding> check_trust(const Observations& observations, const JointSo
   checker.check_condition();
   checker.check_focal_length();
   checker.check_residuals();
+  checker.check_stripes();
   checker.check_scale();
   for (int laser = 0; laser < static_cast<int>(solution.planes.size()); ++laser)
     checker.check_laser(laser);

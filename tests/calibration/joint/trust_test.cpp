@@ -26,13 +26,17 @@ JointOptions given_sigmas() {
   return options;
 }
 
-std::vector<Finding> findings_of(const Observations& observations,
+std::vector<Finding> findings_of(const Observations& observations, const JointSolution& solution,
                                  const JointOptions& options = given_sigmas()) {
-  const JointSolution solution = solve_joint(observations, options);
   StriperModel model = testing::model_of(solution.camera, solution.planes.at(0));
   if (solution.covariance.size() > 0)
     model.covariance = ModelCovariance{covariance_names(solution.camera, 1), solution.covariance};
   return check_trust(observations, solution, options, model);
+}
+
+std::vector<Finding> findings_of(const Observations& observations,
+                                 const JointOptions& options = given_sigmas()) {
+  return findings_of(observations, solve_joint(observations, options), options);
 }
 
 auto refusal(const char* code) {
@@ -158,6 +162,15 @@ TEST(CheckTrust, RefusesAStripeInACornerOfTheImage) {
 
 TEST(CheckTrust, RefusesTwoPictures) {
   EXPECT_THAT(findings_of(testing::varied_boards(thinned(), 2)), refusal("too_few_views"));
+}
+
+TEST(CheckTrust, RefusesStripesThatLieInNoPlane) {
+  const Observations observations = testing::varied_boards(thinned(), 10);
+  JointSolution solution = solve_joint(observations, given_sigmas());
+  solution.stripes.rms_px = 2.9;
+  EXPECT_THAT(findings_of(observations, solution), Not(refusal("stripes_do_not_fit")));
+  solution.stripes.rms_px = 16.0;
+  EXPECT_THAT(findings_of(observations, solution), refusal("stripes_do_not_fit"));
 }
 
 TEST(CheckTrust, WarnsOfAnUnlikelySquare) {

@@ -27,6 +27,7 @@ struct TrustLimits {
   double least_coverage = 0.20;      ///< Of the picture, by the stripe, along and across.
   double low_coverage = 0.50;
   double high_corner_rms_px = 0.5;  ///< Per 640 pixels of picture width.
+  double most_stripe_rms_px = 3.0;  ///< The same of the stripes' misfit to their planes.
   double bent_alike = 0.4;          ///< Correlation of neighbouring corners' errors, beyond that.
   double high_bend = 0.002;         ///< Of the board's half extent.
 };
