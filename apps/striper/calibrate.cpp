@@ -61,6 +61,7 @@ constexpr const char* kExamples =
     "      two lasers: the k-th --lasers (or --pairs) is laser k\n\n"
     "Ten to twenty poses: tilted by 30 to 45 degrees each way, near and far, everywhere in the\n"
     "picture, the stripe on the board or on its white margin. The report says what is missing.\n"
+    "Pictures that cannot be read are left out, with a warning that names them.\n"
     "Exit code 3: the pictures cannot give a model that is to be trusted; nothing is written\n"
     "(--force writes it all the same, marked).";
 

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <striper/capture/open_source.hpp>
@@ -44,12 +45,14 @@ constexpr const char* kExamples =
     "      a directory of pictures, calibrated\n"
     "  striper capture 'v4l2:/dev/video0?standard=ntsc&laser=0,dark' -m striper.yaml --seconds 60\n"
     "      a minute of a grabber whose laser fires in every other field\n"
-    "  striper capture 'images:*.png?fps=30' --axis rows --channel green --missing | head\n\n"
+    "  striper capture 'images:*.png?fps=30' --axis rows --channel green --missing > rows.csv\n"
+    "      a stripe that runs from top to bottom, with a line for every row\n\n"
     "Columns: frame,time_s,laser,u_px,v_px,bearing_rad,range_m,range_near_m,range_far_m,sigma_m,\n"
     "sigma_cal_m,x_m,y_m,intensity,width_px,row_sigma_px,confidence,status. Only returns of "
     "status\n"
     "'ok' are written unless --doubtful or --missing say otherwise. The exit code is 1 where any\n"
-    "picture was corrupt or of wrong size; the others are scanned all the same.";
+    "picture was corrupt or of wrong size; the others are scanned all the same. A FILE that holds\n"
+    "anything but scans is not overwritten.";
 
 void define(CLI::App& command, CaptureArguments& arguments) {
   add_source(command, arguments.source);
@@ -106,6 +109,12 @@ void say_summary(const FrameLoopResult& result, const Scanner& scanner, const Re
   say(fmt::format("wrote {}, {}, to {}", count(scanner.statistics().scans, "scan"),
                   count(lines, "line"), output == "-" ? "the standard output" : output));
   say(fmt::format("returns: {}", returns.describe()));
+  if (returns.of(ReturnStatus::kBehind) > returns.of(ReturnStatus::kOk)) {
+    say(
+        fmt::format("warning: {} stripes were found where the camera's rays meet the laser's plane "
+                    "behind it or nowhere: is it this striper's model, the plane's sign right?",
+                    returns.of(ReturnStatus::kBehind)));
+  }
   for (const std::string& line : lines_of(scanner.decisions()))
     if (!was_warned_of(line)) say("decided: " + line);
 }
@@ -120,11 +129,20 @@ void say_refusal(const Frame& frame, const Scanner& scanner, std::uint64_t refus
   }
 }
 
+bool is_standard_output(const std::string& path) {
+  struct stat file {};
+  struct stat standard {};
+  if (path == "-") return true;
+  return ::stat(path.c_str(), &file) == 0 && ::fstat(STDOUT_FILENO, &standard) == 0 &&
+         file.st_dev == standard.st_dev && file.st_ino == standard.st_ino;
+}
+
 ExitCode capture(const CaptureArguments& arguments) {
-  if (arguments.json && arguments.output == "-") {
+  if (arguments.json && is_standard_output(arguments.output)) {
     throw Error(ErrorKind::kUsage,
                 "--json needs -o FILE: the standard output carries the scans themselves");
   }
+  require_replaceable_by_scans(arguments.output);
   if (arguments.output == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
   const auto source = open_source(arguments.source);
   Scanner scanner = make_scanner(arguments.scanner, source->info());

@@ -115,12 +115,9 @@ void refuse_empty_words(const CLI::App& striper) {
 
 // What is still in the buffers of stdio: a full disk is told of only now.
 void finish_standard_output() {
-  const bool is_flushed = std::fflush(stdout) == 0;
-  const int reason = errno;
-  if (is_flushed && std::ferror(stdout) == 0) return;
-  const std::string why =
-      is_flushed ? "not all of it was taken" : std::generic_category().message(reason);
-  throw Error(ErrorKind::kIo, "cannot write to the standard output: " + why);
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  throw Error(ErrorKind::kIo, fmt::format("cannot write to the standard output: {}",
+                                          std::generic_category().message(errno)));
 }
 
 ExitCode execute(const CLI::App& striper, const Action& action) {

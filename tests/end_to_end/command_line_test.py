@@ -156,6 +156,15 @@ class WrongUsage(EndToEnd):
         self.check("--black nan: expected a level", "noise", self.shots, "--black", "nan")
         self.check("--frames = 1e3: expected a number, whole", "capture", self.shots, "--frames", "1e3")
 
+    def test_output_that_holds_something_else(self):
+        for name, keep in (("striper.yaml", MODEL.encode()), ("shots/shot1.pgm", pgm())):
+            self.check("is there and holds no scans", "capture", self.shots, "-m", self.model, "-o", self.path(name))
+            self.assertEqual(keep, self.read(name))
+        self.write("scans.csv", "")
+        for _ in range(2):  # An empty file, and one with scans.
+            self.capture(self.shots, "-o", self.path("scans.csv"))
+        self.check("--json needs -o FILE", "capture", self.shots, "--json", "-o", "/dev/stdout")
+
     def test_empty_words(self):
         self.check("striper capture: --output is empty", "capture", self.shots, "-o", "")
         self.check("striper record: SOURCE is empty", "record", "", "-o", self.path("rec"))
@@ -209,10 +218,11 @@ class BadInput(EndToEnd):
         self.assertIn("no file matches the pattern", done.stderr)
 
     def test_missing_model_leaves_the_output_alone(self):
-        output = self.write("scans.csv", b"precious")
+        precious = (",".join(COLUMNS) + "\nof last year\n").encode()
+        output = self.write("scans.csv", precious)
         done = self.capture(self.shots, "-m", self.path("none.yaml"), "-o", output, code=1)
         self.assertIn("none.yaml", done.stderr)
-        self.assertEqual(self.read("scans.csv"), b"precious")
+        self.assertEqual(self.read("scans.csv"), precious)
 
     def test_not_a_number_in_the_model(self):
         self.write("striper.yaml", MODEL.replace("distance_m: 0.5", "distance_m: .nan"))
@@ -228,6 +238,11 @@ class BadInput(EndToEnd):
 """, "lasers: []\n")
         self.write("striper.yaml", text)
         self.assertIn("lasers", self.capture(self.shots, "-m", self.model, code=1).stderr)
+
+    def test_plane_behind_the_camera(self):
+        self.write("striper.yaml", MODEL.replace("distance_m: 0.5", "distance_m: -0.5"))
+        done = self.capture(self.shots, "-m", self.model)
+        self.assertIn(f"warning: {4 * WIDTH} stripes were found where the camera's rays", done.stderr)
 
     def test_model_of_another_camera(self):
         self.write("striper.yaml", MODEL.replace("image_width: 64", "image_width: 65"))

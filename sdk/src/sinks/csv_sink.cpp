@@ -2,7 +2,10 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <iterator>
+#include <system_error>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -62,8 +65,24 @@ bool wanted(const CsvOptions& options, ReturnStatus status) {
 
 }  // namespace
 
+void require_replaceable_by_scans(const std::string& path) {
+  std::error_code ignored;
+  if (path == "-" || !std::filesystem::is_regular_file(path, ignored)) return;
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(kHeader.size(), '\0');
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(file.gcount()));
+  if (kHeader.starts_with(begin))
+    return;  // Scans, or as much of their header as a disk could hold.
+  throw Error(ErrorKind::kUsage,
+              fmt::format("'{}' is there and holds no scans: it is not overwritten; remove it, or "
+                          "name another file",
+                          path));
+}
+
 CsvSink::CsvSink(const std::string& path, const CsvOptions& options)
     : path_(path), options_(options) {
+  require_replaceable_by_scans(path);
   file_ = path == "-"
               ? STDOUT_FILENO
               : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kNewFileMode);

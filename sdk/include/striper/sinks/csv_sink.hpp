@@ -14,6 +14,11 @@ struct CsvOptions {
   bool missing = false;   ///< Also a line for every column without a return.
 };
 
+/// Whether a file may give way to scans: where there is none, an empty one, a pipe or a device, or
+/// scans. Anything else, such as the model or a picture, is to be kept. @throws Error{kUsage}
+/// naming it.
+void require_replaceable_by_scans(const std::string& path);
+
 /// Writes scans as CSV: RFC 4180, one header line, one line per return (CONVENTIONS.md lists the
 /// columns). Floats are the shortest text that reads back to the same bits; infinity is `inf`; what
 /// does not exist is an empty field.
@@ -23,7 +28,8 @@ struct CsvOptions {
 class CsvSink {
  public:
   /// Opens `path` for writing, "-" being the standard output, and writes the header.
-  /// @throws Error{kIo} naming the path and the system's reason.
+  /// @throws Error{kIo} naming the path and the system's reason, and as
+  /// `require_replaceable_by_scans` does.
   explicit CsvSink(const std::string& path, const CsvOptions& options = {});
   CsvSink(const CsvSink&) = delete;
   CsvSink& operator=(const CsvSink&) = delete;
