@@ -37,10 +37,9 @@ constexpr double kWrongFieldOrder = 0.35;
 
 // Words of what was or was not found out; what to do about it is part of each.
 constexpr const char* kNoDarkSeen =
-    "no exposure without the laser could be told from the others: all are scanned as if lit, and "
-    "no "
-    "daylight is taken off; if the laser is off in some, say in which with laser= (for example "
-    "laser=0,dark), else ambient none is meant";
+    "no exposure without the laser could be told from the others: all are scanned as lit, and no "
+    "daylight is taken off; say laser=0 if it is always on, or in which it is off (laser=0,dark: "
+    "in every other one)";
 constexpr const char* kAlwaysLit =
     "ambient {} needs exposures without the laser, and it shows in every one: nothing is taken off";
 constexpr const char* kNoFields =

@@ -84,8 +84,15 @@ Laser read_laser(const YamlField& field) {
   const double d = field.at("distance_m", "a number of metres").number("a finite number of metres");
   Laser laser;
   if (!(std::abs(n.norm() - 1.0) <= kUnitNormalTolerance)) {
+    const Eigen::Vector3d unit = n / n.norm();
+    const std::string remedy = unit.allFinite()
+                                   ? fmt::format(
+                                         "; divided by it, normal: [{:.10g}, {:.10g}, {:.10g}] and "
+                                         "distance_m: {:.10g}",
+                                         unit.x(), unit.y(), unit.z(), d / n.norm())
+                                   : std::string();
     normal.refuse(fmt::format("[{}, {}, {}], of length {}", n.x(), n.y(), n.z(), n.norm()),
-                  fmt::format("length 1 to {}", kUnitNormalTolerance));
+                  fmt::format("length 1 to {}{}", kUnitNormalTolerance, remedy));
   }
   laser.plane = LaserPlane(n, d);
   if (const auto homography = field.find("homography")) laser.homography = homography->matrix(3, 3);

@@ -128,7 +128,7 @@ constexpr Malformed kZoo[] = {
     {"normal_along_the_axis", ":9: lasers[0].normal: [0, 0, 1], along the optical axis - expected a plane that the camera looks along, so that its scan frame has an x axis"},
     {"normal_is_a_number", ":9: lasers[0].normal: '1' - expected a list of 3"},
     {"normal_nan", ":9: lasers[0].normal[1]: '.NaN' - expected a finite number"},
-    {"normal_not_unit", ":9: lasers[0].normal: [0, 1.001, 0], of length 1.001 - expected length 1 to 1e-06"},
+    {"normal_not_unit", ":9: lasers[0].normal: [0, 1.001, 0], of length 1.001 - expected length 1 to 1e-06; divided by it, normal: [0, 1, 0] and distance_m: 0.3996003996"},
     {"normal_of_the_other_axis", ":9: lasers[0].normal: [1, 0, 0], without a component along y - expected a plane across the search direction of stripe axis columns; is it the other axis?"},
     {"normal_of_two", ":9: lasers[0].normal: a list of 2 - expected a list of 3"},
     {"normal_zero", ":9: lasers[0].normal: [0, 0, 0], of length 0 - expected length 1 to 1e-06"},
