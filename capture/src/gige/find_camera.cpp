@@ -123,6 +123,7 @@ GvcpDevice find_gige(const std::string& name) {
   }
   if (found == present.end()) {
     std::vector<std::string> serials;
+    serials.reserve(present.size());
     for (const GvcpDevice& device : present) serials.push_back(device.serial);
     throw Error(ErrorKind::kNotFound,
                 fmt::format("source 'gige:{}': no such camera; {}; `striper doctor gige:{}` looks "

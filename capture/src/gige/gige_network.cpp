@@ -92,6 +92,7 @@ Diagnosis answers_filtered(std::uint64_t count, const std::vector<NetworkInterfa
 
 Diagnosis nobody_answers(const std::vector<NetworkInterface>& interfaces) {
   std::vector<std::string> asked;
+  asked.reserve(interfaces.size());
   for (const NetworkInterface& one : interfaces) {
     asked.push_back(fmt::format("{} ({})", one.name, ip(one.address)));
   }
@@ -112,6 +113,7 @@ Diagnosis nobody_answers(const std::vector<NetworkInterface>& interfaces) {
 
 Diagnosis not_that_one(const std::string& name, const std::vector<GvcpDevice>& present) {
   std::vector<std::string> there;
+  there.reserve(present.size());
   for (const GvcpDevice& one : present) {
     there.push_back(fmt::format("{} at {}", one.serial, ip(one.address)));
   }

@@ -112,6 +112,7 @@ template <typename Use>
 void receive_until(const std::vector<Asked>& asked, std::chrono::milliseconds wait, Use use) {
   const auto end = Clock::now() + wait;
   std::vector<pollfd> waiting;
+  waiting.reserve(asked.size());
   for (const Asked& a : asked) waiting.push_back({a.socket->fd(), POLLIN, 0});
   while (true) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now());

@@ -167,7 +167,8 @@ int Session::enough_buffers(std::size_t payload_bytes) const noexcept {
   constexpr int kLeast = 16;
   constexpr double kReaderLate_s = 0.5;
   constexpr std::size_t kMostBytes = std::size_t{256} << 20;
-  const auto affordable = static_cast<double>(kMostBytes / std::max<std::size_t>(1, payload_bytes));
+  const std::size_t affordable_whole = kMostBytes / std::max<std::size_t>(1, payload_bytes);
+  const auto affordable = static_cast<double>(affordable_whole);
   return std::max(kLeast, static_cast<int>(std::min(kReaderLate_s * setup_.rate_hz, affordable)));
 }
 

@@ -214,7 +214,7 @@ std::uint32_t payload_bytes(const CameraState& state) {
   return static_cast<std::uint32_t>(picture + chunks);
 }
 
-Registers feature_registers(CameraState& state, RegisterActions actions) {
+Registers feature_registers(CameraState& state, const RegisterActions& actions) {
   Registers registers;
   add_picture_registers(registers, state);
   add_acquisition_registers(registers, state, actions);

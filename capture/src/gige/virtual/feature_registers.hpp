@@ -80,6 +80,6 @@ std::uint32_t payload_bytes(const CameraState& state);
 
 /// The camera's registers over its state. The state must outlive them.
 std::map<std::uint32_t, RegisterHooks> feature_registers(CameraState& state,
-                                                         RegisterActions actions);
+                                                         const RegisterActions& actions);
 
 }  // namespace striper::detail

@@ -51,7 +51,7 @@ class Description {
     if (!add(name)) return;
     nodes_ += fmt::format("<Enumeration Name=\"{}\">", name);
     for (const auto& [entry, value] : entries) {
-      if (lacking_.count(name + "." + entry) != 0) continue;
+      if (lacking_.count(fmt::format("{}.{}", name, entry)) != 0) continue;
       nodes_ += fmt::format("<EnumEntry Name=\"{}\"><Value>{}</Value></EnumEntry>", entry, value);
     }
     nodes_ += fmt::format("<pValue>{}Reg</pValue>{}</Enumeration>\n", name, selected);
