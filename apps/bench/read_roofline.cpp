@@ -54,7 +54,10 @@ HWY_INLINE std::uint64_t sum_of(const std::uint8_t* bytes, std::size_t count, Wo
     }
   }
   const auto sum = hn::Add(hn::Add(sums[0], sums[1]), hn::Add(sums[2], sums[3]));
-  return hn::GetLane(hn::SumOfLanes(words, sum));
+  // By hand: AVX-512's own sum of lanes is one of signed numbers, which must not wrap.
+  HWY_ALIGN std::uint64_t lanes[hn::MaxLanes(Words())];
+  hn::Store(sum, words, lanes);
+  return std::accumulate(lanes, lanes + hn::Lanes(words), std::uint64_t{0});
 }
 
 std::uint64_t words(const std::uint8_t* bytes, std::size_t count) {
