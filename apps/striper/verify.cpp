@@ -110,6 +110,7 @@ FlatScan check(const PolarScan& scan) {
   Line line = fit(good);
   for (int round = 0; round < 2; ++round) {
     std::vector<double> errors;
+    errors.reserve(good.size());
     for (const Return* r : good) errors.push_back(std::abs(along_ray_m(line, *r)) / r->sigma_m);
     std::vector<double> sorted = errors;
     const double gate = 5.0 * kSigmaOfMedianAbsolute * std::max(upper_median(sorted), 1e-3);

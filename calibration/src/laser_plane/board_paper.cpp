@@ -15,7 +15,8 @@ namespace {
 constexpr int kAlong = 48;              // Places along a side,
 constexpr double kStepSquares = 0.05;   // and steps outward.
 constexpr double kFirstSquares = 0.25;  // Clear of the print's own blur.
-constexpr int kSteps = static_cast<int>((kMarginSquares - kFirstSquares) / kStepSquares + 0.5);
+constexpr double kSpanSquares = kMarginSquares - kFirstSquares + 0.5 * kStepSquares;
+constexpr int kSteps = static_cast<int>(kSpanSquares / kStepSquares);
 constexpr std::size_t kFewest = 6;   // Places that say how bright the picture is in a step.
 constexpr double kSameWhite = 0.15;  // Of the difference of white and black.
 

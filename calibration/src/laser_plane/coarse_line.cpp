@@ -95,6 +95,7 @@ Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const C
 
 double median_of(const std::vector<float>& values, const std::vector<std::size_t>& some) {
   std::vector<float> chosen;
+  chosen.reserve(some.size());
   for (const std::size_t i : some) chosen.push_back(values[i]);
   return upper_median(chosen);
 }

@@ -42,6 +42,7 @@ TEST(Log, MessagesOfSeveralThreadsComeOneAtATime) {
     --inside;
   });
   std::vector<std::thread> threads;
+  threads.reserve(kThreads);
   for (int i = 0; i < kThreads; ++i) {
     threads.emplace_back([] {
       for (int k = 0; k < kMessages; ++k) log(LogLevel::kInfo, "all of it");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/Core>
 #include <gtest/gtest.h>
 #include <unsupported/Eigen/AutoDiff>
 

@@ -17,7 +17,7 @@ namespace striper {
 /// @param k the distortion coefficients in OpenCV's order.
 template <typename T>
 T radial_factor(LensModel lens, const T* k, const T& r2) {
-  const T numerator = T(1.0) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
+  T numerator = T(1.0) + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
   if (lens != LensModel::kRationalPolynomial) return numerator;
   const T denominator = T(1.0) + r2 * (k[5] + r2 * (k[6] + r2 * k[7]));
   return numerator / denominator;
