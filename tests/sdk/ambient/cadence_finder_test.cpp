@@ -23,7 +23,7 @@ void show(CadenceFinder& finder, const Frame& picture) {
   for (const Frame& field : split_fields(picture)) finder.add(field, field.exposure_number());
 }
 
-CadenceFinder::Finding find_in(Street& street, std::vector<std::uint64_t> pictures,
+CadenceFinder::Finding find_in(Street& street, const std::vector<std::uint64_t>& pictures,
                                int lasers = 1) {
   testing::reseed();
   street.build();

@@ -38,7 +38,7 @@ SyntheticStripe stripe_of(double amplitude_dn, int lines) {
 }
 
 // A wall beside a darker one, `brighter_dn` below row kEdge, blurred by a Gaussian.
-LitFrame with_edge(SyntheticStripe s, double brighter_dn, double blur_px) {
+LitFrame with_edge(const SyntheticStripe& s, double brighter_dn, double blur_px) {
   LitFrame frame = testing::render(s);
   for (int v = 0; v < frame.lit.rows; ++v) {
     const double part = 0.5 * (1.0 + std::erf((v - kEdge + 0.5) / (blur_px * std::sqrt(2.0))));

@@ -76,6 +76,7 @@ TEST(DarkNoise, MarkingThatStandsStillIsNoStripe) {
     testing::reseed();
     const Scene scene{150.0, width_px, 0.0};
     std::vector<LitFrame> frames;
+    frames.reserve(kFrames);
     for (int n = 0; n < kFrames; ++n) frames.push_back(scene.frame());
     for (const ExtractMethod method : {ExtractMethod::kFast, ExtractMethod::kRefined}) {
       for (const PeakRule peak : {PeakRule::kBrightest, PeakRule::kContinuous}) {

@@ -71,7 +71,8 @@ StreamSender::StreamSender(std::uint32_t local_address, double link_mbit_s, std:
       random_(seed),
       resend_random_(seed + 1) {
   const sockaddr_in local = socket_address(local_address, 0);
-  bind(fd_, reinterpret_cast<const sockaddr*>(&local), sizeof(local));
+  // Where it cannot be, packets leave from whatever address the system chooses.
+  static_cast<void>(bind(fd_, reinterpret_cast<const sockaddr*>(&local), sizeof(local)));
   const int bytes = 4 << 20;
   setsockopt(fd_, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof(bytes));
 }
