@@ -103,10 +103,10 @@ TEST(SourceUri, WhatWasPutTogetherComesApart) {
       parameters[fmt::format("k{}", random_text(key_characters, 6))] =
           random_text(value_characters, 10);
     }
-    std::string text = scheme + ":" + path;
+    std::string text = fmt::format("{}:{}", scheme, path);
     char separator = '?';
     for (const auto& [key, value] : parameters) {
-      text += separator + key + "=" + value;
+      text += fmt::format("{}{}={}", separator, key, value);
       separator = '&';
     }
     SourceUri uri = SourceUri::parse(text);

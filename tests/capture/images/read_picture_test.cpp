@@ -62,7 +62,7 @@ struct Encoding {
 class EveryFormat : public ::testing::TestWithParam<Encoding> {
  protected:
   std::filesystem::path write(const cv::Mat& image) {
-    const auto path = scratch_ / ("picture" + GetParam().extension);
+    auto path = scratch_ / ("picture" + GetParam().extension);
     EXPECT_TRUE(cv::imwrite(path.string(), image, GetParam().parameters));
     return path;
   }

@@ -3,6 +3,7 @@
 // full disk leaves a whole recording. Does not prove that it survives a power failure.
 #include <csignal>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -328,9 +329,9 @@ TEST_F(FrameTable, EveryMalformedLineIsNamed) {
       {"monotonic_ns", "9000000000000000000"},
   };
   for (const auto& [column, value] : bad) {
-    write_table("file," + column + "\na.png,\"" + value + "\"\n");
+    write_table(fmt::format("file,{}\na.png,\"{}\"\n", column, value));
     EXPECT_THAT(message_of_replay(),
-                HasSubstr("line 2: column '" + column + "' cannot be '" + value + "'"));
+                HasSubstr(fmt::format("line 2: column '{}' cannot be '{}'", column, value)));
   }
 }
 

@@ -93,7 +93,7 @@ TEST_P(BackgroundEdge, IsNoStripe) {
   ExtractOptions found = options_of_width(1.4);
   for (const PeakRule rule : {PeakRule::kBrightest, PeakRule::kContinuous, PeakRule::kAll}) {
     found.peak = rule;
-    for (const double blur_px : {kSharp, 0.8, 2.0}) {
+    for (const double blur_px : {kSharp, 0.8, 2.0, 3.0}) {
       for (const int brighter_dn : {8, 20, 60, -20}) {
         const Stripe stripe =
             extract(with_edge(stripe_of(0.0, kLines), brighter_dn, blur_px), found);
