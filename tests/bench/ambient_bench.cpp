@@ -67,7 +67,7 @@ void set_bytes(benchmark::State& state, int images) {
 void roofline(benchmark::State& state) {
   const std::vector<Frame> all = exposures(size_of(state), false);
   std::size_t n = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     std::uint64_t sum = 0;
     for (int image = 0; image < 2; ++image) {
       const cv::Mat& pixels = all[n++ % all.size()].image;
@@ -87,7 +87,7 @@ void candidates(benchmark::State& state, bool is_fused) {
   LitFrame lit;
   lit.full_scale_dn = 255;
   std::size_t n = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     lit.lit = all[n++ % all.size()].image;
     if (is_fused) lit.dark = all[n++ % all.size()].image;
     chunks.find(lit, StripeAxis::kColumns);
@@ -120,7 +120,7 @@ void stage(benchmark::State& state, bool are_fields, bool with_candidates, bool 
     }
   };
   for (int first = 0; first < 2 * kPairs; ++first) scan_one();
-  for (auto _ : state) scan_one();
+  for ([[maybe_unused]] auto _ : state) scan_one();
   if (scans + 1 < static_cast<std::size_t>(state.iterations())) state.SkipWithError("no scans");
   set_bytes(state, 2);
 }

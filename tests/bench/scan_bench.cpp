@@ -44,7 +44,7 @@ void scan_stage(benchmark::State& state, const StriperModel& model) {
   striper::ScanProjector projector(model, {});
   striper::PolarScan scan;
   projector.project(stripe, 0, scan);  // Makes the tables, once in a stream.
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     projector.project(stripe, 0, scan);
     benchmark::DoNotOptimize(scan.returns.data());
   }
@@ -57,7 +57,7 @@ void exact_triangulation(benchmark::State& state) {
   const StriperModel model = striper::testing::typical_model();
   const Stripe stripe = stripe_of(model);
   const striper::Triangulator triangulator(model, 0);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     for (std::size_t i = 0; i < stripe.size(); ++i) {
       for (const double shift : {-0.5, 0.0, 0.5}) {
         benchmark::DoNotOptimize(
@@ -71,7 +71,7 @@ BENCHMARK(exact_triangulation);
 
 void atan2_and_square_root(benchmark::State& state) {
   const Stripe stripe = stripe_of(striper::testing::typical_model());
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     for (std::size_t i = 0; i < stripe.size(); ++i) {
       const double x = stripe.across_px[i];
       const double y = static_cast<double>(i);

@@ -53,7 +53,7 @@ Scene hard_case() { return load_scene(testing::source_path("data/scenes/ntsc_sun
 
 DaylightScore scan(const Scene& scene, const DaylightWay& way, int pictures,
                    std::string* decisions = nullptr) {
-  const DaylightScore score = testing::scan_in_daylight(
+  DaylightScore score = testing::scan_in_daylight(
       scene, way, pictures, [](int) { return true; }, decisions);
   std::cout << scene.name << ": found " << score.found << " of " << score.countable << ", "
             << score.false_points << " false points in " << score.columns

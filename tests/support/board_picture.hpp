@@ -95,8 +95,10 @@ inline cv::Mat render_board(const CameraModel& camera, const Board& board,
       double sum = 0.0;
       const int n = box.contains({column, row}) ? options.samples : 1;
       for (int k = 0; k < n * n; ++k) {
-        const Eigen::Vector2d pixel(column - 0.5 + (k % n + 0.5) / n,
-                                    row - 0.5 + (k / n + 0.5) / n);
+        const int across = k % n;
+        const int down = k / n;
+        const Eigen::Vector2d pixel(column - 0.5 + (across + 0.5) / n,
+                                    row - 0.5 + (down + 0.5) / n);
         const auto ray = camera.unproject(pixel);
         double value = options.background_dn;
         if (ray.status == CameraStatus::kOk) {

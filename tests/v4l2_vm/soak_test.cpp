@@ -27,11 +27,13 @@
 
 // The sanitizer's own interface. Freed memory is kept back to find its late use: little of it, so
 // that what grows can be seen.
+// NOLINTBEGIN(bugprone-reserved-identifier): the names are the sanitizer's.
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();
 extern "C" const char* __asan_default_options();
 extern "C" const char* __asan_default_options() {
   return "quarantine_size_mb=1:thread_local_quarantine_size_kb=64:exitcode=23";
 }
+// NOLINTEND(bugprone-reserved-identifier)
 
 namespace striper::testing {
 namespace {

@@ -14,6 +14,7 @@ using Severity = Finding::Severity;
 
 std::vector<Finding> findings_of(const std::vector<Severity>& severities) {
   std::vector<Finding> findings;
+  findings.reserve(severities.size());
   for (const Severity severity : severities) findings.push_back({severity, "code", "", ""});
   return findings;
 }

@@ -16,7 +16,7 @@ namespace striper::testing {
 
 /// An orthonormal 4x3 basis of a plane's three degrees of freedom (normal and distance).
 inline Eigen::Matrix<double, 4, 3> plane_tangent(const LaserPlane& plane) {
-  const Eigen::Vector3d n = plane.normal();
+  const Eigen::Vector3d& n = plane.normal();
   const Eigen::Vector3d a = n.unitOrthogonal();
   Eigen::Matrix<double, 4, 3> basis = Eigen::Matrix<double, 4, 3>::Zero();
   basis.col(0).head<3>() = a;

@@ -5,6 +5,7 @@
 // are in monte_carlo_test.cpp; pictures are not involved.
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/covariance.h>
+#include <gtest/gtest.h>
 
 #include "cost_functions/corner_cost.hpp"
 #include "cost_functions/stripe_cost.hpp"
@@ -59,6 +60,7 @@ void expect_right_jacobian(const Cost& cost, std::vector<std::vector<double>> bl
     pointers.push_back(block.data());
     jacobians.emplace_back(kResiduals * block.size());
   }
+  jacobian_pointers.reserve(jacobians.size());
   for (auto& jacobian : jacobians) jacobian_pointers.push_back(jacobian.data());
   double residual[kResiduals];
   ASSERT_TRUE(function.Evaluate(pointers.data(), residual, jacobian_pointers.data()));

@@ -36,16 +36,16 @@ constexpr auto kStreamFor = 20s;
 // A sanitizer keeps records of its own; AddressSanitizer says by itself what leaks.
 constexpr bool kMeasuresMemory = !testing::kIsInstrumented;
 
-struct Stream {
+struct Traffic {
   const char* name;
   int width;
   int height;
   double rate_hz;
 };
 
-void PrintTo(const Stream& stream, std::ostream* out) { *out << stream.name; }
+void PrintTo(const Traffic& traffic, std::ostream* out) { *out << traffic.name; }
 
-class GigeStream : public ::testing::TestWithParam<Stream> {};
+class GigeStream : public ::testing::TestWithParam<Traffic> {};
 
 TEST_P(GigeStream, BecomesScansWithoutLoss) {
   const auto [name, width, height, rate_hz] = GetParam();
@@ -99,8 +99,8 @@ TEST_P(GigeStream, BecomesScansWithoutLoss) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Fast, GigeStream,
-                         ::testing::Values(Stream{"vga_200", 640, 480, 200.0},
-                                           Stream{"two_megapixels_60", 2048, 1088, 60.0}),
+                         ::testing::Values(Traffic{"vga_200", 640, 480, 200.0},
+                                           Traffic{"two_megapixels_60", 2048, 1088, 60.0}),
                          [](const auto& tried) { return std::string(tried.param.name); });
 
 const cv::Size kPatternSize(320, 240);

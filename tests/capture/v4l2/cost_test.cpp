@@ -37,8 +37,8 @@ double copy_us(const cv::Mat& image) {
   return (processor_us(CLOCK_THREAD_CPUTIME_ID) - start_us) / kCopies;
 }
 
-struct Stream {
-  explicit Stream(const StandInCamera::Setup& setup)
+struct CountedStream {
+  explicit CountedStream(const StandInCamera::Setup& setup)
       : camera(std::make_shared<StandInCamera>(setup)) {
     camera->set_pixels([](std::uint8_t*, std::size_t, std::uint64_t) {});
     V4l2Options options;
@@ -81,7 +81,7 @@ TEST(V4l2Cost, PictureInPlaceTakesLessThan20Microseconds) {
   constexpr bool kIsOptimised = false;
 #endif
   constexpr double kBound_us = kIsOptimised ? 20.0 : 1000.0;  // Else only that it runs.
-  Stream stream(grey_640x480());
+  CountedStream stream(grey_640x480());
   stream.run(200);
   double best_us = 1e9;
   for (int round = 0; round < 5; ++round) best_us = std::min(best_us, stream.run(1000));
@@ -96,7 +96,7 @@ TEST(V4l2Cost, MemoryDoesNotGrow) {
   for (const std::uint32_t code : {V4L2_PIX_FMT_GREY, V4L2_PIX_FMT_YUYV}) {
     StandInCamera::Setup setup = grey_640x480();
     setup.code = code;
-    Stream stream(setup);
+    CountedStream stream(setup);
     stream.run(500);
     const std::size_t before = mallinfo2().uordblks;
     stream.run(3000);

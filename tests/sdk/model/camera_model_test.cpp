@@ -113,8 +113,10 @@ TEST_P(EveryLens, RoundTripsToANanopixelOverTheWholeImage) {
   const CameraModel& camera = GetParam().camera;
   EXPECT_FALSE(camera.folds_inside_image());
   double worst = 0.0;
-  for (double v = 0.0; v < camera.height(); v += 3.7) {
-    for (double u = 0.0; u < camera.width(); u += 4.3) {
+  for (int row = 0; 3.7 * row < camera.height(); ++row) {
+    for (int column = 0; 4.3 * column < camera.width(); ++column) {
+      const double v = 3.7 * row;
+      const double u = 4.3 * column;
       const Unprojection ray = camera.unproject({u, v});
       ASSERT_EQ(ray.status, CameraStatus::kOk) << u << ", " << v;
       const Projection pixel = camera.project(ray.xy.homogeneous());

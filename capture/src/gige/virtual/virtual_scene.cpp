@@ -53,7 +53,7 @@ class SimulatedVirtualScene : public VirtualScene {
   std::map<std::string, Simulator> simulators_;
 };
 
-class LoopedScene : public VirtualScene {
+class LoopedScene final : public VirtualScene {
  public:
   LoopedScene(std::shared_ptr<VirtualScene> scene, int count)
       : scene_(std::move(scene)), count_(static_cast<std::uint64_t>(count)) {
