@@ -13,6 +13,8 @@
 
 #include <striper/core/robust.hpp>
 
+#include "core/image_line.hpp"
+
 namespace striper::detail {
 namespace {
 
@@ -56,13 +58,6 @@ void mix_rows_finely(const Pixel* a, const Pixel* b, double weight_b, std::int32
   }
   const std::int32_t wa = 256 - wb;
   for (int i = 0; i < n; ++i) out[i] = (a[i] * wa + b[i] * wb) >> 4;
-}
-
-template <typename Pixel>
-Pixel row_maximum(const Pixel* row, int n) {
-  Pixel maximum = 0;
-  for (int i = 0; i < n; ++i) maximum = std::max(maximum, row[i]);
-  return maximum;
 }
 
 }  // namespace

@@ -159,7 +159,7 @@ void ContinuousTracker::load_noise(const LitFrame& frame, StripeAxis axis, int l
     correlate(white_, core_squared_, answer_variance_.data());
   }
   if (frame.variance.empty()) return;
-  const StridedLine<float> variance = image_line<float>(frame.variance, axis, line_number);
+  const StridedLine<const float> variance = image_line<float>(frame.variance, axis, line_number);
   extra_.resize(padded_length);
   trust_.resize(padded_length);
   for (int k = 0; k < length_; ++k) {

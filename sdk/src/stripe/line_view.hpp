@@ -1,40 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
-
 #include <opencv2/core/mat.hpp>
 
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
+#include "core/image_line.hpp"
+
 namespace striper::detail {
-
-/// One line of an image, column or row, as a strided array of pixels. `Pixel` is uint8_t or
-/// uint16_t.
-template <typename Pixel>
-struct StridedLine {
-  const Pixel* first = nullptr;
-  std::ptrdiff_t stride = 0;  // In pixels.
-
-  Pixel operator[](int k) const noexcept { return first[k * stride]; }
-};
-
-template <typename Pixel>
-StridedLine<Pixel> image_line(const cv::Mat& image, StripeAxis axis, int line) noexcept {
-  const auto row_stride = static_cast<std::ptrdiff_t>(image.step1());
-  if (axis == StripeAxis::kColumns) return {image.ptr<Pixel>(0) + line, row_stride};
-  return {image.ptr<Pixel>(line), 1};
-}
-
-inline int line_count(const cv::Mat& image, StripeAxis axis) noexcept {
-  return axis == StripeAxis::kColumns ? image.cols : image.rows;
-}
-
-inline int line_length(const cv::Mat& image, StripeAxis axis) noexcept {
-  return axis == StripeAxis::kColumns ? image.rows : image.cols;
-}
 
 /// Where the pixels of a line are on the sensor.
 inline const AxisGrid& grid_across(const PixelGrid& grid, StripeAxis axis) noexcept {
@@ -65,9 +39,9 @@ class LitLine {
   bool blind(int k) const noexcept { return blind_.first != nullptr && blind_[k] != 0; }
 
  private:
-  StridedLine<Pixel> lit_;
-  StridedLine<Pixel> dark_;
-  StridedLine<std::uint8_t> blind_;
+  StridedLine<const Pixel> lit_;
+  StridedLine<const Pixel> dark_;
+  StridedLine<const std::uint8_t> blind_;
   int length_;
   int full_scale_;
 };
