@@ -180,9 +180,11 @@ void PaperExtractor::measure_line(const LitFrame& frame, int line, double noise_
                                   double threshold_dn, Stripe& stripe) const {
   const auto i = static_cast<std::size_t>(line);
   const LitLine<Pixel> pixels(frame, options_.axis, line);
-  const ReturnStatus nothing = any_blind_[i] != 0 ? ReturnStatus::kBlind : ReturnStatus::kNoStripe;
-  stripe.status[i] = nothing;
   const int row = brightest_[i];
+  // Where two images are subtracted, the blind mask has what is clipped in both.
+  const bool is_clipped = frame.dark.empty() && row >= 0 && pixels.clipped(row);
+  const bool is_blind = any_blind_[i] != 0 || is_clipped;
+  stripe.status[i] = is_blind ? ReturnStatus::kBlind : ReturnStatus::kNoStripe;
   if (row < 0) return;
 
   const Plateau plateau = plateau_at(pixels, row);

@@ -280,15 +280,18 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
                      stripe);
     follower_.drop_strays(chunks_, stripe);
   }
-  if (!current.frame.blind.empty()) mark_blind_lines(stripe);
+  mark_blind_lines(current.frame, stripe);
 }
 
-void ProfileExtractor::mark_blind_lines(Stripe& stripe) const {
+// Where two images are subtracted, the blind mask has what is clipped in both.
+void ProfileExtractor::mark_blind_lines(const LitFrame& frame, Stripe& stripe) const {
+  const auto is_clipped = [&](int line) {
+    return frame.dark.empty() && chunks_.brightest_dn(line) >= frame.full_scale_dn;
+  };
   for (std::size_t i = 0; i < stripe.size(); ++i) {
-    const bool is_missing = stripe.status[i] == ReturnStatus::kNoStripe;
-    if (is_missing && chunks_.is_partly_blind(stripe.line[i])) {
-      stripe.status[i] = ReturnStatus::kBlind;
-    }
+    if (stripe.status[i] != ReturnStatus::kNoStripe) continue;
+    const int line = stripe.line[i];
+    if (chunks_.is_partly_blind(line) || is_clipped(line)) stripe.status[i] = ReturnStatus::kBlind;
   }
 }
 

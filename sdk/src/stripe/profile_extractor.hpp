@@ -61,7 +61,7 @@ class ProfileExtractor : public StripeExtractor {
   bool is_beside_first(const PeakPlace& place) const;
   void measure_and_learn(const Current& current, WidthTracker& width);
   void report(const Current& current, const WidthModel& width, Stripe& stripe);
-  void mark_blind_lines(Stripe& stripe) const;
+  void mark_blind_lines(const LitFrame& frame, Stripe& stripe) const;
   void add_other_errors(const ExcessScatter& excess, double step, Stripe& stripe) const;
 
   ExtractOptions options_;

@@ -196,6 +196,10 @@ TEST(PaperExtractor, SixteenBitPicturesGiveTheSamePlace) {
   EXPECT_NEAR(sixteen.across_px[4], eight.across_px[4], 0.01);
 }
 
+TEST(PaperExtractor, SaturatedLineIsBlind) {
+  EXPECT_EQ(extract(one_column({255, 255, 255, 255, 255}), 10.0).status[0], ReturnStatus::kBlind);
+}
+
 TEST(PaperExtractor, PictureTooSmallForThreePixelsHasNoStripe) {
   EXPECT_EQ(extract(one_column({200, 10}), 10.0).status[0], ReturnStatus::kNoStripe);
 }

@@ -246,6 +246,16 @@ TEST_P(BothMethods, ConstantPicturesOfEverySizeHaveNoStripe) {
   }
 }
 
+TEST_P(BothMethods, SaturatedLinesAreBlind) {
+  LitFrame frame;
+  frame.full_scale_dn = 255;
+  frame.lit = cv::Mat(33, 17, CV_8UC1, cv::Scalar(255));
+  frame.lit.colRange(0, 5).setTo(70);
+  const Stripe stripe = extract(frame, options());
+  EXPECT_EQ(count_of(stripe, ReturnStatus::kNoStripe), 5);
+  EXPECT_EQ(count_of(stripe, ReturnStatus::kBlind), 12);
+}
+
 TEST_P(BothMethods, LampIsWideHotPixelIsNarrowBorderIsEdge) {
   SyntheticStripe s = typical();
   s.position = [](int) { return 120.0; };

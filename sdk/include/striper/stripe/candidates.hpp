@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -91,6 +92,15 @@ class ChunkMaxima {
 
   /// Finds them. Needs `rank`, and ranks to kBest itself where a line has so many.
   void find_rivals(const RivalLimits& limits, Rivals& rivals);
+
+  /// The largest `lit - dark` of a line; blind pixels count as 0.
+  int brightest_dn(int line) const noexcept {
+    int brightest = 0;
+    for (int chunk = 0; chunk < chunks_; ++chunk) {
+      brightest = std::max(brightest, number_at(maxima_, chunk, line));
+    }
+    return brightest;
+  }
 
   /// Whether a pixel of the line was blind.
   bool is_partly_blind(int line) const noexcept {
