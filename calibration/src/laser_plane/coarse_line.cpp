@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <striper/ambient/channel_choice.hpp>
+#include <striper/ambient/colour_difference.hpp>
 #include <striper/core/robust.hpp>
 
 #include "laser_plane/board_paper.hpp"
@@ -42,6 +43,8 @@ LitFrame lit_frame(const LaserPicture& picture, const StripeRecipe& recipe) {
     ChannelImages off;
     select_channel(picture.off, recipe.channel, off);
     frame.dark = off.lit;
+  } else if (!frame.dark.empty()) {
+    ColourDifference().mend(frame, recipe.axis);
   }
   return frame;
 }

@@ -114,7 +114,10 @@ void AmbientStage::State::subtract(detail::HeldExposure& exposure,
   lit.lit = exposure.channel.lit;
   lit.dark = exposure.channel.dark;
   if (options.method == AmbientMethod::kTemporal) return subtract_background(exposure);
-  if (any == nullptr) return;
+  if (any == nullptr) {
+    if (!lit.dark.empty()) colour_difference.mend(lit, options.axis);
+    return;
+  }
 
   detail::DarkPair pair;
   for (detail::HeldExposure* const dark : {darks.before, darks.after}) {

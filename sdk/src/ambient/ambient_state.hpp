@@ -8,6 +8,7 @@
 
 #include <striper/ambient/ambient_stage.hpp>
 #include <striper/ambient/cadence_finder.hpp>
+#include <striper/ambient/colour_difference.hpp>
 
 #include "ambient/background.hpp"
 #include "ambient/exposure_numbers.hpp"
@@ -99,6 +100,7 @@ struct AmbientStage::State {
   std::optional<Channel> channel;
   bool is_finished = false;
   detail::Background background;
+  ColourDifference colour_difference;
   std::vector<detail::TemporalBackground> temporal;  // Per laser and parity.
   bool subtracts_fields = false;
   bool subtracts_pictures = false;

@@ -9,8 +9,8 @@ namespace striper {
 /// What of a colour picture is searched for the stripe. On grey pictures all of them are the grey
 /// value.
 ///
-/// The differences take white light off, and hollow out a stripe that is bright enough to clip to
-/// white; a single channel keeps its core.
+/// The differences take white light off. A stripe that is bright enough to clip to white they
+/// hollow out; `ColourDifference` mends that, and shows it no better than its own colour does.
 enum class Channel { kAuto, kGrey, kRed, kGreen, kBlue, kGreenMinusRed, kRedMinusGreen };
 
 /// `auto`, `grey`, `red`, `green`, `blue`, `green-red`, `red-green`. Static storage.

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+namespace striper {
+
+/// Mends what clipping does to a colour difference such as green - red.
+///
+/// Where the laser's line is clipped to white both colours are alike: the difference shows the two
+/// flanks of the line, each like a line, and is hollow between them, where the line is. There the
+/// other colour is the line's own light and not the scene's, which is read instead beyond the
+/// flanks; the line is then what it is in its own colour. What is clipped in both colours and is no
+/// such line (a lamp, a sheet in the sun) is blind.
+///
+/// 640 x 480 pixels of 8 bits take about 10 us where nothing is clipped, and 120 us (columns) to
+/// 220 us (rows) with a line that is clipped from side to side. No allocation after the first frame
+/// of a size. Not thread-safe.
+class ColourDifference {
+ public:
+  /// @param frame with the laser's colour in `lit` and the other one in `dark`, CV_8UC1 or CV_16UC1
+  /// (`select_channel`), which are not written into: `frame.dark` and `frame.blind` become matrices
+  /// of this object, valid until the next call, where anything is clipped.
+  void mend(LitFrame& frame, StripeAxis axis);
+
+  /// From the first to the last clipped pixel of a line; none where `last` is before `first`.
+  struct Span {
+    int first;
+    int last;
+  };
+
+ private:
+  cv::Mat filled_;
+  cv::Mat blind_;
+  std::vector<Span> clipped_;  // [line]
+};
+
+}  // namespace striper
