@@ -21,6 +21,8 @@ constexpr double kFaint = 0.1;            // Of full scale.
 constexpr double kBlurred_px = 8.0;       // Full width at half the height.
 constexpr double kWidthOfSigma = 2.3548;  // The same of a Gaussian.
 constexpr double kMost = 0.5;
+constexpr int kNextLine_px = 3;     // A stripe is no further from where it was in the last line.
+constexpr double kOtherAxis = 0.2;  // So much more that continues along the other axis.
 
 double part(std::uint64_t of, std::uint64_t all) {
   return static_cast<double>(of) / static_cast<double>(std::max<std::uint64_t>(all, 1));
@@ -33,6 +35,21 @@ AmbientOptions ambient_options(const ScannerOptions& options) {
   ambient.axis = options.stripe.axis;
   ambient.noise = options.stripe.noise;
   return ambient;
+}
+
+// One stripe a line along either axis, whatever the capture would take.
+std::unique_ptr<StripeExtractor> plain_extractor(StripeAxis axis) {
+  ExtractOptions options;
+  options.axis = axis;
+  return make_extractor(options);
+}
+
+StripeAxis other(StripeAxis axis) {
+  return axis == StripeAxis::kColumns ? StripeAxis::kRows : StripeAxis::kColumns;
+}
+
+const char* lines_of(const Stripe& stripe) {
+  return stripe.axis == StripeAxis::kColumns ? "columns" : "rows";
 }
 
 // How many clipped pixels in a row the stripe's centre lies in; 0 where it is not clipped.
@@ -72,6 +89,8 @@ std::string choices_of(const std::string& decisions) {
 PictureExam::PictureExam(const ScannerSetup& setup)
     : ambient_(ambient_options(setup.options)),
       extractor_(make_extractor(setup.options.stripe)),
+      along_(setup.options.stripe.axis),
+      across_(other(setup.options.stripe.axis)),
       projector_(setup.model ? ScanProjector(*setup.model, setup.options.scan) : ScanProjector()) {}
 
 void PictureExam::look_at(const Frame& frame) {
@@ -96,6 +115,8 @@ void PictureExam::look_at(const LitFrame& exposure) {
   pixels_ += exposure.lit.total();
   clipped_pixels_ += static_cast<std::uint64_t>(cv::countNonZero(clipped_));
 
+  along_.look_at(exposure);
+  across_.look_at(exposure);
   extractor_->extract(exposure, stripe_);
   projector_.project(stripe_, exposure.laser, scan_);
   lines_ += static_cast<std::uint64_t>(stripe_.line_count);
@@ -116,9 +137,27 @@ bool PictureExam::is_overexposed() const noexcept {
   return part(clipped_pixels_, pixels_) > kOverexposed;
 }
 
-const char* PictureExam::lines() const noexcept {
-  return stripe_.axis == StripeAxis::kColumns ? "columns" : "rows";
+PictureExam::Continuity::Continuity(StripeAxis axis) : extractor_(plain_extractor(axis)) {
+  stripe_.axis = axis;
 }
+
+void PictureExam::Continuity::look_at(const LitFrame& exposure) {
+  const auto is_there = [&](std::size_t i) {
+    return stripe_.status[i] == ReturnStatus::kOk || stripe_.status[i] == ReturnStatus::kSaturated;
+  };
+  extractor_->extract(exposure, stripe_);
+  for (std::size_t i = 0; i + 1 < stripe_.size(); ++i) {
+    const double step_px = std::abs(stripe_.across_px[i + 1] - stripe_.across_px[i]);
+    ++neighbours_;
+    if (is_there(i) && is_there(i + 1) && step_px < kNextLine_px) ++continued_;
+  }
+}
+
+double PictureExam::Continuity::part() const noexcept {
+  return program::part(continued_, neighbours_);
+}
+
+const char* PictureExam::Continuity::lines() const noexcept { return lines_of(stripe_); }
 
 void PictureExam::conclude(std::vector<Diagnosis>& findings) {
   ambient_.finish();
@@ -132,6 +171,7 @@ void PictureExam::conclude(std::vector<Diagnosis>& findings) {
   }
   findings.push_back({Severity::kGood, choices_of(ambient_.decisions()), ""});
   conclude_light(findings);
+  conclude_axis(findings);
   if (part(widths_px_.size(), lines_) < kNoStripe) {
     if (!is_overexposed()) conclude_without_stripe(findings);
     return;
@@ -149,11 +189,24 @@ void PictureExam::conclude_light(std::vector<Diagnosis>& findings) const {
        "iris, fit the band-pass filter"});
 }
 
+// A lamp post does so too where the stripe does not reach from side to side.
+void PictureExam::conclude_axis(std::vector<Diagnosis>& findings) const {
+  if (across_.part() < along_.part() + kOtherAxis) return;
+  findings.push_back(
+      {Severity::kDoubtful,
+       fmt::format("what goes on from line to line runs along the other axis: in {:.0f} % of the "
+                   "{}, and in {:.0f} % of the {}",
+                   100.0 * across_.part(), across_.lines(), 100.0 * along_.part(), along_.lines()),
+       fmt::format("if that is the stripe, say --axis {0}, and in the model stripe: {{axis: {0}}}",
+                   across_.lines())});
+}
+
 void PictureExam::conclude_stripe(std::vector<Diagnosis>& findings) const {
   const std::uint64_t found = widths_px_.size();
-  findings.push_back(
-      {Severity::kGood,
-       fmt::format("a stripe in {:.0f} % of the {}", 100.0 * part(found, lines_), lines()), ""});
+  findings.push_back({Severity::kGood,
+                      fmt::format("a stripe in {:.0f} % of the {}", 100.0 * part(found, lines_),
+                                  lines_of(stripe_)),
+                      ""});
   const double height = median(heights_dn_) / full_scale_dn_;
   if (height < kFaint) {
     findings.push_back(
@@ -173,7 +226,7 @@ void PictureExam::conclude_stripe(std::vector<Diagnosis>& findings) const {
   if (part(clipped_peaks_, found) > kMost && !is_overexposed()) {
     findings.push_back({Severity::kDoubtful,
                         fmt::format("the stripe is saturated in {:.0f} % of its {}",
-                                    100.0 * part(clipped_peaks_, found), lines()),
+                                    100.0 * part(clipped_peaks_, found), lines_of(stripe_)),
                         "fine for ranges while it is narrow; shorten exposure_us to see less of "
                         "the surroundings"});
   }

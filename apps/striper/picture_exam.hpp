@@ -30,6 +30,22 @@ class PictureExam {
   void conclude(std::vector<Diagnosis>& findings);
 
  private:
+  // How much of what is found in a line goes on in the next one, which a stripe does.
+  class Continuity {
+   public:
+    explicit Continuity(StripeAxis axis);
+
+    void look_at(const LitFrame& exposure);
+    double part() const noexcept;
+    const char* lines() const noexcept;
+
+   private:
+    std::unique_ptr<StripeExtractor> extractor_;
+    Stripe stripe_;
+    std::uint64_t neighbours_ = 0;
+    std::uint64_t continued_ = 0;
+  };
+
   void look_at_lit_exposures();
   void look_at(const LitFrame& exposure);
   void conclude_light(std::vector<Diagnosis>& findings) const;
@@ -37,10 +53,12 @@ class PictureExam {
   void conclude_without_stripe(std::vector<Diagnosis>& findings) const;
   void conclude_model(std::vector<Diagnosis>& findings) const;
   bool is_overexposed() const noexcept;
-  const char* lines() const noexcept;
+  void conclude_axis(std::vector<Diagnosis>& findings) const;
 
   AmbientStage ambient_;
   std::unique_ptr<StripeExtractor> extractor_;
+  Continuity along_;
+  Continuity across_;
   ScanProjector projector_;
   Stripe stripe_;
   PolarScan scan_;

@@ -16,6 +16,7 @@ from program import InScratch, scene_path, striper
 
 WALL = scene_path("wall.yaml")
 NTSC = scene_path("ntsc_grabber.yaml")
+CURB = "sim:" + scene_path("curb.yaml")
 WIDTH, HEIGHT = 160, 120
 
 
@@ -32,6 +33,12 @@ def grey(background, light, along="columns"):
         pixels = b"".join(bytes([value]) * WIDTH for value in profile)
     else:
         pixels = profile * HEIGHT
+    return b"P5 %d %d 255\n" % (WIDTH, HEIGHT) + pixels
+
+
+def crossed(light):
+    """A picture with light by row and column."""
+    pixels = bytes(min(round(20 + light(row, column)), 255) for row in range(HEIGHT) for column in range(WIDTH))
     return b"P5 %d %d 255\n" % (WIDTH, HEIGHT) + pixels
 
 
@@ -123,8 +130,27 @@ class Axis(Doctor):
         source = self.picture(grey(20, stripe(150), along="rows"))
         findings = self.findings(source, 0, "--axis", "rows")
         self.check_all_is_well(findings, "a stripe in 100 % of the rows")
-        # Along the columns there is none, and the cure names the other axis.
-        self.check(self.findings(source, 1), "bad", "no stripe", "--axis rows")
+        # Along the columns there is none, and both cures name the other axis.
+        findings = self.findings(source, 1)
+        self.check(findings, "bad", "no stripe", "--axis rows")
+        self.check(findings, "doubtful", "along the other axis: in 100 % of the rows", "--axis rows")
+
+    def test_whose_columns_show_something_else(self):
+        self.check(self.findings(CURB + "?frames=2", 0), "doubtful", "in 100 % of the rows", "say --axis rows")
+        self.check_all_is_well(self.findings(CURB + "?frames=2", 0, "--axis", "rows"), "a stripe in 100 % of the rows")
+
+    def test_a_post_is_not_the_stripe(self):
+        def both(reach):
+            return lambda row, column: (column < reach) * stripe(150)(row) + stripe(100, at=130.0)(column)
+
+        findings = self.findings(self.picture(crossed(both(WIDTH))), 0)
+        self.check_all_is_well(findings, "a stripe in 100 % of the columns")
+        # Where it is longer than the stripe, that is said, and so is what there is of the stripe.
+        findings = self.findings(self.picture(crossed(both(WIDTH // 2))), 0)
+        self.check(findings, "good", "a stripe in 5. % of the columns")
+        self.check(findings, "doubtful", "along the other axis", "if that is the stripe, say --axis rows")
+        findings = self.findings(self.picture(crossed(both(WIDTH // 2))), 0, "--peak", "all")
+        self.check(findings, "good", "a stripe in 5. % of the columns")
 
     def test_the_axis_of_the_model(self):
         striper("simulate", WALL, "-o", self.path("wall"), "--frames", "1")
