@@ -74,6 +74,11 @@ void apply(const ScannerArguments& arguments, ScannerOptions& options) {
 }
 
 void refuse_contradictions(const ScannerArguments& arguments) {
+  if (!arguments.model && (arguments.min_range_m || arguments.max_range_m)) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("{} needs --model: without it there are no ranges",
+                            arguments.min_range_m ? "--min-range" : "--max-range"));
+  }
   if (arguments.method != "paper" || !arguments.peak || arguments.peak == "brightest") return;
   throw Error(ErrorKind::kUsage,
               fmt::format("--peak {} is for --method fast or refined: paper knows the brightest "

@@ -181,6 +181,8 @@ class WrongUsage(EndToEnd):
             "--peak", "continuous",
         )
         self.capture(self.shots, "--method", "paper", "--peak", "brightest")
+        self.check("--max-range needs --model", "capture", self.shots, "--max-range", "3")
+        self.capture(self.shots, "--model", self.model, "--max-range", "3")
 
     def test_address_with_a_misspelt_key(self):
         self.check("unknown key 'fsp'; images: knows fps", "capture", self.shots + "?fsp=3")
