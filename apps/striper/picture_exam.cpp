@@ -21,8 +21,8 @@ constexpr double kFaint = 0.1;            // Of full scale.
 constexpr double kBlurred_px = 8.0;       // Full width at half the height.
 constexpr double kWidthOfSigma = 2.3548;  // The same of a Gaussian.
 constexpr double kMost = 0.5;
-constexpr int kNextLine_px = 3;     // A stripe is no further from where it was in the last line.
-constexpr double kOtherAxis = 0.2;  // So much more that continues along the other axis.
+constexpr double kNextLine_px = 3.0;  // A stripe is no further from where it was in the last line.
+constexpr double kOtherAxis = 0.2;    // So much more goes on along the other axis.
 
 double part(std::uint64_t of, std::uint64_t all) {
   return static_cast<double>(of) / static_cast<double>(std::max<std::uint64_t>(all, 1));
@@ -149,7 +149,7 @@ void PictureExam::Continuity::look_at(const LitFrame& exposure) {
   for (std::size_t i = 0; i + 1 < stripe_.size(); ++i) {
     const double step_px = std::abs(stripe_.across_px[i + 1] - stripe_.across_px[i]);
     ++neighbours_;
-    if (is_there(i) && is_there(i + 1) && step_px < kNextLine_px) ++continued_;
+    if (is_there(i) && is_there(i + 1) && step_px <= kNextLine_px) ++continued_;
   }
 }
 

@@ -49,11 +49,11 @@ class PictureExam {
   void look_at_lit_exposures();
   void look_at(const LitFrame& exposure);
   void conclude_light(std::vector<Diagnosis>& findings) const;
+  void conclude_axis(std::vector<Diagnosis>& findings) const;
   void conclude_stripe(std::vector<Diagnosis>& findings) const;
   void conclude_without_stripe(std::vector<Diagnosis>& findings) const;
   void conclude_model(std::vector<Diagnosis>& findings) const;
   bool is_overexposed() const noexcept;
-  void conclude_axis(std::vector<Diagnosis>& findings) const;
 
   AmbientStage ambient_;
   std::unique_ptr<StripeExtractor> extractor_;

@@ -10,6 +10,8 @@
 #include <striper/ambient/channel_choice.hpp>
 #include <striper/core/robust.hpp>
 
+#include "ambient/clipped_part.hpp"
+
 namespace striper {
 namespace {
 
@@ -169,10 +171,9 @@ Channel choose_channel(const cv::Mat& image, StripeAxis axis) {
   constexpr std::array kCandidates{Channel::kGrey,          Channel::kRed,
                                    Channel::kGreen,         Channel::kBlue,
                                    Channel::kGreenMinusRed, Channel::kRedMinusGreen};
-  // Pictures that were made smaller or compressed clip a little below the largest value.
   double brightest = 0.0;
   cv::minMaxLoc(image.reshape(1), nullptr, &brightest);
-  const double clipped_level = 0.97 * brightest;
+  const double clipped_level = detail::kClippedPart * brightest;
   Channel best = Channel::kGrey;
   double best_score = -1.0;
   ChannelImages images;

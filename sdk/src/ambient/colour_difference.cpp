@@ -11,6 +11,7 @@
 
 #include <striper/ambient/colour_difference.hpp>
 
+#include "ambient/clipped_part.hpp"
 #include "core/image_line.hpp"
 
 namespace striper {
@@ -18,8 +19,6 @@ namespace {
 
 using detail::StridedLine;
 
-// Pictures that were made smaller or compressed clip a little below the largest value.
-constexpr double kClipped = 0.97;
 // What is clipped over more pixels is a surface; a flank is no further from the core than this.
 constexpr int kWidestCore = 24;
 constexpr int kFarthestFlank = 12;
@@ -209,7 +208,7 @@ bool mark_blind(const LitFrame& frame, cv::Mat& blind) {
 template <typename Pixel>
 void mend_pixels(LitFrame& frame, StripeAxis axis, std::vector<ColourDifference::Span>& spans,
                  cv::Mat& filled, cv::Mat& blind) {
-  const int clipped_dn = static_cast<int>(std::ceil(kClipped * frame.full_scale_dn));
+  const int clipped_dn = static_cast<int>(std::ceil(detail::kClippedPart * frame.full_scale_dn));
   if (!find_clipped<Pixel>(frame.lit, axis, clipped_dn, spans)) return;
   if (fill<Pixel>(frame, axis, clipped_dn, spans, filled)) frame.dark = filled;
   if (mark_blind<Pixel>(frame, blind)) frame.blind = blind;

@@ -18,9 +18,9 @@ namespace striper {
 /// flanks; the line is then what it is in its own colour. What is clipped in both colours and is no
 /// such line (a lamp, a sheet in the sun) is blind.
 ///
-/// 640 x 480 pixels of 8 bits take about 10 us where nothing is clipped, and 120 us (columns) to
-/// 220 us (rows) with a line that is clipped from side to side. No allocation after the first frame
-/// of a size. Not thread-safe.
+/// Reads the laser's colour once where nothing is clipped, and both colours where something is;
+/// what that takes, `ambient_bench --benchmark_filter=colour` says. No allocation after the first
+/// frame of a size. Not thread-safe.
 class ColourDifference {
  public:
   /// @param frame with the laser's colour in `lit` and the other one in `dark`, CV_8UC1 or CV_16UC1
