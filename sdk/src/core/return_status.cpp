@@ -21,6 +21,7 @@ constexpr std::array<Row, kReturnStatusCount> kRows{{
     {ReturnStatus::kWide, Verdict::kDoubtful, "wide"},
     {ReturnStatus::kNarrow, Verdict::kDoubtful, "narrow"},
     {ReturnStatus::kWeak, Verdict::kDoubtful, "weak"},
+    {ReturnStatus::kOutlier, Verdict::kDoubtful, "outlier"},
     {ReturnStatus::kEdge, Verdict::kDoubtful, "edge"},
     {ReturnStatus::kOutOfRange, Verdict::kDoubtful, "out_of_range"},
     {ReturnStatus::kNoStripe, Verdict::kMissing, "no_stripe"},

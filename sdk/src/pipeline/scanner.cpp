@@ -126,6 +126,7 @@ std::span<const PolarScan> Scanner::Stages::scan_what_is_ready() {
   while (const LitFrame* const lit = ambient.next()) {
     extractor->extract(*lit, stripe);
     projector.project(stripe, lit->laser, next_scan(*lit));
+    if (!stripe.is_seen) ++statistics.without_stripe;
   }
 
   statistics.dark = ambient.dark_exposures();

@@ -90,6 +90,7 @@ ScanProjector::ScanProjector(const StriperModel& model, const ScanOptions& optio
 
 void ScanProjector::project(const Stripe& stripe, int laser, PolarScan& scan) {
   scan.axis = stripe.axis;
+  scan.is_stripe_seen = stripe.is_seen;
   scan.returns.resize(stripe.size());
   for (std::size_t i = 0; i < stripe.size(); ++i) scan.returns[i] = return_of_image(stripe, i);
   if (impl_ == nullptr) return;

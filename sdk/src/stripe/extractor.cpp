@@ -37,6 +37,8 @@ void ExtractOptions::validate() const {
         "at least 0 and below 1");
   check(max_width_ratio > 1.0, "max_width_ratio", max_width_ratio, "above 1");
   check(ambiguity_ratio > 0.0, "ambiguity_ratio", ambiguity_ratio, "above 0");
+  check(min_confidence >= 0.0 && min_confidence <= 1.0, "min_confidence", min_confidence,
+        "a probability");
   check(max_saturated_sigma_px > 0.0, "max_saturated_sigma_px", max_saturated_sigma_px, "above 0");
   check(speckle_contrast >= 0.0, "speckle_contrast", speckle_contrast, "0 or more");
   if (excess_sigma_px) {

@@ -17,6 +17,7 @@ enum class ReturnStatus : std::uint8_t {
   kWide,        ///< Wider than the stripe is: a lamp, a glint, a bright surface.
   kNarrow,      ///< Narrower than the stripe can be: a hot pixel.
   kWeak,        ///< Below the signal-to-noise gate.
+  kOutlier,     ///< Probably something else than the stripe: its confidence is too low.
   kEdge,        ///< So near the image's border that part of the stripe is outside.
   kOutOfRange,  ///< Triangulates to a range outside the limits that were set.
   // Missing: there is no range.
@@ -26,7 +27,7 @@ enum class ReturnStatus : std::uint8_t {
   kOutsideModel,  ///< The camera model is not defined at this pixel.
 };
 
-inline constexpr int kReturnStatusCount = 12;
+inline constexpr int kReturnStatusCount = 13;
 
 enum class Verdict { kGood, kDoubtful, kMissing };
 

@@ -13,6 +13,7 @@
 #include <striper/core/stripe_axis.hpp>
 #include <striper/model/camera_model.hpp>
 #include <striper/model/laser_plane.hpp>
+#include <striper/model/stripe_look.hpp>
 
 namespace striper {
 
@@ -21,6 +22,7 @@ struct Laser {
   LaserPlane plane;
   std::optional<Eigen::Matrix3d> homography;  ///< As the file gave it; checked against the plane.
   std::optional<Eigen::Isometry3d> moved_T_cam_scan;  ///< Where the file moves the scan frame.
+  StripeLook look{};                                  ///< What its stripe looks like.
 };
 
 /// The joint covariance of everything that enters a range. A plane has 3 degrees of freedom, so its

@@ -30,9 +30,10 @@ struct ScannerOptions {
 
 /// Counts since the scanner was made.
 struct ScannerStatistics {
-  std::uint64_t frames = 0;  ///< Given to `process`.
-  std::uint64_t scans = 0;   ///< Returned.
-  std::uint64_t dark = 0;    ///< Exposures without a laser.
+  std::uint64_t frames = 0;          ///< Given to `process`.
+  std::uint64_t scans = 0;           ///< Returned.
+  std::uint64_t without_stripe = 0;  ///< Of them, those without any stripe in the image.
+  std::uint64_t dark = 0;            ///< Exposures without a laser.
   std::uint64_t unpaired =
       0;  ///< Lit exposures without a scan: no dark neighbour was left that fits.
   /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3

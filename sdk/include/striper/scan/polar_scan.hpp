@@ -50,6 +50,7 @@ struct PolarScan {
   int laser = 0;               ///< Which laser plane; 0 if unknown.
   Field field = Field::kProgressive;
   StripeAxis axis = StripeAxis::kColumns;
+  bool is_stripe_seen = true;  ///< False: no laser's stripe is in the image; no return is kOk.
   std::vector<Return> returns;
 };
 

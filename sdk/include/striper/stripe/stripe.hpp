@@ -21,8 +21,9 @@ namespace striper {
 /// every number.
 struct Stripe {
   StripeAxis axis = StripeAxis::kColumns;
-  PixelGrid grid;      ///< Of the image it came from.
-  int line_count = 0;  ///< Columns (kColumns) or rows (kRows) of that image.
+  PixelGrid grid;       ///< Of the image it came from.
+  int line_count = 0;   ///< Columns (kColumns) or rows (kRows) of that image.
+  bool is_seen = true;  ///< False: nothing in the image is a laser's stripe, and no element is kOk.
 
   std::vector<std::int32_t> line;   ///< Column (kColumns) or row (kRows) of the image.
   std::vector<double> across_px;    ///< Position across the stripe: v for kColumns, u for kRows.
