@@ -48,7 +48,7 @@ class BrightestPeaks {
     detail::PlanNoise noise;
     noise.model.read_noise_dn = 2.0 * scale;
     const detail::WidthModel width{std::sqrt(1.5 * 1.5 + 1.0 / 12.0), 0.0, 0.0, 150.0 * scale};
-    return detail::plan_profile(width, noise, false, false);
+    return detail::plan_profile(width, noise, false, detail::BackgroundReach::kUsual);
   }
 
   ChunkMaxima chunks_;

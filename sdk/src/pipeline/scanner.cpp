@@ -7,6 +7,7 @@
 
 #include <striper/ambient/ambient_stage.hpp>
 #include <striper/core/error.hpp>
+#include <striper/pipeline/expect_stripe.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/scan/scan_projector.hpp>
 
@@ -46,6 +47,15 @@ AmbientOptions ambient_options(const ScannerOptions& options) {
   AmbientOptions ambient = with_axis(options.ambient, options.stripe.axis);
   ambient.noise = options.stripe.noise;
   return ambient;
+}
+
+// What the model knows of its stripes, unless the caller knows better.
+ScannerOptions with_expected_stripes(ScannerOptions options, const StriperModel& model) {
+  if (!options.stripe.expected.empty()) return options;
+  for (int laser = 0; laser < static_cast<int>(model.lasers.size()); ++laser) {
+    options.stripe.expected.push_back(expect_stripe(model, laser, options.scan));
+  }
+  return options;
 }
 
 void require_lasers(const Cadence& cadence, std::size_t count) {
@@ -142,7 +152,8 @@ Scanner::Scanner(const StriperModel& model, const SourceInfo& source)
 
 Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
     : stages_(std::make_unique<Stages>(
-          ScanProjector(with_axis(model, options.stripe.axis), options.scan), options)) {
+          ScanProjector(with_axis(model, options.stripe.axis), options.scan),
+          with_expected_stripes(options, with_axis(model, options.stripe.axis)))) {
   require_lasers(options.ambient.cadence, model.lasers.size());
   stages_->model_size = cv::Size(model.camera.width(), model.camera.height());
 }

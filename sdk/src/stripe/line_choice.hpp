@@ -9,6 +9,7 @@
 
 #include "stripe/peak_candidates.hpp"
 #include "stripe/profile_plan.hpp"
+#include "stripe/select/stripe_choice.hpp"
 
 namespace striper::detail {
 
@@ -24,7 +25,7 @@ struct LinePeak {
 
 /// The peaks of a line in order across; candidates that turned out to be the same peak are one.
 struct LinePeaks {
-  std::array<LinePeak, ChunkMaxima::kBest> peaks;
+  std::array<LinePeak, Ridges::kMost + 1> peaks;
   std::size_t count = 0;
 
   const LinePeak* begin() const noexcept { return peaks.data(); }
@@ -38,9 +39,8 @@ LinePeaks peaks_of_line(const PeakCandidates& candidates, int line, std::size_t 
 /// Writes a peak to element i of a stripe.
 void put_peak(const LinePeak& peak, std::size_t i, Stripe& stripe);
 
-/// Fills `stripe`, every number of it, from judged candidates by the rule of `options`: the lines
-/// with one candidate all at once, the others one by one.
-void choose_peaks(const PeakCandidates& candidates, const WidthModel& width,
-                  const ExtractOptions& options, Stripe& stripe);
+/// Fills `stripe`, every number of it, from judged candidates and what was chosen among them, by
+/// the rule of `options`.
+void choose_peaks(const StripeChoice& choice, const ExtractOptions& options, Stripe& stripe);
 
 }  // namespace striper::detail

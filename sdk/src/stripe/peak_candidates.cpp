@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 
 #include "stripe/line_view.hpp"
@@ -17,6 +18,12 @@ constexpr double kSecondProminence = 4.0;
 constexpr double kWeakFirstProminence = 10.0;
 // And every candidate where the first one hardly does.
 constexpr double kHopelessFirstProminence = 6.0;
+
+// Of a peak's height its ridge rises: .95 for a stripe, whose pixels may share it with another.
+constexpr float kLeastOfRidge = 0.4F;
+
+// From line to line, pixels: a larger step is another thing's.
+constexpr std::int32_t kSteepest = 4;
 
 // Twice as far as a pixel rises above the brighter of its two sides, two pixels of each.
 template <typename Pixel>
@@ -61,7 +68,7 @@ void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima&
                             double noise_dn, const ProfilePlan& plan) {
   const auto count = static_cast<std::size_t>(chunks.lines());
   firsts.make_room(count);
-  extras.make_room(count * (ChunkMaxima::kBest - 1));
+  extras.make_room(count * Ridges::kMost);
   for (auto* some : {&hidden_, &weak_lines_}) {
     some->clear();
     some->reserve(count);
@@ -148,6 +155,58 @@ void PeakCandidates::merge_rivals() {
   const auto is_before = [](const PeakSeed& a, const PeakSeed& b) { return a.line < b.line; };
   std::merge(clear.begin(), clear.end(), weak_rivals_.begin(), weak_rivals_.end(),
              extras.seeds.begin(), is_before);
+}
+
+std::size_t PeakCandidates::unclear_lines(float significance) const {
+  std::size_t unclear = 0;
+  std::int32_t last = -1;
+  for (const PeakSeed& seed : extras.seeds) {
+    unclear += static_cast<std::size_t>(seed.line != last);
+    last = seed.line;
+  }
+  for (std::size_t i = 1; i < firsts.size(); ++i) {
+    const std::int32_t step = firsts.across[i] - firsts.across[i - 1];
+    const bool is_clear = firsts.significance[i] >= significance;
+    unclear += static_cast<std::size_t>(is_clear && std::abs(step) > kSteepest);
+  }
+  return unclear;
+}
+
+void PeakCandidates::take_ridges(const Ridges& ridges) {
+  extras.seeds.clear();
+  extras.seeds.reserve(firsts.size() * Ridges::kMost);
+  extra_rises_.clear();
+  extra_rises_.reserve(firsts.size() * Ridges::kMost);
+  first_rises_.assign(firsts.size(), 0);
+  for (std::size_t i = 0; i < firsts.size(); ++i) {
+    PeakSeed& first = firsts.seeds[i];
+    const std::span<const Ridges::Ridge> of_line = ridges.of_line(first.line);
+    const auto highest = std::max_element(
+        of_line.begin(), of_line.end(),
+        [](const Ridges::Ridge& a, const Ridges::Ridge& b) { return a.rise_dn < b.rise_dn; });
+    if (highest == of_line.end()) continue;
+    first.across = highest->across;
+    first_rises_[i] = highest->rise_dn;
+    for (auto ridge = of_line.begin(); ridge != of_line.end(); ++ridge) {
+      if (ridge == highest) continue;
+      extras.seeds.push_back({first.line, ridge->across});
+      extra_rises_.push_back(ridge->rise_dn);
+    }
+  }
+  extras.make_room(extras.seeds.size());
+}
+
+void PeakCandidates::blank_false_ridges() {
+  const auto blank = [](PeakList& peaks, const std::vector<std::int32_t>& rises) {
+    for (std::size_t i = 0; i < peaks.size(); ++i) {
+      const auto rise = static_cast<float>(rises[i]);
+      const bool is_clipped = peaks.clipped[i] > 0.0F && rises[i] > 0;
+      if (is_clipped || rise > kLeastOfRidge * peaks.amplitude[i]) continue;
+      peaks.significance[i] = 0.0F;
+    }
+  };
+  blank(firsts, first_rises_);
+  blank(extras, extra_rises_);
 }
 
 void PeakCandidates::blank_flat_lines() {

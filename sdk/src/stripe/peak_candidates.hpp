@@ -9,6 +9,7 @@
 #include <striper/stripe/candidates.hpp>
 
 #include "stripe/peak_list.hpp"
+#include "stripe/select/ridges.hpp"
 
 namespace striper::detail {
 
@@ -31,6 +32,17 @@ class PeakCandidates {
   void look_behind(float significance, const LitFrame& frame, StripeAxis axis,
                    const ChunkMaxima& chunks);
 
+  /// Takes the ridges of every line instead of what `choose` found, the highest one first: for
+  /// frames whose background hides the stripe.
+  void take_ridges(const Ridges& ridges);
+
+  /// Takes back what was measured of lines without a ridge, and of peaks that are much higher than
+  /// their ridge: at an edge, noise makes a small one, and a straight background a high peak.
+  void blank_false_ridges();
+
+  /// How many lines have more than one candidate, or a first one that measured less than that.
+  std::size_t unclear_lines(float significance) const;
+
   /// Lines without any contrast have a place among the firsts and nothing to be measured: this
   /// takes back what was measured.
   void blank_flat_lines();
@@ -51,7 +63,8 @@ class PeakCandidates {
   ChunkMaxima::Rivals rivals_;
   std::vector<std::int32_t> hidden_;      // Lines to look behind their first, in order.
   std::vector<std::int32_t> weak_lines_;  // With them.
-  std::vector<PeakSeed> weak_rivals_;     // Of the weak lines, in order.
+  std::vector<std::int32_t> first_rises_, extra_rises_;  // Of the ridges, DN; 0: none.
+  std::vector<PeakSeed> weak_rivals_;                    // Of the weak lines, in order.
 };
 
 }  // namespace striper::detail

@@ -2,8 +2,10 @@
 #include "stripe/profile_extractor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
@@ -20,6 +22,11 @@ namespace {
 
 constexpr int kLeastLength = 3;
 constexpr double kDefaultWidth = 1.5;
+constexpr double kLeastSigma = 0.2;
+// Pixels beyond where the stripe can be, for its background; and of a line that it can nearly
+// always be in, all is searched.
+constexpr int kBackgroundAbout = 40;
+constexpr double kNearlyAll = 0.9;
 constexpr double kPixelBox2 = 1.0 / 12.0;
 constexpr double kQuantisation = 1.0 / 12.0;
 
@@ -32,8 +39,39 @@ constexpr float kHopelessSignificance = 2.5F;
 // line, since there are few places where noise may do so.
 constexpr double kLeastAboveEdge = 3.5;
 
-constexpr int kMostPasses = 3;
+// Of a frame's lines may be unclear, before ridges are looked for.
+constexpr double kMostUnclear = 0.03;
+// Ridges are compared with pixels so many widths off, at least and at most so many pixels: in
+// pixels for a stripe of unknown width.
+constexpr double kRidgeReach = 2.5;
+constexpr double kLeastRidgeReach = 3.0;
+constexpr double kMostRidgeReach = 24.0;
+constexpr double kLeastRidge = 3.0;  // Sigmas of noise.
+
+// Of the lines have a good return where a stripe is in view: six of 640.
+constexpr double kLeastSeen = 0.01;
+
+// Half of each is measured well enough to know it by.
+constexpr std::array kTriedWidths{0.8, 1.5, 3.0, 6.0};
+
+constexpr int kMostPasses = 4;
 constexpr double kWidthSettled = 0.04;
+
+cv::Mat part_across(const cv::Mat& image, StripeAxis axis, int begin, int end) {
+  if (image.empty()) return {};
+  return axis == StripeAxis::kColumns ? image.rowRange(begin, end) : image.colRange(begin, end);
+}
+
+LitFrame part_across(const LitFrame& frame, StripeAxis axis, int begin, int end) {
+  LitFrame part = frame;
+  part.lit = part_across(frame.lit, axis, begin, end);
+  part.dark = part_across(frame.dark, axis, begin, end);
+  part.variance = part_across(frame.variance, axis, begin, end);
+  part.blind = part_across(frame.blind, axis, begin, end);
+  AxisGrid& across = axis == StripeAxis::kColumns ? part.grid.v : part.grid.u;
+  across.offset = across.sensor(begin);
+  return part;
+}
 
 template <typename Pixel>
 ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
@@ -77,7 +115,51 @@ double noise_dn_of(const PlanNoise& noise) {
 
 void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   stripe.axis = options_.axis;
+  const LitFrame searched = searched_part(frame, expected_of(frame.laser));
+  stripe.grid = searched.grid;
+  extract_searched(searched, stripe);
   stripe.grid = frame.grid;
+}
+
+const ExpectedStripe* ProfileExtractor::expected_of(int laser) const {
+  const auto index = static_cast<std::size_t>(std::max(0, laser));
+  return index < options_.expected.size() ? &options_.expected[index] : nullptr;
+}
+
+// The part of the frame, across, that can show the stripe, with the background about it; and where
+// in it each line can.
+LitFrame ProfileExtractor::searched_part(const LitFrame& frame, const ExpectedStripe* expected) {
+  const bool is_limited = expected != nullptr && !expected->first_px.empty();
+  const int lines = line_count(frame.lit, options_.axis);
+  limits_.first.resize(is_limited ? static_cast<std::size_t>(lines) : 0);
+  limits_.last.resize(limits_.first.size());
+  searched_from_px_ = 0;
+  if (!is_limited) return frame;
+  const AxisGrid& along = options_.axis == StripeAxis::kColumns ? frame.grid.u : frame.grid.v;
+  const AxisGrid& across = grid_across(frame.grid, options_.axis);
+  const auto sensor_lines = static_cast<std::ptrdiff_t>(expected->first_px.size());
+  float first = std::numeric_limits<float>::max();
+  float last = -1.0F;
+  for (std::size_t i = 0; i < limits_.first.size(); ++i) {
+    const std::ptrdiff_t line = std::lround(along.sensor(static_cast<double>(i)));
+    const auto at = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(line, 0, std::max<std::ptrdiff_t>(0, sensor_lines - 1)));
+    limits_.first[i] = static_cast<float>(across.index(expected->first_px[at]));
+    limits_.last[i] = static_cast<float>(across.index(expected->last_px[at]));
+    first = std::min(first, limits_.first[i]);
+    last = std::max(last, limits_.last[i]);
+  }
+  const int length = line_length(frame.lit, options_.axis);
+  const int begin = std::clamp(static_cast<int>(first) - kBackgroundAbout, 0, length);
+  const int end = std::clamp(static_cast<int>(last) + kBackgroundAbout, begin, length);
+  if (end - begin < kLeastLength || end - begin > kNearlyAll * length) return frame;
+  searched_from_px_ = begin;
+  for (float& limit : limits_.first) limit -= static_cast<float>(begin);
+  for (float& limit : limits_.last) limit -= static_cast<float>(begin);
+  return part_across(frame, options_.axis, begin, end);
+}
+
+void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   const int length = line_length(frame.lit, options_.axis);
   if (length < kLeastLength) {
     stripe.reset(line_count(frame.lit, options_.axis));
@@ -94,12 +176,7 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   const Current current{frame, images, noise, noise_dn_of(noise), step};
 
   Learnt& learnt = learnt_of(frame.laser);
-  if (!learnt.width.is_known() && !find_first_width(current, learnt.width)) {
-    const WidthModel any{kDefaultWidth, 0.0, 0.0, 0.0};
-    measure(current, any);
-    report(current, any, stripe);
-    return;
-  }
+  if (!learnt.width.is_known()) begin_width(current, learnt.width);
   measure_and_learn(current, learnt.width);
   report(current, learnt.width.model(), stripe);
   if (!options_.excess_sigma_px) learnt.excess.update(stripe);
@@ -148,34 +225,62 @@ void ProfileExtractor::take_given_noise(const LitFrame& frame, const ProfileImag
                   depth, shown_dn, std::sqrt(options_.noise->variance_dn2(value_dn))));
 }
 
-bool ProfileExtractor::find_first_width(const Current& current, WidthTracker& width) const {
+// The caller's, the model's, or what the brightest pixels show.
+void ProfileExtractor::begin_width(const Current& current, WidthTracker& width) const {
+  const auto effective = [](double sigma) { return std::sqrt(sigma * sigma + kPixelBox2); };
+  const ExpectedStripe* const expected = expected_of(current.frame.laser);
   if (options_.stripe_sigma_px) {
-    width.set(std::sqrt(*options_.stripe_sigma_px * *options_.stripe_sigma_px + kPixelBox2));
-    return true;
+    width.set(effective(*options_.stripe_sigma_px));
+  } else if (expected != nullptr && expected->sigma_px) {
+    const AxisGrid& across = grid_across(current.frame.grid, options_.axis);
+    const double at_pivot = effective(std::max(kLeastSigma, *expected->sigma_px / across.step));
+    const double slope = expected->sigma_slope * (*expected->sigma_px / across.step) / at_pivot;
+    width.expect({at_pivot, slope, across.index(expected->pivot_px), 0.0});
+  } else {
+    const auto guess = guess_stripe_width(current.frame, options_.axis, chunks_, current.noise_dn);
+    width.set(guess.value_or(kDefaultWidth));
   }
-  const auto guess = guess_stripe_width(current.frame, options_.axis, chunks_, current.noise_dn);
-  if (guess) width.set(*guess);
-  return guess.has_value();
 }
 
 // Where the width, or the filter that fits it, turns out to be another than was thought, once more
 // with that.
 void ProfileExtractor::measure_and_learn(const Current& current, WidthTracker& width) {
+  if (!options_.stripe_sigma_px && !width.is_trusted()) try_widths(current, width);
   const bool refine = options_.method == ExtractMethod::kRefined;
   for (int pass = 1; pass <= kMostPasses; ++pass) {
     const double filter = filter_sigma(width.model(), current.noise, refine);
     measure(current, width.model());
+    choose(current, width);
     if (options_.stripe_sigma_px) return;
-    const double change = width_learner_.learn(current.frame, options_.axis, candidates_, width);
+    const double change = width_learner_.learn(current.frame, options_.axis, choice_, width);
     const double filter_change = filter_sigma(width.model(), current.noise, refine) / filter;
     const double largest = std::max(std::abs(change - 1.0), std::abs(filter_change - 1.0));
     if (largest < kWidthSettled) return;
   }
 }
 
+// Of a first frame whose background hides the stripe: begins with the width by which most of the
+// lines show one.
+void ProfileExtractor::try_widths(const Current& current, WidthTracker& width) {
+  measure(current, width.model());
+  if (!is_hidden_) return;
+  float best = 0.0F;
+  double taken = width.model().at_pivot;
+  for (const double tried : kTriedWidths) {
+    width.set(tried);
+    measure(current, width.model());
+    choose(current, width);
+    const float merit = choice_.merit();
+    if (!(merit > best)) continue;
+    best = merit;
+    taken = choice_.width().at_pivot;
+  }
+  width.set(taken);
+}
+
 void ProfileExtractor::measure(const Current& current, const WidthModel& width) {
   const bool refine = options_.method == ExtractMethod::kRefined;
-  const ProfilePlan plan = plan_profile(width, current.noise, refine, false);
+  const ProfilePlan plan = plan_profile(width, current.noise, refine, BackgroundReach::kUsual);
   candidates_.choose(current.frame, options_.axis, chunks_, current.noise_dn, plan);
   const auto most = static_cast<std::size_t>(chunks_.lines()) * (ChunkMaxima::kBest - 1);
   weak_.make_room(most);
@@ -184,7 +289,40 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
   candidates_.look_behind(static_cast<float>(detection_.threshold()), current.frame, options_.axis,
                           chunks_);
   measure(current, width, plan, candidates_.extras);
+  is_hidden_ = is_hidden_by_background(current.frame);
+  if (is_hidden_) look_for_ridges(current, width);
   candidates_.blank_flat_lines();
+}
+
+// Whether so many lines show several things, or things that do not continue one another, that the
+// brightest pixels of a line may not have the stripe among them.
+bool ProfileExtractor::is_hidden_by_background(const LitFrame& frame) const {
+  if (!frame.dark.empty()) return false;
+  const auto threshold = static_cast<float>(detection_.threshold());
+  const auto unclear = static_cast<double>(candidates_.unclear_lines(threshold));
+  return unclear > kMostUnclear * chunks_.lines();
+}
+
+// Between surfaces: an edge is no ridge, and a wide background would have other surfaces in it.
+void ProfileExtractor::look_for_ridges(const Current& current, const WidthModel& width) {
+  const double reach =
+      std::clamp(kRidgeReach * typical_width(width), kLeastRidgeReach, kMostRidgeReach);
+  const int least_dn = std::max(2, static_cast<int>(kLeastRidge * current.noise_dn));
+  ridges_.find(current.frame.lit, options_.axis, static_cast<int>(std::ceil(reach)), least_dn);
+  candidates_.take_ridges(ridges_);
+  const bool refine = options_.method == ExtractMethod::kRefined;
+  const ProfilePlan plan = plan_profile(width, current.noise, refine, BackgroundReach::kNarrow);
+  for (PeakList* const peaks : {&candidates_.firsts, &candidates_.extras}) {
+    measure_profiles(current.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
+                     peaks->measurements());
+  }
+  candidates_.blank_false_ridges();
+}
+
+void ProfileExtractor::choose(const Current& current, const WidthTracker& width) {
+  const ChoiceContext context{width.model(), options_.stripe_sigma_px || width.is_trusted(),
+                              is_hidden_, !current.frame.dark.empty()};
+  choice_.choose(candidates_, context, static_cast<float>(detection_.threshold()), limits_);
 }
 
 void ProfileExtractor::measure(const Current& current, const WidthModel& width,
@@ -219,7 +357,8 @@ void ProfileExtractor::measure_weak_again(const Current& current, const WidthMod
     weak_index_.push_back(i);
   }
   const bool refine = options_.method == ExtractMethod::kRefined;
-  measure_profiles(current.images, plan_profile(width, current.noise, refine, true),
+  measure_profiles(current.images,
+                   plan_profile(width, current.noise, refine, BackgroundReach::kWide),
                    weak_.seeds.data(), static_cast<int>(weak_.size()), weak_.measurements());
   for (std::size_t n = 0; n < weak_.size(); ++n) {
     peaks.take(weak_index_[n], weak_, n);
@@ -273,14 +412,32 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
       limits_of(options_, detection_, width, current.images.length, current.step);
   judge_peaks(limits, candidates_.firsts);
   judge_peaks(limits, candidates_.extras);
-  choose_peaks(candidates_, width, options_, stripe);
+  choose_peaks(choice_, options_, stripe);
   if (options_.peak == PeakRule::kContinuous) {
     follower_.follow(current.frame, current.images, candidates_, width,
-                     plan_profile(width, current.noise, false, true), limits, current.noise,
-                     stripe);
+                     plan_profile(width, current.noise, false, BackgroundReach::kWide), limits,
+                     current.noise, stripe);
     follower_.drop_strays(chunks_, stripe);
   }
+  mark_outliers(stripe);
   mark_blind_lines(current.frame, stripe);
+}
+
+// What is good is the stripe with the probability that was asked for; and where fewer lines have
+// such returns than a stripe that is in view gives, the image has none.
+void ProfileExtractor::mark_outliers(Stripe& stripe) const {
+  const auto least = static_cast<float>(options_.min_confidence);
+  std::size_t good = 0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (stripe.status[i] != ReturnStatus::kOk) continue;
+    if (stripe.confidence[i] < least) stripe.status[i] = ReturnStatus::kOutlier;
+    good += static_cast<std::size_t>(stripe.status[i] == ReturnStatus::kOk);
+  }
+  stripe.is_seen = static_cast<double>(good) >= kLeastSeen * chunks_.lines() && good > 0;
+  if (stripe.is_seen) return;
+  for (ReturnStatus& status : stripe.status) {
+    if (status == ReturnStatus::kOk) status = ReturnStatus::kOutlier;
+  }
 }
 
 // Where two images are subtracted, the blind mask has what is clipped in both.

@@ -14,6 +14,8 @@
 #include "stripe/peak_candidates.hpp"
 #include "stripe/profile_kernel.hpp"
 #include "stripe/profile_plan.hpp"
+#include "stripe/select/ridges.hpp"
+#include "stripe/select/stripe_choice.hpp"
 #include "stripe/width_learner.hpp"
 
 namespace striper::detail {
@@ -29,6 +31,12 @@ class ProfileExtractor : public StripeExtractor {
   explicit ProfileExtractor(const ExtractOptions& options) : options_(options) {}
 
   void extract(const LitFrame& frame, Stripe& stripe) override;
+
+  /// What was decided of the last frame, for whoever fits the weights of the evidence.
+  const StripeChoice& choice() const noexcept { return choice_; }
+
+  /// The first pixel across of the part of that frame that was searched.
+  int searched_from_px() const noexcept { return searched_from_px_; }
 
  private:
   // What belongs to one laser's stripe.
@@ -46,11 +54,18 @@ class ProfileExtractor : public StripeExtractor {
     double step;      // Sensor pixels per image pixel across.
   };
 
+  const ExpectedStripe* expected_of(int laser) const;
+  LitFrame searched_part(const LitFrame& frame, const ExpectedStripe* expected);
+  void extract_searched(const LitFrame& frame, Stripe& stripe);
   Learnt& learnt_of(int laser);
   PlanNoise noise_of(const LitFrame& frame, const ProfileImages& images);
   void take_given_noise(const LitFrame& frame, const ProfileImages& images, double exposures);
-  bool find_first_width(const Current& current, WidthTracker& width) const;
+  void begin_width(const Current& current, WidthTracker& width) const;
+  void choose(const Current& current, const WidthTracker& width);
+  void try_widths(const Current& current, WidthTracker& width);
   void measure(const Current& current, const WidthModel& width);
+  bool is_hidden_by_background(const LitFrame& frame) const;
+  void look_for_ridges(const Current& current, const WidthModel& width);
   void measure(const Current& current, const WidthModel& width, const ProfilePlan& plan,
                PeakList& peaks);
   void measure_weak_again(const Current& current, const WidthModel& width, int border,
@@ -61,6 +76,7 @@ class ProfileExtractor : public StripeExtractor {
   bool is_beside_first(const PeakPlace& place) const;
   void measure_and_learn(const Current& current, WidthTracker& width);
   void report(const Current& current, const WidthModel& width, Stripe& stripe);
+  void mark_outliers(Stripe& stripe) const;
   void mark_blind_lines(const LitFrame& frame, Stripe& stripe) const;
   void add_other_errors(const ExcessScatter& excess, double step, Stripe& stripe) const;
 
@@ -73,6 +89,11 @@ class ProfileExtractor : public StripeExtractor {
   PeakCandidates candidates_;
   PeakList weak_;
   std::vector<std::size_t> weak_index_;
+  bool is_hidden_ = false;  // The stripe, by the background: candidates are ridges.
+  Ridges ridges_;
+  StripePieces::Limits limits_;
+  int searched_from_px_ = 0;
+  StripeChoice choice_;
   WidthLearner width_learner_;
   LineFollower follower_;
   std::vector<Learnt> learnt_;  // One per laser.

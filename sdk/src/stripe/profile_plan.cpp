@@ -18,6 +18,8 @@ constexpr double kCoreReach = 3.6;    // Beyond, the stripe is below 0.2 %.
 constexpr double kWindowReach = 7.0;  // 14 sigmas in all.
 constexpr int kLeastRing = 4;         // Pixels of background on either side.
 constexpr int kWideRing = 60;
+constexpr double kNarrowCoreReach = 3.0;  // There the stripe is below 1.2 %.
+constexpr int kLeastNarrowRing = 2;
 // From here on, sampling costs a matched filter less than 0.1 %.
 constexpr double kCoarseBelow = 1.6;
 
@@ -138,6 +140,23 @@ void set_locking(double width, ProfilePlan& plan) {
   plan.clipped_locking_variance = static_cast<float>(clipped * clipped);
 }
 
+void set_windows(double typical, BackgroundReach background, ProfilePlan& plan) {
+  const bool is_narrow = background == BackgroundReach::kNarrow;
+  plan.aligned =
+      is_narrow ? 1 : std::clamp(static_cast<int>(0.5 * typical), 1, ProfilePlan::kMostAligned);
+  plan.stray = is_narrow ? 1 : 1 + plan.aligned;
+  plan.reach = std::max(1 + static_cast<int>(std::ceil(1.2 * typical)), plan.stray + 1);
+  if (is_narrow) plan.reach = plan.stray + 1;
+  plan.filter_reach = plan.reach + 1 + plan.taps;
+  plan.core = is_narrow ? static_cast<int>(std::ceil(kNarrowCoreReach * typical))
+                        : plan.stray + static_cast<int>(std::ceil(kCoreReach * typical));
+  const int least =
+      std::max(plan.core + (is_narrow ? kLeastNarrowRing : kLeastRing), plan.filter_reach);
+  const int usual = std::max(static_cast<int>(std::ceil(kWindowReach * typical)), least);
+  const int added = background == BackgroundReach::kWide ? kWideRing : 0;
+  plan.window = std::min(ProfilePlan::kLargestWindow, is_narrow ? least : usual + added);
+}
+
 // Dividing once for all batches.
 void set_inverses(ProfilePlan& plan) {
   plan.per_ring_count = 1.0F / plan.ring_count;
@@ -186,7 +205,7 @@ double dark_gain_through(const PlanNoise& noise, std::span<const float> half_tap
 }
 
 ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool refine,
-                         bool wide_background) {
+                         BackgroundReach reach) {
   ProfilePlan plan;
   const double typical = typical_width(width);
   plan.width = static_cast<float>(width.at(0.0));
@@ -200,14 +219,7 @@ ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool r
   if (typical < kCoarseBelow && !refine) set_filter_locking(typical, plan);
   set_locking(typical, plan);
 
-  plan.aligned = std::clamp(static_cast<int>(0.5 * typical), 1, ProfilePlan::kMostAligned);
-  plan.stray = 1 + plan.aligned;
-  plan.reach = std::max(1 + static_cast<int>(std::ceil(1.2 * typical)), plan.stray + 1);
-  plan.filter_reach = plan.reach + 1 + plan.taps;
-  plan.core = plan.stray + static_cast<int>(std::ceil(kCoreReach * typical));
-  const int wanted = std::max(static_cast<int>(std::ceil(kWindowReach * typical)),
-                              std::max(plan.core + kLeastRing, plan.filter_reach));
-  plan.window = std::min(ProfilePlan::kLargestWindow, wanted + (wide_background ? kWideRing : 0));
+  set_windows(typical, reach, plan);
   for (int q = plan.core + 1; q <= plan.window; ++q) {
     plan.ring_count += 2.0F;
     plan.ring_squares += 2.0F * static_cast<float>(q * q);

@@ -40,10 +40,15 @@ double dark_gain_through(const PlanNoise& noise, std::span<const float> half_tap
 /// the light's own noise, which the flanks have less of.
 double filter_sigma(const WidthModel& width, const PlanNoise& noise, bool refine);
 
-/// Lays out the windows for a stripe of this width. The background is estimated from a window of at
-/// least 14 widths, where a slope as a nuisance costs at most 1.6 %; `wide_background` adds pixels
-/// on either side, for weak peaks, whose significance the background's own error would limit.
+/// How far from a peak the pixels lie that its background is estimated from.
+enum class BackgroundReach {
+  kNarrow,  ///< Right beside the stripe: between surfaces whose edges are near.
+  kUsual,   ///< A window of at least 14 widths, where a slope as a nuisance costs at most 1.6 %.
+  kWide,    ///< For weak peaks, whose significance the background's own error would limit.
+};
+
+/// Lays out the windows for a stripe of this width.
 ProfilePlan plan_profile(const WidthModel& width, const PlanNoise& noise, bool refine,
-                         bool wide_background);
+                         BackgroundReach reach);
 
 }  // namespace striper::detail

@@ -30,6 +30,12 @@ void WidthTracker::set(double width) {
   scratch_.reserve(kMostSamples);
 }
 
+void WidthTracker::expect(const WidthModel& width) {
+  set(width.at_pivot);
+  model_ = width;
+  is_expected_ = true;
+}
+
 double WidthTracker::finish() {
   if (samples_.size() < kLeastSamples) return 1.0;
   const WidthModel now = fit();

@@ -20,6 +20,12 @@ class WidthTracker {
   bool has_learnt() const noexcept { return has_samples_; }
   const WidthModel& model() const noexcept { return model_; }
 
+  /// Whether it is more than a first guess: expected, or learnt.
+  bool is_trusted() const noexcept { return has_samples_ || is_expected_; }
+
+  /// Sets a width that is known from elsewhere, to begin with.
+  void expect(const WidthModel& width);
+
   /// Sets the width without samples: a first guess, or the caller's own.
   void set(double width);
 
@@ -61,6 +67,7 @@ class WidthTracker {
   double spread_ = 0.0;  // Of single samples.
   bool is_known_ = false;
   bool has_samples_ = false;
+  bool is_expected_ = false;
 };
 
 }  // namespace striper::detail

@@ -203,9 +203,8 @@ TEST_P(ProfileKernel, EqualsThePlainLoopOnEveryInstructionSet) {
   noise.speckle_contrast = 0.01;
   noise.dark_noise_gain = c.has_dark ? 0.5 : 0.0;
   for (int columns = 1; columns <= 70; columns += columns < 18 ? 1 : 13) {
-    const bool is_wide = columns % 5 == 0;
-    const ProfilePlan plan =
-        plan_profile(WidthModel{c.width, 0.002, 20.0}, noise, c.refine, is_wide);
+    const auto reach = static_cast<BackgroundReach>(columns % 3);
+    const ProfilePlan plan = plan_profile(WidthModel{c.width, 0.002, 20.0}, noise, c.refine, reach);
     const Pictures p = pictures_of(c, columns);
     const std::vector<PeakSeed> seeds = seeds_of(c, columns);
     testing::for_each_instruction_set([&] { expect_equal_to_oracle(c, p, plan, seeds); });

@@ -3,10 +3,12 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/noise_model.hpp>
 #include <striper/core/stripe_axis.hpp>
+#include <striper/stripe/expected_stripe.hpp>
 #include <striper/stripe/stripe.hpp>
 
 namespace striper {
@@ -60,6 +62,10 @@ struct ExtractOptions {
   double max_width_ratio = 1.7;
   /// The stripe's Gaussian sigma in pixels of the image; empty: measured, and followed.
   std::optional<double> stripe_sigma_px;
+
+  /// Where each laser's stripe can be and how wide it is, element i that of laser i; `Scanner`
+  /// takes it from the model where it is empty. `stripe_sigma_px` goes before its widths.
+  std::vector<ExpectedStripe> expected;
 
   /// A second peak at least this fraction as high as the brightest one makes a return kAmbiguous.
   double ambiguity_ratio = 0.8;

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <striper/geometry/triangulator.hpp>
+#include <striper/pipeline/expect_stripe.hpp>
+
+namespace striper {
+namespace {
+
+// Pixels between the rays that are tried, along and across the stripe, and what is added to what
+// they show: as far as one is from the next, and a stripe's own width.
+constexpr int kStepAlong = 8;
+constexpr int kStepAcross = 4;
+constexpr float kMargin = 8.0F;
+
+// Beyond the depth that was calibrated a stripe is still to be found: closer by half, and three
+// times as far, where its plane is known ten times worse.
+constexpr double kNearer = 0.5;
+constexpr double kFarther = 3.0;
+
+struct RangeLimits {
+  double first_m = 0.0;
+  double last_m = std::numeric_limits<double>::infinity();
+};
+
+RangeLimits limits_of(const StripeLook& look, const ScanOptions& limits) {
+  RangeLimits range{limits.min_range_m, limits.max_range_m};
+  double nearest = std::numeric_limits<double>::infinity();
+  double farthest = 0.0;
+  const auto saw = [&](double range_m) {
+    nearest = std::min(nearest, range_m);
+    farthest = std::max(farthest, range_m);
+  };
+  for (const StripeLook::WidthAt& w : look.width_at) saw(w.range_m);
+  for (const StripeLook::AmplitudeAt& a : look.amplitude_at) saw(a.range_m);
+  if (!(farthest > 0.0)) return range;
+  if (!(limits.min_range_m > 0.0)) range.first_m = std::min(kNearer * nearest, range.last_m);
+  if (std::isinf(limits.max_range_m)) {
+    range.last_m = std::max(kFarther * farthest, range.first_m);
+  }
+  return range;
+}
+
+struct Sensor {
+  bool is_columns;
+  int lines;   // Columns or rows,
+  int length;  // and pixels across.
+
+  Eigen::Vector2d pixel(double along, double across) const {
+    return is_columns ? Eigen::Vector2d(along, across) : Eigen::Vector2d(across, along);
+  }
+};
+
+// The first and last pixel of a line that can show the stripe; first above last: none.
+struct Span {
+  float first;
+  float last;
+};
+
+Span span_of(const Triangulator& triangulator, const Sensor& sensor, double along,
+             const RangeLimits& range) {
+  Span span{std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
+  for (int across = 0; across < sensor.length + kStepAcross; across += kStepAcross) {
+    const double at = std::min(across, sensor.length - 1);
+    const PlanePoint point = triangulator.triangulate(sensor.pixel(along, at));
+    if (point.status != ReturnStatus::kOk) continue;
+    const double range_m = point.range_m();
+    if (range_m < range.first_m || range_m > range.last_m) continue;
+    span.first = std::min(span.first, static_cast<float>(at) - kMargin);
+    span.last = std::max(span.last, static_cast<float>(at) + kMargin);
+  }
+  return span;
+}
+
+void find_spans(const Triangulator& triangulator, const Sensor& sensor, const RangeLimits& range,
+                ExpectedStripe& expected) {
+  std::vector<Span> nodes;
+  for (int line = 0; line < sensor.lines + kStepAlong; line += kStepAlong) {
+    nodes.push_back(span_of(triangulator, sensor, std::min(line, sensor.lines - 1), range));
+  }
+  // Between two lines that were tried, whatever one of them shows.
+  for (int line = 0; line < sensor.lines; ++line) {
+    const auto node = static_cast<std::size_t>(line / kStepAlong);
+    const std::size_t next = std::min(node + 1, nodes.size() - 1);
+    expected.first_px.push_back(std::min(nodes[node].first, nodes[next].first));
+    expected.last_px.push_back(std::max(nodes[node].last, nodes[next].last));
+  }
+}
+
+// A straight line through the widths over the pixels that show their ranges.
+void find_width(const Triangulator& triangulator, const Sensor& sensor, const StripeLook& look,
+                ExpectedStripe& expected) {
+  expected.sigma_px = look.width_px;
+  double n = 0.0;
+  double sx = 0.0;
+  double sxx = 0.0;
+  double sy = 0.0;
+  double sxy = 0.0;
+  for (const StripeLook::WidthAt& width : look.width_at) {
+    const Projection pixel = triangulator.project(width.range_m, 0.0);
+    if (pixel.status != CameraStatus::kOk) continue;
+    const double across = sensor.is_columns ? pixel.pixel.y() : pixel.pixel.x();
+    if (!(across >= 0.0 && across <= sensor.length - 1)) continue;
+    n += 1.0;
+    sx += across;
+    sxx += across * across;
+    sy += width.width_px;
+    sxy += across * width.width_px;
+  }
+  if (n == 0.0) return;
+  expected.pivot_px = sx / n;
+  expected.sigma_px = sy / n;
+  const double vxx = sxx - sx * sx / n;
+  constexpr double kLeastLever = 4.0;  // Pixels squared: the ranges lie at about one place.
+  if (vxx > kLeastLever) expected.sigma_slope = (sxy - sx * sy / n) / vxx;
+}
+
+}  // namespace
+
+ExpectedStripe expect_stripe(const StriperModel& model, int laser, const ScanOptions& limits) {
+  const Triangulator triangulator(model, laser);
+  const StripeLook& look = model.lasers[static_cast<std::size_t>(laser)].look;
+  const bool is_columns = model.axis == StripeAxis::kColumns;
+  const int width = model.camera.width();
+  const int height = model.camera.height();
+  const Sensor sensor{is_columns, is_columns ? width : height, is_columns ? height : width};
+  ExpectedStripe expected;
+  find_spans(triangulator, sensor, limits_of(look, limits), expected);
+  find_width(triangulator, sensor, look, expected);
+  return expected;
+}
+
+}  // namespace striper
