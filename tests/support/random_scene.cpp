@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/random_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include <striper/simulator/radiometry.hpp>
+
+namespace striper::testing {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kGrey = 0.4;         // The reflectance that brightness is set for,
+constexpr double kGreyRange_m = 2.0;  // and its distance.
+
+Eigen::Isometry3d pose(const Eigen::Vector3d& position, const Eigen::Matrix3d& rotation) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = position;
+  T.linear() = rotation;
+  return T;
+}
+
+Eigen::Isometry3d turned(const Eigen::Vector3d& position, double yaw_deg, double pitch_deg = 0.0,
+                         double roll_deg = 0.0) {
+  return pose(position,
+              rotation_from_rpy(kDegree * roll_deg, kDegree * pitch_deg, kDegree * yaw_deg));
+}
+
+double stripe_sigma_px(const Scene& scene, double range_m) {
+  const double laser_px =
+      sheet_sigma_m(scene.lasers.front(), range_m) * scene.camera.fy() / range_m;
+  return std::hypot(laser_px, scene.imager.blur_sigma_px);
+}
+
+double dn_per_ambient(const Scene& scene) {
+  const Imager& imager = scene.imager;
+  return imager.dn_per_electron * electrons_per_radiance(imager, imager.filter.center_nm) *
+         imager.filter.width_nm * imager.shutter_s * kGrey / std::numbers::pi;
+}
+
+// Lens, sensor and exposure; brightness is set once the laser stands.
+void draw_camera(Scene& scene, SceneDice& dice) {
+  const bool is_large = dice.chance(0.15);
+  const double fov_deg = dice.between(55.0, 105.0);
+  const int width = is_large ? 1280 : 640;
+  const int height = is_large ? 720 : 480;
+  const bool is_fisheye = fov_deg > 90.0 || dice.chance(0.2);
+  const CameraModel plain = Scene::pinhole(width, height, fov_deg);
+  const double k1 = dice.between(-0.15, 0.02);
+  scene.camera = is_fisheye ? Scene::fisheye(width, height, fov_deg)
+                            : CameraModel(width, height, plain.fx(), plain.fy(), plain.cx(),
+                                          plain.cy(), LensModel::kPlumbBob,
+                                          {fov_deg < 80.0 ? k1 : 0.0, 0.0, 0.0, 0.0, 0.0});
+  Imager& imager = scene.imager;
+  imager.blur_sigma_px = dice.between(0.3, 0.9);
+  imager.noise.read_noise_e = dice.between(5.0, 25.0);
+  imager.noise.prnu = dice.chance(0.5) ? dice.between(0.0, 0.01) : 0.0;
+  imager.dn_per_electron = dice.ratio(0.02, 0.08);
+  imager.falloff_exponent = dice.chance(0.5) ? dice.between(0.0, 4.0) : 0.0;
+  if (dice.chance(0.3)) imager.bloom = {dice.between(0.0, 0.02), dice.between(5.0, 15.0)};
+  if (dice.chance(0.25)) {  // The same light on a finer scale.
+    imager.bit_depth = 12;
+    imager.dn_per_electron *= 16.0;
+    imager.black_level_dn *= 16.0;
+  }
+}
+
+// The laser below or above the camera, which looks at where the sheet is 0.9 to 2.5 m away.
+double draw_laser(Scene& scene, SceneDice& dice) {
+  const double baseline_m = dice.between(0.15, 0.6);
+  const double side = dice.chance(0.7) ? -1.0 : 1.0;
+  const double sheet_pitch_deg = dice.chance(0.3) ? dice.between(-4.0, 4.0) : 0.0;
+  SimulatedLaser& laser = scene.lasers.front();
+  laser.T_device_laser = turned({0.0, 0.0, side * baseline_m}, 0.0, sheet_pitch_deg,
+                                dice.chance(0.3) ? dice.between(-3.0, 3.0) : 0.0);
+  laser.fan_rad = kDegree * dice.between(60.0, 120.0);
+  laser.divergence_sigma_rad = SimulatedLaser::thickness_to_sigma(kDegree * dice.ratio(0.15, 1.0));
+  const double seen_deg = -side * std::atan(baseline_m / dice.between(0.9, 2.5)) / kDegree;
+  scene.camera_rotation = rotation_from_rpy(0.0, kDegree * (seen_deg + 0.5 * sheet_pitch_deg), 0.0);
+  const double height_m = dice.between(0.35, 0.9) + (side < 0.0 ? baseline_m : 0.0);
+  scene.T_world_device = turned({0.0, 0.0, height_m}, 0.0);
+  return height_m + side * baseline_m;
+}
+
+void set_light(Scene& scene, SceneDice& dice) {
+  const double scale = scene.imager.bit_depth > 8 ? 16.0 : 1.0;
+  SimulatedLaser& laser = scene.lasers.front();
+  laser.pulse_energy_j = 1e-6;
+  laser.pulse_energy_j *=
+      scale * dice.ratio(40.0, 250.0) / stripe_amplitude_dn(scene, kGrey, kGreyRange_m);
+  const double background = scale * dice.ratio(20.0, 120.0) / dn_per_ambient(scene);
+  const double sky_share = dice.between(0.0, 0.6);
+  scene.daylight.ambient_w_m2_nm = (1.0 - sky_share) * background;
+  scene.daylight.sky_w_m2_nm = 2.0 * sky_share * background;
+}
+
+// Paint, paper, wood and grass: what flat faces are covered with.
+void draw_texture(Material& material, SceneDice& dice) {
+  material.reflectance = dice.ratio(0.06, 0.85);
+  if (dice.chance(0.45)) {
+    material.mottle_contrast = dice.between(0.1, 0.8);
+    material.mottle_grain_m = dice.ratio(0.004, 0.15);
+  }
+  if (dice.chance(0.3)) {
+    material.texture = PaintedStripe{dice.ratio(0.01, 0.12), dice.between(-0.1, 0.1),
+                                     dice.chance(0.5) ? dice.between(0.02, 0.2) : 0.0,
+                                     dice.between(0.02, 0.2), dice.between(0.05, 0.9)};
+  }
+}
+
+SceneObject checker(SceneDice& dice) {
+  Checkerboard board;
+  board.columns = dice.whole(4, 12);
+  board.rows = dice.whole(4, 9);
+  board.square_m = dice.ratio(0.02, 0.1);
+  board.border_m = dice.between(0.3, 1.0) * board.square_m;
+  SceneObject object;
+  object.name = "checker";
+  object.shape = Rectangle{(board.columns + 1) * board.square_m + 2.0 * board.border_m,
+                           (board.rows + 1) * board.square_m + 2.0 * board.border_m};
+  object.material.reflectance = 0.85;
+  object.material.texture = board;
+  return object;
+}
+
+SceneObject furniture(SceneDice& dice, double sheet_m) {
+  SceneObject object;
+  const double kind = dice.between(0.0, 1.0);
+  const double top_m = sheet_m * 2.0 * dice.between(0.35, 1.5);
+  if (kind < 0.45) {
+    object.name = "box";
+    object.shape = Box{{dice.between(0.08, 0.6), dice.between(0.08, 0.7), top_m}};
+  } else if (kind < 0.65) {
+    object.name = "cylinder";
+    object.shape = Cylinder{dice.between(0.05, 0.25), top_m};
+  } else if (kind < 0.8) {
+    object.name = "post";
+    object.shape = Cylinder{dice.between(0.01, 0.05), 2.4};
+  } else {
+    object = checker(dice);
+    return object;
+  }
+  draw_texture(object.material, dice);
+  if (dice.chance(0.15)) object.material.reflectance = 0.03;
+  if (dice.chance(0.08)) object.material.retro_gain = dice.ratio(1.0, 20.0);
+  return object;
+}
+
+double standing_height_m(const SceneObject& object) {
+  if (const auto* box = std::get_if<Box>(&object.shape)) return 0.5 * box->size_m.z();
+  if (const auto* tube = std::get_if<Cylinder>(&object.shape)) return 0.5 * tube->length_m;
+  return 0.0;
+}
+
+void add_furniture(Scene& scene, SceneDice& dice, double sheet_m, double wall_m) {
+  const int count = dice.whole(4, 11);
+  for (int i = 0; i < count; ++i) {
+    SceneObject object = furniture(dice, sheet_m);
+    const double x = dice.between(0.6, wall_m - 0.3);
+    const double y = dice.between(-0.9, 0.9) * x;
+    const bool is_board = object.name == "checker";
+    const double z = is_board ? sheet_m + dice.between(-0.15, 0.15) : standing_height_m(object);
+    object.T_world_object = is_board ? turned({x, y, z}, dice.between(-50.0, 50.0),
+                                              dice.between(-40.0, 40.0), dice.between(-20.0, 20.0))
+                                     : turned({x, y, z}, dice.between(-90.0, 90.0));
+    scene.objects.push_back(std::move(object));
+  }
+}
+
+void add_wall(Scene& scene, SceneDice& dice, const char* name, const Eigen::Vector3d& position,
+              const Eigen::Vector3d& normal) {
+  SceneObject wall;
+  wall.name = name;
+  wall.T_world_object = pose(position, facing(normal));
+  draw_texture(wall.material, dice);
+  wall.material.texture = {};
+  scene.objects.push_back(std::move(wall));
+}
+
+void add_walls(Scene& scene, SceneDice& dice, double wall_m) {
+  add_wall(scene, dice, "floor", Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ());
+  add_wall(scene, dice, "ceiling", {0.0, 0.0, 2.6}, -Eigen::Vector3d::UnitZ());
+  add_wall(scene, dice, "far wall", {wall_m, 0.0, 0.0},
+           Eigen::Vector3d(-1.0, dice.between(-0.4, 0.4), 0.0).normalized());
+  add_wall(scene, dice, "left wall", {0.0, dice.between(1.2, 3.0), 0.0}, -Eigen::Vector3d::UnitY());
+  add_wall(scene, dice, "right wall", {0.0, -dice.between(1.2, 3.0), 0.0},
+           Eigen::Vector3d::UnitY());
+}
+
+// Papers just before the far wall, lamps and glints anywhere.
+void add_decoration(Scene& scene, SceneDice& dice, double sheet_m, double wall_m) {
+  const Eigen::Matrix3d on_wall = scene.objects[2].T_world_object.linear();
+  for (int i = dice.whole(0, 3); i > 0; --i) {
+    SceneObject paper = checker(dice);
+    paper.name = "poster";
+    const double y = dice.between(-1.2, 1.2);
+    const Eigen::Vector3d along = on_wall.col(1) / on_wall.col(1).y();
+    paper.T_world_object = pose(Eigen::Vector3d(wall_m, 0.0, sheet_m + dice.between(-0.6, 0.6)) +
+                                    y * along - 0.003 * on_wall.col(0),
+                                on_wall);
+    scene.objects.push_back(std::move(paper));
+  }
+  for (int i = dice.whole(0, 4); i > 0; --i) {
+    SceneObject lamp;
+    lamp.name = "lamp";
+    lamp.shape = Disc{dice.ratio(0.004, 0.06)};
+    lamp.material.radiance_w_m2_sr_nm =
+        dice.ratio(0.3, 30.0) * scene.daylight.ambient_w_m2_nm / std::numbers::pi;
+    const double x = dice.between(0.7, wall_m - 0.1);
+    lamp.T_world_object =
+        turned({x, dice.between(-0.7, 0.7) * x, sheet_m + dice.between(-0.5, 0.7)}, 0.0);
+    scene.objects.push_back(std::move(lamp));
+  }
+}
+
+}  // namespace
+
+double SceneDice::ratio(double low, double high) {
+  return low * std::pow(high / low, between(0.0, 1.0));
+}
+
+int SceneDice::whole(int low, int high) {
+  return std::min(high, low + static_cast<int>(between(0.0, high - low + 1.0)));
+}
+
+Scene random_room(std::uint64_t seed) {
+  SceneDice dice(seed);
+  Scene scene;
+  scene.name = "room " + std::to_string(seed);
+  scene.seed = seed;
+  draw_camera(scene, dice);
+  const double sheet_m = draw_laser(scene, dice);
+  set_light(scene, dice);
+  const double wall_m = dice.between(2.2, 5.0);
+  add_walls(scene, dice, wall_m);
+  add_furniture(scene, dice, sheet_m, wall_m);
+  add_decoration(scene, dice, sheet_m, wall_m);
+  scene.validate();
+  return scene;
+}
+
+Scene without_laser(Scene scene) {
+  for (SimulatedLaser& laser : scene.lasers) laser.pulse_energy_j = 0.0;
+  return scene;
+}
+
+double stripe_amplitude_dn(const Scene& scene, double reflectance, double range_m) {
+  const SimulatedLaser& laser = scene.lasers.front();
+  const double laser_px = sheet_sigma_m(laser, range_m) * scene.camera.fy() / range_m;
+  return scene.imager.dn_per_electron * electrons_per_radiance(scene.imager, laser.wavelength_nm) *
+         reflectance / std::numbers::pi * peak_fluence_j_m2(laser, range_m) * laser_px /
+         stripe_sigma_px(scene, range_m);
+}
+
+StripeLook look_of(const Scene& scene) {
+  constexpr double kWhitePaper = 0.85;
+  StripeLook look;
+  for (double range_m = 0.4; range_m < 6.5; range_m *= std::numbers::sqrt2) {
+    look.width_at.push_back({range_m, stripe_sigma_px(scene, range_m)});
+    look.amplitude_at.push_back({range_m, stripe_amplitude_dn(scene, kWhitePaper, range_m)});
+  }
+  look.width_px = stripe_sigma_px(scene, kGreyRange_m);
+  return look;
+}
+
+}  // namespace striper::testing

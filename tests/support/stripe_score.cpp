@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/stripe_score.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace striper::testing {
+namespace {
+
+constexpr double kRightPx = 0.5;
+constexpr double kMixedPx = 4.0;
+constexpr int kMixedLines = 4;  // As Scene::edge_distance_px.
+
+double across(const TrueReturn& truth, StripeAxis axis) {
+  return axis == StripeAxis::kColumns ? truth.v_px : truth.u_px;
+}
+double across(const Return& r, StripeAxis axis) {
+  return axis == StripeAxis::kColumns ? r.v_px : r.u_px;
+}
+
+template <typename Visit>
+void for_each_true(const TrueLine& line, const Visit& visit) {
+  if (line.status != TruthStatus::kVisible) return;
+  visit(line.brightest);
+  for (const TrueReturn& other : line.others) visit(other);
+}
+
+double nearest_error(const TrueLine& line, StripeAxis axis, double at) {
+  double nearest = std::numeric_limits<double>::quiet_NaN();
+  for_each_true(line, [&](const TrueReturn& truth) {
+    const double error = at - across(truth, axis);
+    if (!(std::abs(error) >= std::abs(nearest))) nearest = error;
+  });
+  return nearest;
+}
+
+bool is_mixed(const Truth& truth, int line, double at) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  double nearest = low;
+  bool is_edge = truth.lines[static_cast<std::size_t>(line)].status != TruthStatus::kVisible;
+  const int last = std::min(static_cast<int>(truth.lines.size()) - 1, line + kMixedLines);
+  for (int i = std::max(0, line - kMixedLines); i <= last; ++i) {
+    for_each_true(truth.lines[static_cast<std::size_t>(i)], [&](const TrueReturn& t) {
+      const double v = across(t, truth.axis);
+      low = std::min(low, v);
+      high = std::max(high, v);
+      nearest = std::min(nearest, std::abs(v - at));
+      is_edge |= i == line && t.near_edge;
+    });
+  }
+  return is_edge && nearest <= kMixedPx && at >= low - kRightPx && at <= high + kRightPx;
+}
+
+double snr(const TrueReturn& truth, const cv::Mat& expected_dn, const NoiseModel& noise) {
+  const int u = static_cast<int>(std::lround(truth.u_px));
+  const int v = static_cast<int>(std::lround(truth.v_px));
+  if (u < 0 || v < 0 || u >= expected_dn.cols || v >= expected_dn.rows) return 0.0;
+  return truth.amplitude_dn / std::sqrt(noise.variance_dn2(expected_dn.at<float>(v, u)));
+}
+
+Judgement judgement(const Truth& truth, int line, const JudgedReturn& r) {
+  if (std::abs(r.error_px) <= std::max(kRightPx, 3.0 * r.sigma_px)) return Judgement::kRight;
+  if (is_mixed(truth, line, r.across_px)) return Judgement::kMixed;
+  const bool has_stripe = r.truth_status == TruthStatus::kVisible;
+  return has_stripe ? Judgement::kWrong : Judgement::kPhantom;
+}
+
+}  // namespace
+
+std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
+                                const cv::Mat& expected_dn, const NoiseModel& noise) {
+  std::vector<JudgedReturn> judged(scan.returns.size());
+  for (std::size_t i = 0; i < judged.size(); ++i) {
+    const TrueLine& line = truth.lines[i];
+    JudgedReturn& r = judged[i];
+    r.line = static_cast<int>(i);
+    r.status = scan.returns[i].status;
+    r.truth_status = line.status;
+    if (line.status == TruthStatus::kVisible) {
+      r.truth_amplitude = line.brightest.amplitude_dn;
+      r.truth_snr = snr(line.brightest, expected_dn, noise);
+      for_each_true(line, [&](const TrueReturn& t) { r.near_edge |= t.near_edge; });
+    }
+    if (!r.has_values()) continue;
+    r.confidence = scan.returns[i].confidence;
+    r.across_px = across(scan.returns[i], scan.axis);
+    r.sigma_px = scan.returns[i].row_sigma_px;
+    r.error_px = nearest_error(line, scan.axis, r.across_px);
+    r.judgement = judgement(truth, r.line, r);
+  }
+  return judged;
+}
+
+void StripeScore::add(const PolarScan& scan, const std::vector<JudgedReturn>& returns) {
+  ++scans;
+  unseen += scan.is_stripe_seen ? 0 : 1;
+  for (const JudgedReturn& r : returns) {
+    ++columns;
+    const bool is_visible = r.truth_status == TruthStatus::kVisible;
+    const bool is_clear = is_visible && r.truth_snr >= kSnr;
+    const bool is_right = r.has_values() && r.judgement == Judgement::kRight;
+    visible += is_visible ? 1 : 0;
+    clear += is_clear ? 1 : 0;
+    found += is_clear && r.is_ok() && is_right ? 1 : 0;
+    found_visible += is_visible && r.is_ok() && is_right ? 1 : 0;
+    if (r.is_ok()) {
+      ++ok;
+      mixed += r.judgement == Judgement::kMixed ? 1 : 0;
+      phantom += r.judgement == Judgement::kPhantom ? 1 : 0;
+      wrong += r.judgement == Judgement::kPhantom || r.judgement == Judgement::kWrong ? 1 : 0;
+    }
+    if (!r.has_values() || r.judgement == Judgement::kMixed || !std::isfinite(r.confidence)) {
+      continue;
+    }
+    const auto above = std::upper_bound(kBins.begin(), kBins.end(), r.confidence);
+    Bin& bin =
+        bins[static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, above - kBins.begin()) - 1)];
+    ++bin.count;
+    bin.stripe += is_right ? 1 : 0;
+    bin.sum += r.confidence;
+    ++judged;
+    const double miss = r.confidence - (is_right ? 1.0 : 0.0);
+    squared += miss * miss;
+  }
+}
+
+void StripeScore::add(const StripeScore& other) {
+  scans += other.scans;
+  unseen += other.unseen;
+  columns += other.columns;
+  visible += other.visible;
+  clear += other.clear;
+  found += other.found;
+  found_visible += other.found_visible;
+  ok += other.ok;
+  wrong += other.wrong;
+  phantom += other.phantom;
+  mixed += other.mixed;
+  judged += other.judged;
+  squared += other.squared;
+  for (std::size_t i = 0; i < bins.size(); ++i) {
+    bins[i].count += other.bins[i].count;
+    bins[i].stripe += other.bins[i].stripe;
+    bins[i].sum += other.bins[i].sum;
+  }
+}
+
+}  // namespace striper::testing

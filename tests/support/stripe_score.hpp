@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/noise_model.hpp>
+#include <striper/scan/polar_scan.hpp>
+#include <striper/simulator/truth.hpp>
+
+namespace striper::testing {
+
+/// What a return is, by the truth.
+enum class Judgement {
+  kRight,    ///< Within max(0.5 px, 3 sigma) of a true return of its line.
+  kMixed,    ///< At an edge, between the two stripes that meet there and within 4 px of one.
+  kWrong,    ///< Something else in a line that shows a stripe.
+  kPhantom,  ///< In a line without a stripe.
+};
+
+/// One return with what is known of its line.
+struct JudgedReturn {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  int line = 0;
+  ReturnStatus status = ReturnStatus::kNoStripe;
+  double confidence = kNone;
+  double across_px = kNone;
+  double sigma_px = kNone;
+  double error_px = kNone;         ///< From the nearest true return of the line.
+  double truth_amplitude = kNone;  ///< DN, of the brightest true return.
+  double truth_snr = kNone;        ///< That over the noise of its peak pixel.
+  TruthStatus truth_status = TruthStatus::kNoSurface;
+  bool near_edge = false;
+  Judgement judgement = Judgement::kPhantom;  ///< Only where the return has values.
+
+  bool has_values() const { return verdict(status) != Verdict::kMissing; }
+  bool is_ok() const { return status == ReturnStatus::kOk; }
+};
+
+/// Judges a scan line by line. @param expected_dn the exposure without noise, for the noise of a
+/// peak pixel. @param truth may have no stripe at all (laser off).
+std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
+                                const cv::Mat& expected_dn, const NoiseModel& noise);
+
+/// Shares and a reliability diagram, summed over scans.
+struct StripeScore {
+  static constexpr double kSnr = 8.0;
+  static constexpr std::array<double, 7> kBins = {0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999};
+
+  struct Bin {
+    std::size_t count = 0;
+    std::size_t stripe = 0;
+    double sum = 0.0;  ///< Of the confidences.
+  };
+
+  std::size_t scans = 0;
+  std::size_t unseen = 0;  ///< Scans with `is_stripe_seen` false.
+  std::size_t columns = 0;
+  std::size_t visible = 0;  ///< Columns with a stripe, however weak.
+  std::size_t clear = 0;    ///< Of them, with an SNR of kSnr and more.
+  std::size_t found = 0;    ///< Of the clear ones, `ok` and right.
+  std::size_t found_visible = 0;
+  std::size_t ok = 0;
+  std::size_t wrong = 0;    ///< `ok`: kWrong and kPhantom.
+  std::size_t phantom = 0;  ///< `ok` in columns without a stripe.
+  std::size_t mixed = 0;    ///< `ok`.
+  std::array<Bin, kBins.size()> bins = {};
+  std::size_t judged = 0;
+  double squared = 0.0;  ///< Sum of (confidence - 1 if it is the stripe else 0)^2.
+
+  void add(const PolarScan& scan, const std::vector<JudgedReturn>& returns);
+  void add(const StripeScore& other);
+
+  double found_percent() const { return percent(found, clear); }
+  double wrong_percent() const { return percent(wrong, columns); }
+  double phantom_percent() const { return percent(phantom, columns); }
+  double brier() const { return judged == 0 ? 0.0 : squared / static_cast<double>(judged); }
+
+  static double percent(std::size_t part, std::size_t whole) {
+    return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+  }
+};
+
+}  // namespace striper::testing
