@@ -67,7 +67,10 @@ void apply(const ScannerArguments& arguments, ScannerOptions& options) {
   set_from_word(arguments.peak, kPeakRules, options.stripe.peak);
   set_from_word(arguments.ambient, kAmbientMethods, options.ambient.method);
   if (arguments.axis) options.stripe.axis = *stripe_axis_from_string(*arguments.axis);
-  if (arguments.channel) options.ambient.channel = *channel_from_string(*arguments.channel);
+  if (arguments.channel) {
+    options.ambient.channel = *channel_from_string(*arguments.channel);
+    options.ambient.difference_channel.reset();  // What was asked for holds everywhere.
+  }
   if (arguments.threshold_dn) options.stripe.threshold_dn = arguments.threshold_dn;
   if (arguments.min_range_m) options.scan.min_range_m = *arguments.min_range_m;
   if (arguments.max_range_m) options.scan.max_range_m = *arguments.max_range_m;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper simulate: frames, the perfect model and the truth of a scene, as files.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,6 +13,7 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/images/recorder.hpp>
 #include <striper/model/model_yaml.hpp>
+#include <striper/simulator/ideal_look.hpp>
 #include <striper/simulator/simulated_source.hpp>
 #include <striper/sinks/csv_sink.hpp>
 
@@ -44,7 +48,8 @@ constexpr const char* kExamples =
     "  striper capture images:room --model room/model.yaml -o scans.csv\n"
     "      scan what was simulated; compare with room/truth.csv\n\n"
     "The directory gets the pictures with frames.csv (a recording: images:DIR), model.yaml, the\n"
-    "calibration without error, and truth.csv: the columns of a scan with exact values, a line "
+    "calibration without error (what the stripe looks like, at the ranges of these pictures), and\n"
+    "truth.csv: the columns of a scan with exact values, a line "
     "for\n"
     "every column of every lit exposure.";
 
@@ -108,6 +113,39 @@ PolarScan to_scan(const Truth& truth) {
   return scan;
 }
 
+// How near and how far the lasers were seen, which is what a calibration of these pictures would
+// know the stripe over.
+class SeenRanges {
+ public:
+  void add(const Truth& truth) {
+    const auto laser = static_cast<std::size_t>(truth.laser);
+    if (ranges_m_.size() <= laser) ranges_m_.resize(laser + 1, {HUGE_VAL, 0.0});
+    auto& [nearest_m, farthest_m] = ranges_m_[laser];
+    for (const TrueLine& line : truth.lines) {
+      if (line.status != TruthStatus::kVisible) continue;
+      nearest_m = std::min(nearest_m, line.brightest.range_m);
+      farthest_m = std::max(farthest_m, line.brightest.range_m);
+    }
+  }
+
+  /// The model, the looks of its lasers between those ranges.
+  StriperModel narrowed(const Simulator& simulator) const {
+    // A range is not known so well that its own error may not take it over the end.
+    constexpr double kMargin = 1.1;
+    StriperModel model = simulator.model();
+    for (std::size_t i = 0; i < std::min(ranges_m_.size(), model.lasers.size()); ++i) {
+      const auto [nearest_m, farthest_m] = ranges_m_[i];
+      if (!(farthest_m > 0.0)) continue;
+      model.lasers[i].look = ideal_look(simulator.scene(), static_cast<int>(i), nearest_m / kMargin,
+                                        farthest_m * kMargin);
+    }
+    return model;
+  }
+
+ private:
+  std::vector<std::pair<double, double>> ranges_m_;  // Per laser.
+};
+
 // Accepts a path as well as a whole address.
 SourceUri scene_uri(const std::string& scene) {
   return SourceUri::parse(scene.starts_with("sim:") ? scene : "sim:" + scene);
@@ -118,6 +156,7 @@ ExitCode simulate(const SimulateArguments& arguments) {
   const fs::path directory = arguments.directory;
   Recorder recorder(directory, source->info());
   save_model(source->simulator().model(), directory / "model.yaml");
+  SeenRanges seen;
   CsvSink truth_file((directory / "truth.csv").string(), {.doubtful = true, .missing = true});
 
   const FrameLoopResult result = read_frames(
@@ -126,9 +165,11 @@ ExitCode simulate(const SimulateArguments& arguments) {
         if (frame.exposure_in_picture > 0) return;  // The truth of both fields is written already.
         for (const Truth& truth : source->simulator().truth(frame.sequence)) {
           truth_file.write(to_scan(truth));
+          seen.add(truth);
         }
       });
   truth_file.close();
+  save_model(seen.narrowed(source->simulator()), directory / "model.yaml");
 
   say(fmt::format("simulated {}", describe(result)));
   say(fmt::format("wrote them, frames.csv, model.yaml and truth.csv into {}", arguments.directory));

@@ -163,6 +163,20 @@ class Calibrate(unittest.TestCase):
         self.assertLess(figures["flatness_rms_m"], 0.02)
 
 
+class Session(unittest.TestCase):
+    def test_is_what_the_simulator_makes_today(self):
+        """As data/calibration/README.md says; where this fails, it tells how to make it anew."""
+        with tempfile.TemporaryDirectory() as directory:
+            made = pathlib.Path(directory)
+            result = run("simulate", SOURCE / "data/scenes/calibration.yaml", "-o", made, "--frames", "10")
+            self.assertEqual(0, result.returncode, result.stderr)
+            pictures = sorted(file.name for file in made.glob("*.png"))
+            self.assertEqual(sorted(file.name for file in SESSION.glob("*.png")), pictures)
+            for picture in pictures:
+                self.assertEqual((SESSION / picture).read_bytes(), (made / picture).read_bytes(), picture)
+            self.assertEqual((SESSION / "truth.yaml").read_text(), (made / "model.yaml").read_text())
+
+
 class CalibratePairs(unittest.TestCase):
     def test_takes_the_laser_off_and_on(self):
         """The same poses without and with the laser: what is taken off leaves the stripe alone."""

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/simulator/ideal_look.hpp>
 #include <striper/simulator/simulator.hpp>
 
 #include "simulator/sensor.hpp"
@@ -116,19 +117,25 @@ class Simulator::Impl {
     return truths;
   }
 
-  StriperModel model() const {
+  const StriperModel& model() {
+    if (!model_) model_ = make_model();
+    return *model_;
+  }
+
+ private:
+  StriperModel make_model() const {
     StriperModel model;
     model.camera = scene_.camera;
     model.axis = scene_.axis;
-    for (const Beam& beam : beams_) model.lasers.push_back({beam.plane(), {}, {}});
+    for (std::size_t i = 0; i < beams_.size(); ++i) {
+      model.lasers.push_back({beams_[i].plane(), {}, {}, ideal_look(scene_, static_cast<int>(i))});
+    }
     const Imager& imager = scene_.imager;
     model.noise = NoiseModel{imager.noise.read_noise_e * imager.dn_per_electron,
                              imager.noise.shot ? imager.dn_per_electron : 0.0,
                              imager.black_level_dn, imager.bit_depth};
     return model;
   }
-
- private:
   cv::Size picture_size() const noexcept {
     const Imager& imager = scene_.imager;
     return {imager.region.width / imager.binning.width,
@@ -265,6 +272,7 @@ class Simulator::Impl {
   bool is_static_;
   cv::Mat gains_;
   std::vector<Beam> beams_;
+  std::optional<StriperModel> model_;  // Once it has been asked for.
   // The latest two moments (the two fields of a picture) of a moving scene, the only one of a
   // static one.
   std::array<std::pair<std::uint64_t, std::unique_ptr<Moment>>, 2> moments_;

@@ -108,8 +108,8 @@ void AmbientStage::State::subtract(detail::HeldExposure& exposure,
                                    const detail::Neighbours& darks) {
   const detail::HeldExposure* const any = darks.before != nullptr ? darks.before : darks.after;
   if (!channel) choose_channel_from(exposure, any);
-  const bool subtracts = any != nullptr || options.method == AmbientMethod::kTemporal;
-  const Channel wanted = subtracts ? without_difference(*channel) : *channel;
+  const bool is_difference = any != nullptr || options.method == AmbientMethod::kTemporal;
+  const Channel wanted = is_difference ? channel_of_differences() : *channel;
   take_channel(exposure, wanted);
   lit.lit = exposure.channel.lit;
   lit.dark = exposure.channel.dark;
@@ -141,7 +141,7 @@ void AmbientStage::State::subtract_background(detail::HeldExposure& exposure) {
                             held->frame.field == exposure.frame.field &&
                             held->frame.image.size() == exposure.frame.image.size();
       if (!is_alike || first.size() == detail::TemporalBackground::kFirstPictures) continue;
-      take_channel(*held, without_difference(*channel));
+      take_channel(*held, channel_of_differences());
       first.push_back(held->channel.lit);
     }
     slow.begin(first);
@@ -180,6 +180,15 @@ void AmbientStage::State::choose_channel_from(const detail::HeldExposure& exposu
   cv::Mat difference;
   cv::subtract(exposure.frame.image, dark->frame.image, difference);
   channel = without_difference(choose_channel(difference, options.axis));
+}
+
+Channel AmbientStage::State::channel_of_differences() const noexcept {
+  const bool is_given = options.difference_channel && *options.difference_channel != Channel::kAuto;
+  return without_difference(is_given ? *options.difference_channel : *channel);
+}
+
+bool AmbientStage::State::subtracts() const noexcept {
+  return subtracts_fields || subtracts_pictures || options.method == AmbientMethod::kTemporal;
 }
 
 void AmbientStage::State::take_channel(detail::HeldExposure& exposure, Channel wanted) const {
@@ -257,7 +266,9 @@ std::string AmbientStage::decisions() const {
                                                                     : "none";
   std::string text;
   if (s.is_settled && s.channel) {
-    text = fmt::format("channel {}\ncadence {} ({})\nambient {}\n", to_string(*s.channel),
+    const Channel used =
+        s.subtracts() && s.options.difference_channel ? s.channel_of_differences() : *s.channel;
+    text = fmt::format("channel {}\ncadence {} ({})\nambient {}\n", to_string(used),
                        s.queue.cadence().to_string(), s.cadence_origin, method);
   }
   if (s.unpaired > 0) {

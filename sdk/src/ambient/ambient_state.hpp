@@ -67,6 +67,8 @@ struct AmbientStage::State {
   void subtract_background(detail::HeldExposure& exposure);
   void choose_channel_from(const detail::HeldExposure& exposure, const detail::HeldExposure* dark);
   void take_channel(detail::HeldExposure& exposure, Channel wanted) const;
+  Channel channel_of_differences() const noexcept;
+  bool subtracts() const noexcept;
   bool background_waits(const detail::HeldExposure& exposure);
   detail::TemporalBackground& background_of(const detail::HeldExposure& exposure);
 

@@ -11,6 +11,7 @@
 #include <fmt/ranges.h>
 
 #include "model/scan_frame.hpp"
+#include "model/stripe_block.hpp"
 #include "model/yaml_field.hpp"
 
 namespace striper::detail {
@@ -182,6 +183,7 @@ std::vector<std::string> known_parameters(const StriperModel& model) {
 std::optional<Violation> find_violation(const StriperModel& model) {
   for (std::size_t i = 0; i < model.lasers.size(); ++i) {
     if (auto bad = check_laser(model, i)) return bad;
+    if (auto bad = check_look(model.lasers[i].look, i)) return bad;
   }
   if (model.noise) {
     if (auto bad = check_noise(*model.noise)) return bad;

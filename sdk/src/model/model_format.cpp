@@ -8,6 +8,8 @@
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
 
+#include "model/stripe_block.hpp"
+
 namespace striper {
 namespace {
 
@@ -139,11 +141,10 @@ std::string format_model(const StriperModel& model) {
       "striper_model: 1\n";
   text += camera_text(model.camera);
   text += lasers_text(model.lasers);
-  text += fmt::format(
+  text +=
       "# One return per image column (axis: columns) or per row (axis: rows); channel: auto, grey, "
-      "red,\n# green, blue, green-red or red-green.\n"
-      "stripe: {{axis: {}, channel: {}}}\n",
-      to_string(model.axis), to_string(model.channel));
+      "red,\n# green, blue, green-red or red-green.\n";
+  text += detail::stripe_text(model);
   if (model.noise) text += noise_text(*model.noise);
   if (model.covariance) text += covariance_text(*model.covariance);
   if (!model.quality_yaml.empty()) text += quality_block(model.quality_yaml);

@@ -14,6 +14,7 @@
 
 #include "model/model_checks.hpp"
 #include "model/quality_text.hpp"
+#include "model/stripe_block.hpp"
 #include "model/yaml_field.hpp"
 
 namespace striper {
@@ -114,20 +115,6 @@ std::vector<Laser> read_lasers(const YamlField& field) {
   return lasers;
 }
 
-void read_stripe(const YamlField& field, StriperModel& model) {
-  constexpr std::string_view kAxes = "columns or rows";
-  constexpr std::string_view kChannels = "auto, grey, red, green, blue, green-red or red-green";
-  field.require_map({"axis", "channel"});
-  const YamlField axis = field.at("axis", kAxes);
-  const auto axis_value = stripe_axis_from_string(axis.word(kAxes));
-  if (!axis_value) axis.refuse(kAxes);
-  const YamlField channel = field.at("channel", kChannels);
-  const auto channel_value = channel_from_string(channel.word(kChannels));
-  if (!channel_value) channel.refuse(kChannels);
-  model.axis = *axis_value;
-  model.channel = *channel_value;
-}
-
 NoiseModel read_noise(const YamlField& field) {
   field.require_map({"read_noise_dn", "dn_per_electron", "black_level_dn", "bit_depth"});
   NoiseModel noise;
@@ -218,7 +205,7 @@ StriperModel read_model(const YamlField& root, const std::string& yaml) {
   model.camera = read_camera(camera);
   const YamlField lasers = root.at("lasers", "a list, [] for a camera alone");
   model.lasers = read_lasers(lasers);
-  read_stripe(root.at("stripe", "a map with axis, channel"), model);
+  detail::read_stripe(root.at("stripe", "a map with axis, channel"), model);
   if (const auto noise = root.find("noise")) model.noise = read_noise(*noise);
   if (const auto covariance = root.find("covariance")) {
     model.covariance = read_covariance(*covariance);

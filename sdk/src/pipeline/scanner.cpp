@@ -91,6 +91,7 @@ std::string why_unreadable(const Frame& frame) {
 ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
   ScannerOptions options;
   options.ambient.channel = model.channel;
+  options.ambient.difference_channel = model.difference_channel;
   options.ambient.lasers = static_cast<int>(model.lasers.size());
   options.stripe.axis = model.axis;
   options.stripe.noise = model.noise;

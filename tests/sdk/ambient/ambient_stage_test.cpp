@@ -192,6 +192,42 @@ TEST(AmbientStage, BuffersThatNobodyKeepsAreCopied) {
   EXPECT_EQ(pairs, (Pairs{{0, 0, 20}, {2, 0, 20}}));
 }
 
+// ---- Channels.
+
+// The first pixel of the first exposure that comes out, of pictures of blue 10, green 20, red 30.
+std::pair<int, int> first_lit_and_dark(const char* cadence, AmbientOptions options) {
+  options.cadence = Cadence::parse(cadence);
+  AmbientStage stage(options);
+  for (std::uint64_t sequence = 0; sequence < 4; ++sequence) {
+    Frame frame = tagged(sequence, options.cadence);
+    frame.image = cv::Mat(frame.image.size(), CV_8UC3, cv::Scalar(10, 20, 30));
+    stage.push(frame);
+  }
+  stage.finish();
+  const LitFrame* const lit = stage.next();
+  if (lit == nullptr) return {-1, -1};
+  return {lit->lit.at<std::uint8_t>(0, 0), lit->dark.empty() ? -1 : lit->dark.at<std::uint8_t>(0)};
+}
+
+TEST(AmbientStage, TakesTheChannelForDifferencesOnlyWhereADarkExposureIsSubtracted) {
+  AmbientOptions options;
+  options.channel = Channel::kGreen;
+  options.difference_channel = Channel::kRed;
+  EXPECT_EQ(first_lit_and_dark("0,dark", options), std::pair(30, 30));
+  EXPECT_EQ(first_lit_and_dark("0", options), std::pair(20, -1));
+  options.method = AmbientMethod::kNone;
+  EXPECT_EQ(first_lit_and_dark("0,dark", options), std::pair(20, -1));
+}
+
+TEST(AmbientStage, TakesTheColourOfADifferenceWhereADarkExposureIsSubtracted) {
+  AmbientOptions options;
+  options.channel = Channel::kGreenMinusRed;
+  EXPECT_EQ(first_lit_and_dark("0", options), std::pair(20, 30));
+  EXPECT_EQ(first_lit_and_dark("0,dark", options), std::pair(20, 20));
+  options.difference_channel = Channel::kRedMinusGreen;
+  EXPECT_EQ(first_lit_and_dark("0,dark", options), std::pair(30, 30));
+}
+
 // ---- Cost.
 
 class WarmStage : public ::testing::TestWithParam<int> {};

@@ -79,6 +79,7 @@ constexpr Malformed kZoo[] = {
     {"covariance_three_numbers", ":17: covariance.data: a list of 3 - expected a list of 4"},
     {"covariance_too_many_names", ":14: covariance.parameters: a list of 300 - expected at most 268"},
     {"deeply_nested", ":1: lists or maps nested 33 deep - expected at most 32"},
+    {"difference_channel_unknown", ":11: stripe.difference_channel: 'dark' - expected auto, grey, red, green, blue, green-red or red-green"},
     {"distance_inf", ":10: lasers[0].distance_m: 'inf' - expected a finite number of metres"},
     {"distance_with_unit", ":10: lasers[0].distance_m: '0.4 m' - expected a finite number of metres"},
     {"distance_zero", ":10: lasers[0].distance_m: 0 - expected more than 0: from a plane through the camera's centre follows no range"},
@@ -110,6 +111,28 @@ constexpr Malformed kZoo[] = {
     {"lasers_is_a_map", ":9: lasers: a map of 2 - expected a list"},
     {"lasers_is_empty", ":9: lasers: empty - expected a list"},
     {"list_as_key", ":11: the file: a list of 2 - expected a word as key"},
+    {"look_amplitude_at_falling", ":11: stripe.lasers[0].amplitude_at[1]: range 1 after 2 - expected ranges that rise"},
+    {"look_amplitude_at_inf", ":11: stripe.lasers[0].amplitude_at[0][1]: '.inf' - expected a finite number"},
+    {"look_amplitude_at_once", ":11: stripe.lasers[0].amplitude_at: one pair - expected a course over range: none, or two pairs and more"},
+    {"look_amplitude_at_zero", ":11: stripe.lasers[0].amplitude_at[1]: [2, 0] - expected a range in metres and an amplitude in DN, both above 0"},
+    {"look_colour_in_percent", ":11: stripe.lasers[0].colour: [10, 80, 10] - expected shares of blue, green and red, each 0 or more, whose sum is 1"},
+    {"look_colour_is_a_word", ":11: stripe.lasers[0].colour: 'red' - expected a list of 3"},
+    {"look_colour_negative", ":11: stripe.lasers[0].colour: [-0.1, 0.9, 0.2] - expected shares of blue, green and red, each 0 or more, whose sum is 1"},
+    {"look_colour_of_four", ":11: stripe.lasers[0].colour: a list of 4 - expected a list of 3"},
+    {"look_is_a_number", ":11: stripe.lasers[0]: '1.4' - expected a map with width_px, width_at, amplitude_at, colour"},
+    {"look_is_empty", ":11: stripe.lasers[0]: empty - expected a map with width_px, width_at, amplitude_at, colour"},
+    {"look_width_at_falling", ":11: stripe.lasers[0].width_at[1]: range 1 after 2 - expected ranges that rise"},
+    {"look_width_at_is_a_pair", ":11: stripe.lasers[0].width_at[0]: '1' - expected a list of 2"},
+    {"look_width_at_negative", ":11: stripe.lasers[0].width_at[1]: [2, -1.3] - expected a range in metres and a width in pixels, both above 0"},
+    {"look_width_at_of_three", ":11: stripe.lasers[0].width_at[0]: a list of 3 - expected a list of 2"},
+    {"look_width_at_once", ":11: stripe.lasers[0].width_at: one pair - expected a course over range: none, or two pairs and more"},
+    {"look_width_at_range_zero", ":11: stripe.lasers[0].width_at[0]: [0, 1.4] - expected a range in metres and a width in pixels, both above 0"},
+    {"look_width_at_twice_the_same", ":11: stripe.lasers[0].width_at[2]: range 2 after 2 - expected ranges that rise"},
+    {"look_width_nan", ":11: stripe.lasers[0].width_px: '.nan' - expected a finite number"},
+    {"look_width_with_unit", ":11: stripe.lasers[0].width_px: '1.4 px' - expected a finite number"},
+    {"look_width_zero", ":11: stripe.lasers[0].width_px: 0 - expected a number of pixels above 0"},
+    {"looks_are_a_map", ":11: stripe.lasers: a map of 1 - expected a list"},
+    {"looks_of_more_lasers", ":11: stripe.lasers: a list of 2 - expected at most 1, as there are lasers"},
     {"no_axis", ":11: stripe.axis is missing - expected columns or rows"},
     {"no_camera", ":1: camera is missing - expected a map"},
     {"no_channel", ":11: stripe.channel is missing - expected auto, grey, red, green, blue, green-red or red-green"},
@@ -138,7 +161,7 @@ constexpr Malformed kZoo[] = {
     {"quality_is_a_number", ":18: quality: '0.1' - expected a map"},
     {"read_noise_negative", ":12: noise.read_noise_dn: -1.5 - expected a finite number, 0 or more"},
     {"recursive_alias", ":1: an alias (*name) - expected every value written out"},
-    {"stripe_is_a_word", ":11: stripe: 'columns' - expected a map with axis, channel"},
+    {"stripe_is_a_word", ":11: stripe: 'columns' - expected a map with axis, channel, difference_channel, lasers"},
     {"tab_indentation", ":4: not valid YAML: illegal tab when looking for indentation"},
     {"two_documents", ":19: a second document (---) - expected one"},
     {"unclosed_bracket", ":6: not valid YAML: end of sequence flow not found"},
@@ -189,6 +212,9 @@ StriperModel full_model() {
   laser.moved_T_cam_scan = standard_T_cam_scan(laser.plane, StripeAxis::kColumns);
   laser.homography = laser_homography(laser.plane, *laser.moved_T_cam_scan);
   model.lasers = {laser, {LaserPlane({0.0, 1.0, 0.0}, 0.5), std::nullopt, std::nullopt}};
+  model.lasers[0].look = {1.5, {{1.0, 1.75}, {2.5, 1.25}}, {{1.0, 150.0}, {2.5, 50.0}}, {}};
+  model.lasers[1].look.colour = {0.125, 0.75, 0.125};
+  model.difference_channel = Channel::kGrey;
   model.noise = NoiseModel{1.5, 0.1, 16.0};
   model.covariance = ModelCovariance{{"fx", "laser1_d"}, Eigen::Vector2d(4.0, 1e-6).asDiagonal()};
   model.quality_yaml = "rms_px: 0.1\nviews: [1, 2, 3]\nnotes: {a: \"quoted\"}\n";

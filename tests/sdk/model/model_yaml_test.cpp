@@ -2,6 +2,8 @@
 // Proves that a model file is read as it is written and written as it is read, bit for bit, with
 // every optional block present or absent; that what is unknown or doubtful is warned of; and that
 // saving replaces a file whole or not at all. What is refused is in malformed_model_test.cpp.
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -61,12 +63,28 @@ class Warnings {
   std::vector<std::string> messages;
 };
 
+bool same_look(const StripeLook& a, const StripeLook& b) {
+  const auto same_width = [](const StripeLook::WidthAt& x, const StripeLook::WidthAt& y) {
+    return x.range_m == y.range_m && x.width_px == y.width_px;
+  };
+  const auto same_amplitude = [](const StripeLook::AmplitudeAt& x,
+                                 const StripeLook::AmplitudeAt& y) {
+    return x.range_m == y.range_m && x.amplitude_dn == y.amplitude_dn;
+  };
+  return a.width_px == b.width_px && a.colour == b.colour &&
+         std::equal(a.width_at.begin(), a.width_at.end(), b.width_at.begin(), b.width_at.end(),
+                    same_width) &&
+         std::equal(a.amplitude_at.begin(), a.amplitude_at.end(), b.amplitude_at.begin(),
+                    b.amplitude_at.end(), same_amplitude);
+}
+
 bool same_bits(const StriperModel& a, const StriperModel& b) {
   const auto same_laser = [](const Laser& x, const Laser& y) {
     const bool same_frame =
         x.moved_T_cam_scan.has_value() == y.moved_T_cam_scan.has_value() &&
         (!x.moved_T_cam_scan || x.moved_T_cam_scan->matrix() == y.moved_T_cam_scan->matrix());
-    return x.plane == y.plane && x.homography == y.homography && same_frame;
+    return x.plane == y.plane && x.homography == y.homography && same_frame &&
+           same_look(x.look, y.look);
   };
   const bool same_covariance =
       a.covariance.has_value() == b.covariance.has_value() &&
@@ -75,13 +93,33 @@ bool same_bits(const StriperModel& a, const StriperModel& b) {
   return a.camera == b.camera &&
          std::equal(a.lasers.begin(), a.lasers.end(), b.lasers.begin(), b.lasers.end(),
                     same_laser) &&
-         a.axis == b.axis && a.channel == b.channel && a.noise == b.noise && same_covariance &&
+         a.axis == b.axis && a.channel == b.channel &&
+         a.difference_channel == b.difference_channel && a.noise == b.noise && same_covariance &&
          a.quality_yaml == b.quality_yaml;
 }
 
 LaserPlane random_plane() {
   return {Eigen::Vector3d(uniform(-0.3, 0.3), uniform(0.5, 1.0), uniform(-0.1, 0.3)).normalized(),
           uniform(0.1, 1.0)};
+}
+
+StripeLook random_look() {
+  StripeLook look;
+  if (uniform(0, 1) < 0.5) look.width_px = uniform(0.5, 5.0);
+  const int widths = uniform(0, 1) < 0.5 ? 0 : 2 + static_cast<int>(uniform(0, 3));
+  for (int i = 0; i < widths; ++i) {
+    look.width_at.push_back({1.0 + i + uniform(0.0, 0.9), uniform(0.5, 5.0)});
+  }
+  const int amplitudes = uniform(0, 1) < 0.5 ? 0 : 2 + static_cast<int>(uniform(0, 3));
+  for (int i = 0; i < amplitudes; ++i) {
+    look.amplitude_at.push_back({1.0 + i + uniform(0.0, 0.9), uniform(10.0, 900.0)});
+  }
+  if (uniform(0, 1) < 0.5) {
+    const double blue = uniform(0.0, 0.5);
+    const double green = uniform(0.0, 0.5);
+    look.colour = {blue, green, 1.0 - blue - green};
+  }
+  return look;
 }
 
 Laser random_laser(StripeAxis axis) {
@@ -93,6 +131,7 @@ Laser random_laser(StripeAxis axis) {
     laser.moved_T_cam_scan = T;
   }
   if (uniform(0, 1) < 0.5) laser.homography = laser_homography(laser.plane, T) * uniform(-9, 9);
+  if (uniform(0, 1) < 0.5) laser.look = random_look();
   return laser;
 }
 
@@ -105,6 +144,7 @@ StriperModel random_model() {
                              uniform(200, 260), lens, k);
   model.axis = uniform(0, 1) < 0.5 ? StripeAxis::kColumns : StripeAxis::kRows;
   model.channel = static_cast<Channel>(static_cast<int>(uniform(0, 7)));
+  if (uniform(0, 1) < 0.3) model.difference_channel = Channel::kGrey;
   const int lasers = static_cast<int>(uniform(0, 4));
   for (int i = 0; i < lasers; ++i) model.lasers.push_back(random_laser(model.axis));
   if (uniform(0, 1) < 0.5) model.noise = NoiseModel{uniform(0, 3), uniform(0, 1), uniform(0, 20)};
@@ -131,6 +171,54 @@ TEST(ParseModel, ReadsEveryField) {
   EXPECT_EQ(model.channel, Channel::kGreenMinusRed);
   EXPECT_FALSE(model.noise || model.covariance);
   EXPECT_EQ(model.quality_yaml, "");
+}
+
+TEST(ParseModel, ReadsTheLooksOfTheLasers) {
+  std::string text = kCameraOnly;
+  text.replace(text.find("lasers: []"), std::string::npos,
+               "lasers:\n"
+               "  - {normal: [0, 1, 0], distance_m: 0.4}\n"
+               "  - {normal: [0, 0.8, 0.6], distance_m: 0.4}\n"
+               "  - {normal: [0, 0.6, 0.8], distance_m: 0.4}\n"
+               "stripe:\n"
+               "  axis: columns\n"
+               "  channel: green\n"
+               "  difference_channel: grey\n"
+               "  lasers:\n"
+               "    - {}\n"
+               "    - {width_px: 1.5, width_at: [[1, 1.75], [2, 1.25]], "
+               "amplitude_at: [[1, 150], [3, 50]], colour: [0.125, 0.75, 0.125]}\n");
+  const StriperModel model = parse_model(text, "m.yaml");
+  EXPECT_EQ(model.channel, Channel::kGreen);
+  EXPECT_EQ(model.difference_channel, Channel::kGrey);
+  EXPECT_TRUE(same_look(model.lasers[0].look, {}));
+  EXPECT_TRUE(same_look(model.lasers[2].look, {}));
+  EXPECT_TRUE(same_look(model.lasers[1].look, {1.5,
+                                               {{1.0, 1.75}, {2.0, 1.25}},
+                                               {{1.0, 150.0}, {3.0, 50.0}},
+                                               std::array<double, 3>{0.125, 0.75, 0.125}}));
+}
+
+TEST(ParseModel, WarnsOfAMisspeltKeyOfALook) {
+  std::string text = kCameraOnly;
+  text.replace(text.find("lasers: []"), std::string::npos,
+               "lasers: [{normal: [0, 1, 0], distance_m: 0.4}]\n"
+               "stripe: {axis: columns, channel: grey, lasers: [{width: 1.5}]}\n");
+  const Warnings warnings;
+  parse_model(text, "m.yaml");
+  EXPECT_THAT(warnings.messages,
+              ElementsAre("m.yaml:9: unknown key 'stripe.lasers[0].width' is ignored; did you mean "
+                          "'width_px'?"));
+}
+
+TEST(StriperModel, RefusesALookThatCannotBe) {
+  StriperModel model = parse_model(kCameraOnly, "m.yaml");
+  model.lasers.push_back({LaserPlane({1.0, 0.0, 0.0}, 0.4), std::nullopt, std::nullopt});
+  model.validate();
+  model.lasers[0].look.width_px = -1.0;
+  EXPECT_EQ(testing::error_of([&] { model.validate(); }).what(),
+            std::string("model: stripe.lasers[0].width_px: -1 - expected a number of pixels above "
+                        "0"));
 }
 
 TEST(ParseModel, TakesZeroForTheBlackLevelThatIsNotThere) {

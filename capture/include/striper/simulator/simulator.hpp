@@ -53,8 +53,8 @@ class Simulator {
   /// The truth of every exposure of a picture that a laser lights (none, one, or two fields).
   std::vector<Truth> truth(std::uint64_t picture);
 
-  /// The striper as a perfect calibration would find it: camera, planes, axis and noise. No
-  /// covariance.
+  /// The striper as a perfect calibration would find it: camera, planes, axis, noise, and what its
+  /// stripes look like at all ranges that the picture shows (`ideal_look`). No covariance.
   StriperModel model() const;
 
   /// Middle of an exposure, seconds after that of the first. @param exposure 0 or 1.

@@ -39,6 +39,10 @@ struct AmbientOptions {
   std::optional<NoiseModel> noise;
 
   Channel channel = Channel::kAuto;
+  /// Where a dark exposure, or what stands, is subtracted; empty: `channel`, a difference of
+  /// colours as the colour that the stripe has. White light is gone then, and the stripe may be
+  /// clearest in another channel than in a single picture.
+  std::optional<Channel> difference_channel;
   /// How the stripe runs. A Scanner takes it from its ExtractOptions.
   StripeAxis axis = StripeAxis::kColumns;
 

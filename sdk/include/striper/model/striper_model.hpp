@@ -40,7 +40,9 @@ struct StriperModel {
   CameraModel camera;
   std::vector<Laser> lasers;  ///< May be empty: a camera alone.
   StripeAxis axis = StripeAxis::kColumns;
-  Channel channel = Channel::kGrey;
+  Channel channel = Channel::kGrey;  ///< For frames that are searched as they are.
+  std::optional<Channel>
+      difference_channel;  ///< Where a dark exposure is subtracted; else channel.
   std::optional<NoiseModel> noise;
   std::optional<ModelCovariance> covariance;
   std::string quality_yaml;  ///< The `quality:` block as YAML text, kept as it is; empty if none.
