@@ -24,6 +24,78 @@ void insert(const LinePeak& peak, double near, LinePeaks& peaks) {
   peaks.peaks[at] = peak;
 }
 
+// ---- Where each line can tell by itself.
+
+// A good peak goes before a doubtful one; among equals the rule decides.
+bool is_preferred(const LinePeak& peak, const LinePeak& to, const ExtractOptions& options) {
+  const bool is_good = peak.status() == ReturnStatus::kOk;
+  if (is_good != (to.status() == ReturnStatus::kOk)) return is_good;
+  switch (options.peak) {
+    case PeakRule::kNearest:
+      return (options.near_end == NearEnd::kFirstPixel) == (peak.position < to.position);
+    case PeakRule::kFarthest:
+      return (options.near_end == NearEnd::kFirstPixel) != (peak.position < to.position);
+    case PeakRule::kBrightest:
+    case PeakRule::kContinuous:
+    case PeakRule::kAll:
+      break;
+  }
+  return peak.amplitude() > to.amplitude();
+}
+
+// How high the highest other peak of the same verdict is, as a fraction of the chosen one.
+float rival_of(const LinePeak* chosen, const LinePeaks& peaks) {
+  float rival = 0.0F;
+  for (const LinePeak& peak : peaks) {
+    const bool is_rival = &peak != chosen && peak.status() == chosen->status();
+    if (is_rival) rival = std::max(rival, peak.amplitude());
+  }
+  return std::min(1.0F, rival / chosen->amplitude());
+}
+
+void choose_in_line(const LinePeaks& peaks, std::size_t line, const ExtractOptions& options,
+                    Stripe& stripe) {
+  const LinePeak* chosen = peaks.begin();
+  for (const LinePeak& peak : peaks) {
+    if (is_preferred(peak, *chosen, options)) chosen = &peak;
+  }
+  put_peak(*chosen, line, stripe);
+  const bool by_height =
+      options.peak == PeakRule::kBrightest || options.peak == PeakRule::kContinuous;
+  if (!by_height || peaks.count == 1) return;
+  const float ratio = rival_of(chosen, peaks);
+  // Half at equal heights, .996 at half the height.
+  const float fourth = ratio * ratio * ratio * ratio;
+  stripe.confidence[line] *= 1.0F / (1.0F + fourth * fourth);
+  const bool is_ambiguous = ratio >= static_cast<float>(options.ambiguity_ratio);
+  if (is_ambiguous && chosen->status() == ReturnStatus::kOk) {
+    stripe.status[line] = ReturnStatus::kAmbiguous;
+  }
+}
+
+void put_firsts(const PeakList& firsts, Stripe& stripe) {
+  const std::size_t count = firsts.size();
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
+  for (std::size_t i = 0; i < count; ++i) stripe.across_px[i] = across.sensor(firsts.position(i));
+  std::copy_n(firsts.sigma.begin(), count, stripe.sigma_px.begin());
+  std::copy_n(firsts.amplitude.begin(), count, stripe.amplitude_dn.begin());
+  std::copy_n(firsts.width.begin(), count, stripe.width_px.begin());
+  std::copy_n(firsts.confidence.begin(), count, stripe.confidence.begin());
+  std::copy_n(firsts.status.begin(), count, stripe.status.begin());
+}
+
+void put_all_by_height(const PeakCandidates& candidates, const WidthModel& width, Stripe& stripe) {
+  stripe.clear();
+  stripe.reserve(candidates.firsts.size() * ChunkMaxima::kBest);
+  for (int line = 0; line < static_cast<int>(candidates.firsts.size()); ++line) {
+    const LinePeaks peaks = peaks_of_line(candidates, line, candidates.first_extra(line), width);
+    if (peaks.count == 0) stripe.append(line);
+    for (const LinePeak& peak : peaks) put_peak(peak, stripe.append(line), stripe);
+  }
+}
+
+// ---- Where the whole image decides.
+
 // A rival at least so probable makes the line's return ambiguous rather than an outlier.
 constexpr float kLikelyRival = 0.1F;
 // Without its rivals: the rules nearest, farthest and all look at what may be the stripe by itself.
@@ -110,7 +182,7 @@ class InOrder {
   std::size_t count_ = 0;
 };
 
-void put_all(const StripeChoice& choice, Stripe& stripe) {
+void put_all_by_evidence(const StripeChoice& choice, Stripe& stripe) {
   const StripePieces& pieces = choice.pieces();
   stripe.clear();
   stripe.reserve(static_cast<std::size_t>(pieces.lines()) * ChunkMaxima::kBest);
@@ -152,9 +224,27 @@ void put_peak(const LinePeak& peak, std::size_t i, Stripe& stripe) {
   stripe.status[i] = peak.status();
 }
 
-void choose_peaks(const StripeChoice& choice, const ExtractOptions& options, Stripe& stripe) {
+void choose_by_height(const PeakCandidates& candidates, const WidthModel& width,
+                      const ExtractOptions& options, Stripe& stripe) {
   if (options.peak == PeakRule::kAll) {
-    put_all(choice, stripe);
+    put_all_by_height(candidates, width, stripe);
+    return;
+  }
+  put_firsts(candidates.firsts, stripe);
+  const std::vector<PeakSeed>& extras = candidates.extras.seeds;
+  for (std::size_t i = 0; i < extras.size();) {
+    const int line = extras[i].line;
+    const LinePeaks peaks = peaks_of_line(candidates, line, i, width);
+    if (peaks.count > 0) {
+      choose_in_line(peaks, static_cast<std::size_t>(line), options, stripe);
+    }
+    while (i < extras.size() && extras[i].line == line) ++i;
+  }
+}
+
+void choose_by_evidence(const StripeChoice& choice, const ExtractOptions& options, Stripe& stripe) {
+  if (options.peak == PeakRule::kAll) {
+    put_all_by_evidence(choice, stripe);
     return;
   }
   for (int line = 0; line < choice.pieces().lines(); ++line) {

@@ -39,8 +39,12 @@ LinePeaks peaks_of_line(const PeakCandidates& candidates, int line, std::size_t 
 /// Writes a peak to element i of a stripe.
 void put_peak(const LinePeak& peak, std::size_t i, Stripe& stripe);
 
-/// Fills `stripe`, every number of it, from judged candidates and what was chosen among them, by
-/// the rule of `options`.
-void choose_peaks(const StripeChoice& choice, const ExtractOptions& options, Stripe& stripe);
+/// Fills `stripe`, every number of it, from judged candidates by the rule of `options`, each line
+/// by itself: where the background hides nothing.
+void choose_by_height(const PeakCandidates& candidates, const WidthModel& width,
+                      const ExtractOptions& options, Stripe& stripe);
+
+/// The same from what was chosen over the whole image.
+void choose_by_evidence(const StripeChoice& choice, const ExtractOptions& options, Stripe& stripe);
 
 }  // namespace striper::detail

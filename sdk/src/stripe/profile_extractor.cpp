@@ -412,8 +412,12 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
       limits_of(options_, detection_, width, current.images.length, current.step);
   judge_peaks(limits, candidates_.firsts);
   judge_peaks(limits, candidates_.extras);
-  choose_peaks(choice_, options_, stripe);
-  if (options_.peak == PeakRule::kContinuous) {
+  if (choice_.is_plain()) {
+    choose_by_height(candidates_, width, options_, stripe);
+  } else {
+    choose_by_evidence(choice_, options_, stripe);
+  }
+  if (options_.peak == PeakRule::kContinuous && choice_.is_plain()) {
     follower_.follow(current.frame, current.images, candidates_, width,
                      plan_profile(width, current.noise, false, BackgroundReach::kWide), limits,
                      current.noise, stripe);
@@ -433,7 +437,8 @@ void ProfileExtractor::mark_outliers(Stripe& stripe) const {
     if (stripe.confidence[i] < least) stripe.status[i] = ReturnStatus::kOutlier;
     good += static_cast<std::size_t>(stripe.status[i] == ReturnStatus::kOk);
   }
-  stripe.is_seen = static_cast<double>(good) >= kLeastSeen * chunks_.lines() && good > 0;
+  const double least_seen = choice_.is_plain() ? 0.0 : kLeastSeen * chunks_.lines();
+  stripe.is_seen = good > 0 && static_cast<double>(good) >= least_seen;
   if (stripe.is_seen) return;
   for (ReturnStatus& status : stripe.status) {
     if (status == ReturnStatus::kOk) status = ReturnStatus::kOutlier;

@@ -17,6 +17,10 @@ constexpr float kLargestBend = 1.5F;
 constexpr float kSurfaceBend = 0.1F;
 constexpr float kLargestTilt = 1.0F;
 constexpr float kLargestChange = 2.0F;
+// Of the lines covered by main pieces, a frame whose background hides nothing is plain.
+constexpr float kPlainCoverage = 0.5F;
+constexpr float kPlainLogOdds = 12.0F;
+constexpr float kLargestOff = 3.0F;
 constexpr float kLargestSnr = 64.0F;
 constexpr float kLeastOfWidths = 0.3F;
 
@@ -41,8 +45,29 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
   sum_up(context);
   find_main_pieces(context);
   measure_frame();
-  weigh(context);
+  is_plain_ = context.is_subtracted || (!context.is_hidden && coverage_ >= kPlainCoverage);
+  if (is_plain_) {
+    choose_highest();
+    return;
+  }
+  weigh();
   choose_in_lines();
+}
+
+// The highest peak of a line that is not clipped, or is.
+void StripeChoice::choose_highest() {
+  log_odds_.assign(pieces_.size(), kPlainLogOdds);
+  chosen_.assign(static_cast<std::size_t>(pieces_.lines()), Chosen{});
+  for (int line = 0; line < pieces_.lines(); ++line) {
+    Chosen& chosen = chosen_[static_cast<std::size_t>(line)];
+    float highest = 0.0F;
+    for (std::size_t i = pieces_.first_of(line); i < pieces_.first_of(line + 1); ++i) {
+      if (!(pieces_.candidate(i).amplitude > highest)) continue;
+      highest = pieces_.candidate(i).amplitude;
+      chosen.candidate = static_cast<std::int32_t>(i);
+      chosen.confidence = 1.0F;
+    }
+  }
 }
 
 // The traits of each piece.
@@ -207,6 +232,8 @@ void StripeChoice::add_own(std::size_t candidate, Evidence& e) const noexcept {
     e.of[Evidence::kOwnWidth] = std::min(std::abs(own - 1.0F), 1.0F);
   }
   e.of[Evidence::kOwnBend] = std::min(std::abs(link.bend), kLargestBend);
+  e.of[Evidence::kOwnOffNear] = std::min(link.off_near, kLargestOff);
+  e.of[Evidence::kOwnOffFar] = std::min(link.off_far, kLargestOff);
   const std::int32_t end = std::min(c.line - piece.first_line, piece.last_line - c.line);
   e.of[Evidence::kOwnEnd] = 1.0F / (1.0F + static_cast<float>(end));
 }
@@ -217,16 +244,16 @@ Evidence StripeChoice::evidence(std::size_t candidate) const noexcept {
   return e;
 }
 
-void StripeChoice::weigh(const ChoiceContext&) {
+void StripeChoice::weigh() {
   for (std::size_t p = 0; p < traits_.size(); ++p) {
-    traits_[p].log_odds = weigh_evidence(evidence_of_piece(p));
+    traits_[p].log_odds = detail::weigh(piece_terms(), evidence_of_piece(p));
   }
   log_odds_.resize(pieces_.size());
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     Evidence own;
     add_own(i, own);
     const auto p = static_cast<std::size_t>(pieces_.link(i).piece);
-    log_odds_[i] = traits_[p].log_odds + weigh_evidence(own);
+    log_odds_[i] = traits_[p].log_odds + detail::weigh(own_terms(), own);
   }
 }
 

@@ -50,7 +50,9 @@ struct Evidence {
     kClutterShort,   // kClutter x kIsShort.
     kOwnWidth,       // The candidate's own difference from its piece's width,
     kOwnBend,        // and bend,
-    kOwnEnd,         // and 1 over its distance from the piece's end.
+    kOwnEnd,         // and 1 over its distance from the piece's end,
+    kOwnOffNear,     // and how far it lies off those beside it, pixels.
+    kOwnOffFar,
     kCount
   };
   std::array<float, kCount> of{};
@@ -73,6 +75,11 @@ class StripeChoice {
   /// Chooses among the candidates of a frame. @param threshold of significance.
   void choose(const PeakCandidates& candidates, const ChoiceContext& context, float threshold,
               const StripePieces::Limits& limits);
+
+  /// Whether the frame is so plain that each line can tell by itself: the background is subtracted,
+  /// or does not hide the stripe, and the main pieces cover half of the lines. Then nothing was
+  /// chosen here: a line's highest peak is the stripe, with the probability that it is no noise.
+  bool is_plain() const noexcept { return is_plain_; }
 
   const StripePieces& pieces() const noexcept { return pieces_; }
   const Chosen& of_line(int line) const noexcept { return chosen_[static_cast<std::size_t>(line)]; }
@@ -102,14 +109,16 @@ class StripeChoice {
   void find_main_pieces(const ChoiceContext& context);
   void guess_pieces(bool use_width);
   void measure_frame();
-  void weigh(const ChoiceContext& context);
+  void weigh();
   Evidence evidence_of_piece(std::size_t piece) const noexcept;
   void add_own(std::size_t candidate, Evidence& evidence) const noexcept;
   void choose_in_lines();
+  void choose_highest();
 
   StripePieces pieces_;
   WidthModel width_;
   ChoiceContext context_;
+  bool is_plain_ = false;
   float width_scale_ = 1.0F;
   float main_height_ = 0.0F;  // log2 DN.
   float coverage_ = 0.0F;

@@ -174,6 +174,28 @@ void StripePieces::bend_at(std::size_t i) {
   link.bend_sigma = std::sqrt(at_a * at_a + at_b * at_b + at_c * at_c);
 }
 
+// The candidates 2, 4, 8 and 16 before a candidate are those before the ones before it; and each
+// candidate has been passed by once there is one eight beyond it.
+void StripePieces::jump_from(std::size_t i) {
+  Link& link = links_[i];
+  std::int32_t at = link.before;
+  for (std::int32_t& jump : link.jumps) {
+    const std::size_t level = static_cast<std::size_t>(&jump - link.jumps.data());
+    if (at < 0) return;
+    const Link& there = links_[static_cast<std::size_t>(at)];
+    at = level == 0 ? there.before : there.jumps[level - 1];
+    jump = at;
+  }
+}
+
+float StripePieces::off_line(std::int32_t middle, std::int32_t before, std::int32_t after) const {
+  const Candidate& a = candidates_[static_cast<std::size_t>(before)];
+  const Candidate& b = candidates_[static_cast<std::size_t>(middle)];
+  const Candidate& c = candidates_[static_cast<std::size_t>(after)];
+  const float part = static_cast<float>(b.line - a.line) / static_cast<float>(c.line - a.line);
+  return std::abs(b.across - a.across - part * (c.across - a.across));
+}
+
 void StripePieces::number_pieces() {
   pieces_.clear();
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
@@ -186,6 +208,16 @@ void StripePieces::number_pieces() {
       continue;
     }
     link.piece = links_[static_cast<std::size_t>(link.before)].piece;
+    jump_from(i);
+    const auto own = static_cast<std::int32_t>(i);
+    if (link.jumps[1] >= 0) {
+      links_[static_cast<std::size_t>(link.jumps[0])].off_near =
+          off_line(link.jumps[0], link.jumps[1], own);
+    }
+    if (link.jumps[3] >= 0) {
+      links_[static_cast<std::size_t>(link.jumps[2])].off_far =
+          off_line(link.jumps[2], link.jumps[3], own);
+    }
     Piece& piece = pieces_[static_cast<std::size_t>(link.piece)];
     piece.last_line = line;
     piece.last = static_cast<std::int32_t>(i);

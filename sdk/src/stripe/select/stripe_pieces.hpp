@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -32,6 +33,10 @@ struct Link {
   float bend_sigma = 0.0F;  // 0: there are not two candidates before it.
   float slope = 0.0F;       // Of the piece so far, pixels per line.
   std::int32_t count = 1;   // Candidates of the piece so far.
+  // How far it lies off the straight line through the candidates two and eight before and after it,
+  // pixels; 0 where there are none.
+  float off_near = 0.0F, off_far = 0.0F;
+  std::array<std::int32_t, 4> jumps{-1, -1, -1, -1};  // Candidates 2, 4, 8 and 16 before it.
 };
 
 /// Candidates of successive scan lines that continue one another: what one surface, or one thing of
@@ -84,6 +89,8 @@ class StripePieces {
   bool take_predecessor(std::size_t i);
   float distance_between(std::size_t p, const Candidate& own, float gap) const;
   void bend_at(std::size_t i);
+  void jump_from(std::size_t i);
+  float off_line(std::int32_t middle, std::int32_t before, std::int32_t after) const;
   void number_pieces();
   void join_pieces();
   bool goes_on(const Piece& from, const Piece& to, float& apart) const;
