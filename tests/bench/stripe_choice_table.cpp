@@ -2,8 +2,9 @@
 // Says against exact truth how often an `ok` return is the stripe, and whether a confidence is a
 // probability, on random scenes (tests/support/random_scene.hpp):
 //
-//     stripe_choice_table rooms|off FIRST_SEED COUNT [--peak RULE] [--width given|learnt]
-//         [--frames N] [--threads N] [--csv FILE]
+//     stripe_choice_table rooms|off|sessions FIRST_SEED COUNT [--peak RULE] [--width given|learnt]
+//         [--colour grey|red|green|mixed] [--channel CHANNEL] [--frames N] [--threads N] [--csv
+//         FILE]
 //
 // Seeds 1 to 9999 are for development; 10000 and above are held out: nothing is tuned on them.
 #include <atomic>
@@ -12,6 +13,7 @@
 #include <fstream>
 #include <iostream>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -23,12 +25,14 @@
 #include <striper/pipeline/scanner.hpp>
 #include <striper/simulator/simulator.hpp>
 
+#include "support/colour_camera.hpp"
 #include "support/random_scene.hpp"
 #include "support/stripe_score.hpp"
 
 namespace striper {
 namespace {
 
+using testing::ColourCamera;
 using testing::JudgedReturn;
 using testing::Judgement;
 using testing::StripeScore;
@@ -37,10 +41,14 @@ struct Settings {
   std::string kind = "rooms";
   std::uint64_t first_seed = 1;
   int count = 20;
-  int frames = 3;
+  int frames = 0;  ///< 0: 3, or as many as a session has.
   int threads = 1;
   PeakRule peak = PeakRule::kBrightest;
   bool is_width_given = true;
+  /// The camera's colours: grey, red or green for those of a laser; mixed: grey, red and green in
+  /// turn.
+  std::string colour = "grey";
+  std::optional<Channel> channel;  ///< Instead of the laser's own.
   std::string csv;
 };
 
@@ -68,6 +76,10 @@ void read_option(Settings& settings, const std::string& key, const std::string& 
     settings.frames = std::atoi(value.c_str());
   else if (key == "--threads")
     settings.threads = std::atoi(value.c_str());
+  else if (key == "--colour")
+    settings.colour = value;
+  else if (key == "--channel")
+    settings.channel = channel_from_string(value);
   else if (key == "--csv")
     settings.csv = value;
   else
@@ -86,18 +98,68 @@ Settings read_arguments(const std::vector<std::string>& words) {
 }
 
 Scene scene_of(const Settings& settings, std::uint64_t seed) {
-  const Scene room = testing::random_room(seed);
-  return settings.kind == "off" ? testing::without_laser(room) : room;
+  if (settings.kind == "sessions") return testing::random_session(seed);
+  return testing::random_room(seed);
 }
 
-// Where the laser is off there is nothing to be found, whatever meets its plane.
-Truth truth_of(Simulator& simulator, std::uint64_t picture) {
-  Truth truth = simulator.truth(picture).front();
-  if (simulator.scene().lasers.front().pulse_energy_j == 0.0) {
-    for (TrueLine& line : truth.lines) line = TrueLine{};
-  }
-  return truth;
+std::string colour_of(const Settings& settings, std::uint64_t seed) {
+  constexpr const char* kInTurn[] = {"grey", "red", "green"};
+  return settings.colour == "mixed" ? kInTurn[seed % 3] : settings.colour;
 }
+
+// A grey or a colour camera before a scene.
+class Camera {
+ public:
+  Camera(const Settings& settings, std::uint64_t seed)
+      : looked_at_(scene_of(settings, seed)),
+        simulator_(settings.kind == "off" ? testing::without_laser(looked_at_) : looked_at_),
+        frames_(settings.frames > 0           ? settings.frames
+                : settings.kind == "sessions" ? testing::kSessionPictures
+                                              : 3) {
+    const std::string colour = colour_of(settings, seed);
+    if (colour == "grey") return;
+    const bool is_red = colour == "red";
+    channel_ = is_red ? Channel::kRed : Channel::kGreen;
+    colour_.emplace(simulator_.scene(),
+                    is_red ? ColourCamera::Laser::kRed : ColourCamera::Laser::kGreen);
+  }
+
+  int frames() const { return frames_; }
+  const std::string& name() const { return simulator_.scene().name; }
+
+  /// As a calibration would find it.
+  StriperModel model(bool knows_stripe) const {
+    StriperModel model = simulator_.model();
+    model.channel = channel_;
+    if (knows_stripe) model.lasers.front().look = testing::look_of(looked_at_);
+    return model;
+  }
+
+  Frame render(std::uint64_t picture) {
+    Frame frame = colour_ ? colour_->render(picture) : simulator_.render(picture);
+    frame.illumination = Illumination::unknown();
+    return frame;
+  }
+
+  cv::Mat expected_dn(std::uint64_t picture) {
+    return colour_ ? colour_->expected_dn(picture) : simulator_.expected_dn(picture);
+  }
+
+  // Where the laser is off there is nothing to be found, whatever meets its plane.
+  Truth truth(std::uint64_t picture) {
+    Truth truth = simulator_.truth(picture).front();
+    if (simulator_.scene().lasers.front().pulse_energy_j > 0.0) return truth;
+    for (TrueLine& line : truth.lines) line = TrueLine{};
+    return truth;
+  }
+
+ private:
+  Scene looked_at_;
+  Simulator simulator_;
+  int frames_;
+  Channel channel_ = Channel::kGrey;
+  std::optional<ColourCamera> colour_;
+};
 
 const char* word(const JudgedReturn& r) {
   if (!r.has_values()) return "none";
@@ -115,28 +177,31 @@ void append_rows(std::string& rows, const std::string& scene, int frame,
   }
 }
 
-SceneScore score_of(const Settings& settings, std::uint64_t seed) {
-  Simulator simulator(scene_of(settings, seed));
-  StriperModel model = simulator.model();
-  if (settings.is_width_given)
-    model.lasers.front().look = testing::look_of(testing::random_room(seed));
+ScannerOptions options_of(const Settings& settings, const StriperModel& model) {
   ScannerOptions options = ScannerOptions::for_model(model);
   options.ambient.cadence = Cadence({Illumination::laser(0)});
+  if (settings.channel) options.ambient.channel = *settings.channel;
   options.stripe.peak = settings.peak;
-  if (settings.is_width_given) options.stripe.stripe_sigma_px = model.lasers.front().look.width_px;
-  Scanner scanner(model, options);
+  if (!options.stripe.stripe_sigma_px) {
+    options.stripe.stripe_sigma_px = model.lasers.front().look.width_px;
+  }
+  return options;
+}
+
+SceneScore score_of(const Settings& settings, std::uint64_t seed) {
+  Camera camera(settings, seed);
+  const StriperModel model = camera.model(settings.is_width_given);
+  Scanner scanner(model, options_of(settings, model));
   SceneScore score;
-  for (int i = 0; i < settings.frames; ++i) {
+  for (int i = 0; i < camera.frames(); ++i) {
     const auto picture = static_cast<std::uint64_t>(i);
-    Frame frame = simulator.render(picture);
-    frame.illumination = Illumination::unknown();
-    const Truth truth = truth_of(simulator, picture);
-    const cv::Mat expected_dn = simulator.expected_dn(picture);
-    for (const PolarScan& scan : scanner.process(frame)) {
+    const Truth truth = camera.truth(picture);
+    const cv::Mat expected_dn = camera.expected_dn(picture);
+    for (const PolarScan& scan : scanner.process(camera.render(picture))) {
       const auto returns = testing::judge(scan, truth, expected_dn, *model.noise);
       score.all.add(scan, returns);
       if (i == 0) score.first.add(scan, returns);
-      if (!settings.csv.empty()) append_rows(score.rows, simulator.scene().name, i, returns);
+      if (!settings.csv.empty()) append_rows(score.rows, camera.name(), i, returns);
     }
   }
   return score;
