@@ -88,13 +88,13 @@ double draw_laser(Scene& scene, SceneDice& dice) {
   return height_m + side * baseline_m;
 }
 
-void set_light(Scene& scene, SceneDice& dice, double range_m) {
+void set_light(Scene& scene, SceneDice& dice, double range_m, double brightest_dn) {
   const double scale = scene.imager.bit_depth > 8 ? 16.0 : 1.0;
   SimulatedLaser& laser = scene.lasers.front();
   laser.pulse_energy_j = 1e-6;
   laser.pulse_energy_j *=
       scale * dice.ratio(40.0, 250.0) / stripe_amplitude_dn(scene, kGrey, range_m);
-  const double background = scale * dice.ratio(25.0, 130.0) / dn_per_ambient(scene);
+  const double background = scale * dice.ratio(25.0, brightest_dn) / dn_per_ambient(scene);
   const double sky_share = dice.between(0.0, 0.6);
   scene.daylight.ambient_w_m2_nm = (1.0 - sky_share) * background;
   scene.daylight.sky_w_m2_nm = 2.0 * sky_share * background;
@@ -282,7 +282,7 @@ Scene random_room(std::uint64_t seed) {
   scene.seed = seed;
   draw_camera(scene, dice);
   const double sheet_m = draw_laser(scene, dice);
-  set_light(scene, dice, kGreyRange_m);
+  set_light(scene, dice, kGreyRange_m, 130.0);
   const double wall_m = dice.between(2.2, 5.0);
   add_walls(scene, dice, wall_m);
   add_furniture(scene, dice, sheet_m, wall_m);
@@ -314,7 +314,7 @@ Scene random_session(std::uint64_t seed) {
   SimulatedLaser& laser = scene.lasers.front();
   laser.T_device_laser = turned({0.0, 0.0, -baseline_m}, 0.0);
   laser.divergence_sigma_rad = SimulatedLaser::thickness_to_sigma(kDegree * dice.ratio(0.15, 1.0));
-  set_light(scene, dice, 1.5 * size);
+  set_light(scene, dice, 1.5 * size, 80.0);  // White paper does not clip.
   scene.objects.push_back(std::move(board));
   scene.validate();
   return scene;
