@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <striper/core/stripe_axis.hpp>
+#include <striper/scan/polar_scan.hpp>
+
+namespace striper::testing {
+
+/// What is known of the stripe in a real picture, by hand-checked paths.
+struct RealPicture {
+  std::string file;  ///< Below the folder of all sets.
+  StripeAxis axis = StripeAxis::kColumns;
+  std::vector<std::vector<Eigen::Vector2d>> stripes;  ///< Knots (line, position).
+  std::vector<std::pair<int, int>> empty;             ///< First and last line without a stripe.
+
+  std::string set() const { return file.substr(0, file.find('/')); }
+};
+
+/// Reads tests/support/real_stripe_paths.txt, which says what it means.
+/// @throws Error{kBadFile} quoting a line that is not understood.
+std::vector<RealPicture> load_real_pictures(const std::filesystem::path& path);
+
+/// Shares of a real picture's lines, or of many's.
+struct RealScore {
+  /// The stripes are 6 to 13 pixels wide at half height, speckled, and their paths good to a pixel.
+  static constexpr double kRightPx = 4.0;
+
+  std::size_t lines = 0;
+  std::size_t with_stripe = 0;  ///< Judged lines,
+  std::size_t empty = 0;        ///< and those without a stripe.
+  std::size_t ok = 0;
+  std::size_t found = 0;
+  std::size_t wrong = 0;     ///< `ok` elsewhere than the stripe, or where there is none.
+  std::size_t unjudged = 0;  ///< `ok` in lines of which nothing is known.
+  std::size_t pictures = 0;
+  std::size_t unseen = 0;  ///< Pictures with `is_stripe_seen` false.
+
+  void add(const PolarScan& scan, const RealPicture& picture);
+  void add(const RealScore& other);
+
+  std::size_t judged() const { return with_stripe + empty; }
+};
+
+}  // namespace striper::testing
