@@ -68,7 +68,8 @@ class FolderScanner {
       scanner_ = std::make_unique<Scanner>(options());
     }
     Frame frame;
-    frame.image = cv::imread(testing::real_data(picture.file).string(), cv::IMREAD_UNCHANGED);
+    frame.image = cv::imread(testing::real_data(picture.file).string(),
+                             cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
     frame.sensor_size = frame.image.size();
     frame.sequence = sequence_++;
     RealScore score;
