@@ -2,7 +2,8 @@
 // Says against exact truth how often an `ok` return is the stripe, and whether a confidence is a
 // probability, on random scenes (tests/support/random_scene.hpp):
 //
-//     stripe_choice_table rooms|off|sessions FIRST_SEED COUNT [--peak RULE] [--width given|learnt]
+//     stripe_choice_table rooms|off|sessions|SCENE.yaml FIRST_SEED COUNT [--peak RULE] [--width
+//     given|learnt]
 //         [--colour grey|red|green|mixed] [--channel CHANNEL] [--frames N] [--threads N] [--csv
 //         FILE]
 //
@@ -29,6 +30,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/pipeline/scanner.hpp>
+#include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
 
 #include "support/colour_camera.hpp"
@@ -104,6 +106,11 @@ Settings read_arguments(const std::vector<std::string>& words) {
 }
 
 Scene scene_of(const Settings& settings, std::uint64_t seed) {
+  if (settings.kind.ends_with(".yaml")) {
+    Scene scene = load_scene(settings.kind);
+    scene.seed = seed;
+    return scene;
+  }
   if (settings.kind == "sessions") return testing::random_session(seed);
   return testing::random_room(seed);
 }
