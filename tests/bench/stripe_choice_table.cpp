@@ -2,10 +2,9 @@
 // Says against exact truth how often an `ok` return is the stripe, and whether a confidence is a
 // probability, on random scenes (tests/support/random_scene.hpp):
 //
-//     stripe_choice_table rooms|off|sessions|SCENE.yaml FIRST_SEED COUNT [--peak RULE] [--width
-//     given|learnt]
-//         [--colour grey|red|green|mixed] [--channel CHANNEL] [--frames N] [--threads N] [--csv
-//         FILE]
+//     stripe_choice_table rooms|off|sessions|SCENE.yaml FIRST_SEED COUNT [--peak RULE]
+//         [--width given|learnt] [--colour grey|red|green|mixed] [--channel CHANNEL] [--frames N]
+//         [--threads N] [--csv FILE]
 //
 // A line per scene: columns; those with a stripe of SNR 8 and more; of them those with an `ok`
 // return within max(0.5 px, 3 sigma) of it; the same of all stripes; then in percent of all
@@ -20,7 +19,6 @@
 #include <fstream>
 #include <iostream>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -29,41 +27,23 @@
 #include <opencv2/core/utility.hpp>
 
 #include <striper/core/error.hpp>
-#include <striper/pipeline/scanner.hpp>
-#include <striper/simulator/scene_yaml.hpp>
-#include <striper/simulator/simulator.hpp>
 
-#include "support/colour_camera.hpp"
-#include "support/random_scene.hpp"
-#include "support/stripe_score.hpp"
+#include "support/choice_trial.hpp"
 
 namespace striper {
 namespace {
 
-using testing::ColourCamera;
+using testing::ChoiceScore;
+using testing::ChoiceTrial;
 using testing::JudgedReturn;
-using testing::Judgement;
 using testing::StripeScore;
 
 struct Settings {
-  std::string kind = "rooms";
+  ChoiceTrial trial;
   std::uint64_t first_seed = 1;
   int count = 20;
-  int frames = 0;  ///< 0: 3, or as many as a session has.
   int threads = 1;
-  PeakRule peak = PeakRule::kBrightest;
-  bool is_width_given = true;
-  /// The camera's colours: grey, red or green for those of a laser; mixed: grey, red and green in
-  /// turn.
-  std::string colour = "grey";
-  std::optional<Channel> channel;  ///< Instead of the laser's own.
   std::string csv;
-};
-
-struct SceneScore {
-  StripeScore first;  ///< Of the first frame alone.
-  StripeScore all;
-  std::string rows;  ///< CSV.
 };
 
 PeakRule peak_rule(const std::string& word) {
@@ -77,17 +57,17 @@ PeakRule peak_rule(const std::string& word) {
 
 void read_option(Settings& settings, const std::string& key, const std::string& value) {
   if (key == "--peak")
-    settings.peak = peak_rule(value);
+    settings.trial.peak = peak_rule(value);
   else if (key == "--width")
-    settings.is_width_given = value == "given";
+    settings.trial.knows_stripe = value == "given";
   else if (key == "--frames")
-    settings.frames = std::atoi(value.c_str());
+    settings.trial.frames = std::atoi(value.c_str());
   else if (key == "--threads")
     settings.threads = std::atoi(value.c_str());
   else if (key == "--colour")
-    settings.colour = value;
+    settings.trial.colour = value;
   else if (key == "--channel")
-    settings.channel = channel_from_string(value);
+    settings.trial.channel = channel_from_string(value);
   else if (key == "--csv")
     settings.csv = value;
   else
@@ -97,7 +77,7 @@ void read_option(Settings& settings, const std::string& key, const std::string& 
 Settings read_arguments(const std::vector<std::string>& words) {
   Settings settings;
   if (words.size() < 3) throw Error(ErrorKind::kUsage, "expected rooms|off FIRST_SEED COUNT");
-  settings.kind = words[0];
+  settings.trial.kind = words[0];
   settings.first_seed = std::strtoull(words[1].c_str(), nullptr, 10);
   settings.count = std::atoi(words[2].c_str());
   for (std::size_t i = 3; i + 1 < words.size(); i += 2)
@@ -105,119 +85,29 @@ Settings read_arguments(const std::vector<std::string>& words) {
   return settings;
 }
 
-Scene scene_of(const Settings& settings, std::uint64_t seed) {
-  if (settings.kind.ends_with(".yaml")) {
-    Scene scene = load_scene(settings.kind);
-    scene.seed = seed;
-    return scene;
-  }
-  if (settings.kind == "sessions") return testing::random_session(seed);
-  return testing::random_room(seed);
-}
-
-std::string colour_of(const Settings& settings, std::uint64_t seed) {
-  constexpr const char* kInTurn[] = {"grey", "red", "green"};
-  return settings.colour == "mixed" ? kInTurn[seed % 3] : settings.colour;
-}
-
-// A grey or a colour camera before a scene.
-class Camera {
- public:
-  Camera(const Settings& settings, std::uint64_t seed)
-      : looked_at_(scene_of(settings, seed)),
-        simulator_(settings.kind == "off" ? testing::without_laser(looked_at_) : looked_at_),
-        frames_(settings.frames > 0           ? settings.frames
-                : settings.kind == "sessions" ? testing::kSessionPictures
-                                              : 3) {
-    const std::string colour = colour_of(settings, seed);
-    if (colour == "grey") return;
-    const bool is_red = colour == "red";
-    channel_ = is_red ? Channel::kRed : Channel::kGreen;
-    colour_.emplace(simulator_.scene(),
-                    is_red ? ColourCamera::Laser::kRed : ColourCamera::Laser::kGreen);
-  }
-
-  int frames() const { return frames_; }
-  const std::string& name() const { return simulator_.scene().name; }
-
-  /// As a calibration would find it.
-  StriperModel model(bool knows_stripe) const {
-    StriperModel model = simulator_.model();
-    model.channel = channel_;
-    if (knows_stripe) model.lasers.front().look = testing::look_of(looked_at_);
-    return model;
-  }
-
-  Frame render(std::uint64_t picture) {
-    Frame frame = colour_ ? colour_->render(picture) : simulator_.render(picture);
-    frame.illumination = Illumination::unknown();
-    return frame;
-  }
-
-  cv::Mat expected_dn(std::uint64_t picture) {
-    return colour_ ? colour_->expected_dn(picture) : simulator_.expected_dn(picture);
-  }
-
-  // Where the laser is off there is nothing to be found, whatever meets its plane.
-  Truth truth(std::uint64_t picture) {
-    Truth truth = simulator_.truth(picture).front();
-    if (simulator_.scene().lasers.front().pulse_energy_j > 0.0) return truth;
-    for (TrueLine& line : truth.lines) line = TrueLine{};
-    return truth;
-  }
-
- private:
-  Scene looked_at_;
-  Simulator simulator_;
-  int frames_;
-  Channel channel_ = Channel::kGrey;
-  std::optional<ColourCamera> colour_;
-};
-
 const char* word(const JudgedReturn& r) {
   if (!r.has_values()) return "none";
   constexpr const char* kWords[] = {"right", "mixed", "wrong", "phantom"};
   return kWords[static_cast<int>(r.judgement)];
 }
 
-void append_rows(std::string& rows, const std::string& scene, int frame,
+void append_rows(std::string& rows, std::uint64_t seed, int frame,
                  const std::vector<JudgedReturn>& returns) {
   for (const JudgedReturn& r : returns) {
-    rows += fmt::format("{},{},{},{},{:.5f},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{},{},{}\n", scene,
+    rows += fmt::format("{},{},{},{},{:.5f},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{},{},{}\n", seed,
                         frame, r.line, to_string(r.status), r.confidence, r.across_px, r.error_px,
                         r.sigma_px, r.truth_amplitude, r.truth_snr, to_string(r.truth_status),
                         r.near_edge ? 1 : 0, word(r));
   }
 }
 
-ScannerOptions options_of(const Settings& settings, const StriperModel& model) {
-  ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = Cadence({Illumination::laser(0)});
-  if (settings.channel) options.ambient.channel = *settings.channel;
-  options.stripe.peak = settings.peak;
-  if (!options.stripe.stripe_sigma_px) {
-    options.stripe.stripe_sigma_px = model.lasers.front().look.width_px;
-  }
-  return options;
-}
-
-SceneScore score_of(const Settings& settings, std::uint64_t seed) {
-  Camera camera(settings, seed);
-  const StriperModel model = camera.model(settings.is_width_given);
-  Scanner scanner(model, options_of(settings, model));
-  SceneScore score;
-  for (int i = 0; i < camera.frames(); ++i) {
-    const auto picture = static_cast<std::uint64_t>(i);
-    const Truth truth = camera.truth(picture);
-    const cv::Mat expected_dn = camera.expected_dn(picture);
-    for (const PolarScan& scan : scanner.process(camera.render(picture))) {
-      const auto returns = testing::judge(scan, truth, expected_dn, *model.noise);
-      score.all.add(scan, returns);
-      if (i == 0) score.first.add(scan, returns);
-      if (!settings.csv.empty()) append_rows(score.rows, camera.name(), i, returns);
-    }
-  }
-  return score;
+ChoiceScore score_of(const Settings& settings, std::uint64_t seed, std::string& rows) {
+  ChoiceTrial trial = settings.trial;
+  trial.seed = seed;
+  if (settings.csv.empty()) return testing::run_trial(trial);
+  return testing::run_trial(trial, [&](int frame, const std::vector<JudgedReturn>& returns) {
+    append_rows(rows, seed, frame, returns);
+  });
 }
 
 std::string figures(const StripeScore& s) {
@@ -241,38 +131,41 @@ void print_reliability(const StripeScore& score) {
   std::cout << fmt::format("Brier score {:.5f} of {} returns\n", score.brier(), score.judged);
 }
 
+void write_rows(const std::string& path, const std::vector<std::string>& rows) {
+  std::ofstream csv(path);
+  csv << "seed,frame,line,status,confidence,across_px,error_px,sigma_px,truth_amplitude,truth_snr,"
+         "truth_status,near_edge,is\n";
+  for (const std::string& row : rows) csv << row;
+}
+
 void run(const Settings& settings) {
   std::cout << fmt::format("{:5} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6}\n",
                            "seed", "columns", "clear", "found %", "any SNR", "wrong %", "phantom%",
                            "biased %", "mixed %", "Brier", "unseen");
-  std::vector<SceneScore> scores(static_cast<std::size_t>(settings.count));
+  std::vector<std::string> rows(static_cast<std::size_t>(settings.count));
+  std::vector<ChoiceScore> scores(static_cast<std::size_t>(settings.count));
   std::atomic<int> next = 0;
   std::mutex printing;
   const auto work = [&] {
     for (int i = next++; i < settings.count; i = next++) {
       const std::uint64_t seed = settings.first_seed + static_cast<std::uint64_t>(i);
-      scores[static_cast<std::size_t>(i)] = score_of(settings, seed);
+      const auto place = static_cast<std::size_t>(i);
+      scores[place] = score_of(settings, seed, rows[place]);
       const std::lock_guard lock(printing);
-      std::cout << fmt::format("{:5}", seed) << figures(scores[static_cast<std::size_t>(i)].all)
-                << std::endl;
+      std::cout << fmt::format("{:5}", seed) << figures(scores[place].all) << std::endl;
     }
   };
   std::vector<std::thread> threads;
   for (int i = 0; i < settings.threads; ++i) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
-  StripeScore first;
-  StripeScore all;
-  std::ofstream csv;
-  if (!settings.csv.empty()) csv.open(settings.csv);
-  csv << "scene,frame,line,status,confidence,across_px,error_px,sigma_px,truth_amplitude,truth_snr,"
-         "truth_status,near_edge,is\n";
-  for (const SceneScore& score : scores) {
-    first.add(score.first);
-    all.add(score.all);
-    csv << score.rows;
+  ChoiceScore sum;
+  for (const ChoiceScore& score : scores) {
+    sum.first.add(score.first);
+    sum.all.add(score.all);
   }
-  std::cout << "\nfirst" << figures(first) << "\nall  " << figures(all) << "\n";
-  print_reliability(all);
+  if (!settings.csv.empty()) write_rows(settings.csv, rows);
+  std::cout << "\nfirst" << figures(sum.first) << "\nall  " << figures(sum.all) << "\n";
+  print_reliability(sum.all);
 }
 
 }  // namespace

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/real_stripe.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <optional>
 #include <sstream>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include <striper/core/error.hpp>
+
+#include "support/shared_data.hpp"
 
 namespace striper::testing {
 namespace {
@@ -57,7 +62,8 @@ bool is_empty(const RealPicture& picture, int line) {
 
 }  // namespace
 
-std::vector<RealPicture> load_real_pictures(const std::filesystem::path& path) {
+std::vector<RealPicture> real_pictures() {
+  const auto path = source_path("tests/support/real_stripe_paths.txt");
   std::ifstream file(path);
   if (!file) throw Error(ErrorKind::kNotFound, path.string());
   std::vector<RealPicture> pictures;
@@ -95,6 +101,51 @@ void RealScore::add(const RealScore& other) {
   unjudged += other.unjudged;
   pictures += other.pictures;
   unseen += other.unseen;
+}
+
+std::vector<RealPicture> real_boards(const std::string& set, const std::string& extension,
+                                     StripeAxis axis) {
+  std::vector<RealPicture> pictures;
+  for (const auto& entry : std::filesystem::directory_iterator(real_data(set))) {
+    if (entry.path().extension() != extension) continue;
+    RealPicture& picture = pictures.emplace_back();
+    picture.file = set + "/" + entry.path().filename().string();
+    picture.axis = axis;
+    picture.empty = {{0, 1 << 20}};
+  }
+  std::sort(pictures.begin(), pictures.end(),
+            [](const RealPicture& a, const RealPicture& b) { return a.file < b.file; });
+  return pictures;
+}
+
+RealScore RealScanner::score(const RealPicture& picture) {
+  const auto folder = std::filesystem::path(picture.file).parent_path();
+  if (!scanner_ || settings_.is_each || folder != folder_ || picture.axis != axis_) {
+    folder_ = folder;
+    axis_ = picture.axis;
+    sequence_ = 0;
+    scanner_ = std::make_unique<Scanner>(options());
+  }
+  Frame frame;
+  frame.image =
+      cv::imread(real_data(picture.file).string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+  frame.sensor_size = frame.image.size();
+  frame.sequence = sequence_++;
+  RealScore score;
+  for (const PolarScan& scan : scanner_->process(frame)) score.add(scan, picture);
+  if (score.pictures == 0) {
+    throw Error(ErrorKind::kBadFile, picture.file + ": no scan, " + scanner_->last_refusal());
+  }
+  return score;
+}
+
+ScannerOptions RealScanner::options() const {
+  ScannerOptions options;
+  options.ambient.cadence = Cadence({Illumination::laser(0)});
+  options.ambient.channel = settings_.channel;
+  options.stripe.axis = axis_;
+  options.stripe.peak = settings_.peak;
+  return options;
 }
 
 }  // namespace striper::testing

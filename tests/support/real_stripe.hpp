@@ -2,14 +2,18 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <striper/core/channel.hpp>
 #include <striper/core/stripe_axis.hpp>
+#include <striper/pipeline/scanner.hpp>
 #include <striper/scan/polar_scan.hpp>
 
 namespace striper::testing {
@@ -24,9 +28,13 @@ struct RealPicture {
   std::string set() const { return file.substr(0, file.find('/')); }
 };
 
-/// Reads tests/support/real_stripe_paths.txt, which says what it means.
+/// Those with a laser: tests/support/real_stripe_paths.txt, which says what it means.
 /// @throws Error{kBadFile} quoting a line that is not understood.
-std::vector<RealPicture> load_real_pictures(const std::filesystem::path& path);
+std::vector<RealPicture> real_pictures();
+
+/// Boards of a set that no laser was near: all lines are without a stripe.
+std::vector<RealPicture> real_boards(const std::string& set, const std::string& extension,
+                                     StripeAxis axis);
 
 /// Shares of a real picture's lines, or of many's.
 struct RealScore {
@@ -47,6 +55,31 @@ struct RealScore {
   void add(const RealScore& other);
 
   std::size_t judged() const { return with_stripe + empty; }
+};
+
+struct RealSettings {
+  Channel channel = Channel::kAuto;
+  PeakRule peak = PeakRule::kBrightest;
+  bool is_each = false;  ///< A new scanner for each picture.
+};
+
+/// A scanner without a model for the pictures of a folder, one after the other, as
+/// `capture images:` has it.
+class RealScanner {
+ public:
+  explicit RealScanner(const RealSettings& settings) : settings_(settings) {}
+
+  /// @throws Error{kBadFile} where a picture gives no scan.
+  RealScore score(const RealPicture& picture);
+
+ private:
+  ScannerOptions options() const;
+
+  RealSettings settings_;
+  std::filesystem::path folder_;
+  StripeAxis axis_ = StripeAxis::kColumns;
+  std::uint64_t sequence_ = 0;
+  std::unique_ptr<Scanner> scanner_;
 };
 
 }  // namespace striper::testing
