@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -16,12 +17,27 @@ Scene with_laser_alone(Scene scene) {
   return scene;
 }
 
-double normal(SceneDice& dice) {
-  return std::sqrt(-2.0 * std::log(1.0 - dice.between(0.0, 1.0))) *
-         std::cos(2.0 * M_PI * dice.between(0.0, 1.0));
-}
+/// Standard normal numbers, two at a time (Box and Muller 1958).
+class Normals {
+ public:
+  explicit Normals(std::uint64_t seed) : dice_(seed) {}
 
-void expose(const cv::Mat& expected, const Imager& imager, SceneDice& dice, cv::Mat& out) {
+  double next() {
+    has_second_ = !has_second_;
+    if (!has_second_) return second_;
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - dice_.between(0.0, 1.0)));
+    const double angle = 2.0 * std::numbers::pi * dice_.between(0.0, 1.0);
+    second_ = radius * std::sin(angle);
+    return radius * std::cos(angle);
+  }
+
+ private:
+  SceneDice dice_;
+  bool has_second_ = false;
+  double second_ = 0.0;
+};
+
+void expose(const cv::Mat& expected, const Imager& imager, Normals& normals, cv::Mat& out) {
   const double read_dn = imager.noise.read_noise_e * imager.dn_per_electron;
   const double full = (1 << imager.bit_depth) - 1;
   cv::Mat noisy(expected.size(), CV_32F);
@@ -30,7 +46,7 @@ void expose(const cv::Mat& expected, const Imager& imager, SceneDice& dice, cv::
       const double dn = expected.at<float>(v, u);
       const double light_dn = std::max(0.0, dn - imager.black_level_dn);
       const double sigma = std::sqrt(read_dn * read_dn + imager.dn_per_electron * light_dn);
-      const double value = dn + sigma * normal(dice);
+      const double value = dn + sigma * normals.next();
       noisy.at<float>(v, u) = static_cast<float>(std::clamp(std::round(value), 0.0, full));
     }
   }
@@ -62,10 +78,10 @@ Frame ColourCamera::render(std::uint64_t picture) {
   Frame frame = other_.render(picture);
   const cv::Mat laser_dn = laser_.expected_dn(picture);
   const cv::Mat other_dn = other_.expected_dn(picture);
-  SceneDice dice(laser_.scene().seed * 1000 + picture);
+  Normals normals(laser_.scene().seed * 1000 + picture);
   std::vector<cv::Mat> channels(3);
   for (int i = 0; i < 3; ++i) {
-    expose(channel_dn(laser_dn, other_dn, i), laser_.scene().imager, dice,
+    expose(channel_dn(laser_dn, other_dn, i), laser_.scene().imager, normals,
            channels[static_cast<std::size_t>(i)]);
   }
   cv::merge(channels, frame.image);
