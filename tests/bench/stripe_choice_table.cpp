@@ -8,7 +8,7 @@
 //
 // A line per scene: columns; those with a stripe of SNR 8 and more; of them those with an `ok`
 // return within max(0.5 px, 3 sigma) of it; the same of all stripes; then in percent of all
-// columns, `ok` and wrong, of these those in columns without a stripe and those less than 3 px from
+// columns, `ok` and wrong, of these those in columns without a stripe and those less than 2 px from
 // it; `ok` between the two stripes of an edge, which is not called wrong; the Brier score of the
 // confidences; scans that say that there is no stripe.
 //

@@ -118,7 +118,7 @@ TEST(JudgedReturns, HaveTheSnrOfWhatDoesNotClip) {
 
 TEST(StripeScores, CountAndBinWhatWasJudged) {
   Example example;
-  example.scan.returns[0].v_px = 32.0;                                      // Biased,
+  example.scan.returns[0].v_px = 31.0;                                      // Biased,
   example.scan.returns[1].v_px = 90.0;                                      // another thing,
   example.scan.returns[2] = return_at(30.0, ReturnStatus::kOutlier, 0.6F);  // doubted,
   example.scan.returns[3] = Return{};                                       // missed,

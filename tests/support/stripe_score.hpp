@@ -50,7 +50,7 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
 /// Shares and a reliability diagram, summed over scans.
 struct StripeScore {
   static constexpr double kSnr = 8.0;
-  static constexpr double kBiasedPx = 3.0;
+  static constexpr double kBiasedPx = 2.0;
   static constexpr std::array<double, 7> kBins = {0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999};
 
   struct Bin {
