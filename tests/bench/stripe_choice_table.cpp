@@ -2,8 +2,15 @@
 // Says against exact truth how often an `ok` return is the stripe, and whether a confidence is a
 // probability, on random scenes (tests/support/random_scene.hpp):
 //
-//     stripe_choice_table rooms|off FIRST_SEED COUNT [--peak RULE] [--width given|learnt]
-//         [--frames N] [--threads N] [--csv FILE]
+//     stripe_choice_table rooms|off|sessions|SCENE.yaml FIRST_SEED COUNT [--peak RULE]
+//         [--width given|learnt] [--colour grey|red|green|mixed] [--channel CHANNEL] [--frames N]
+//         [--threads N] [--csv FILE]
+//
+// A line per scene: columns; those with a stripe of SNR 8 and more; of them those with an `ok`
+// return within max(0.5 px, 3 sigma) of it; the same of all stripes; then in percent of all
+// columns, `ok` and wrong, of these those in columns without a stripe and those less than 2 px from
+// it; `ok` between the two stripes of an edge, which is not called wrong; the Brier score of the
+// confidences; scans that say that there is no stripe.
 //
 // Seeds 1 to 9999 are for development; 10000 and above are held out: nothing is tuned on them.
 #include <atomic>
@@ -20,34 +27,23 @@
 #include <opencv2/core/utility.hpp>
 
 #include <striper/core/error.hpp>
-#include <striper/pipeline/scanner.hpp>
-#include <striper/simulator/simulator.hpp>
 
-#include "support/random_scene.hpp"
-#include "support/stripe_score.hpp"
+#include "support/choice_trial.hpp"
 
 namespace striper {
 namespace {
 
+using testing::ChoiceScore;
+using testing::ChoiceTrial;
 using testing::JudgedReturn;
-using testing::Judgement;
 using testing::StripeScore;
 
 struct Settings {
-  std::string kind = "rooms";
+  ChoiceTrial trial;
   std::uint64_t first_seed = 1;
   int count = 20;
-  int frames = 3;
   int threads = 1;
-  PeakRule peak = PeakRule::kBrightest;
-  bool is_width_given = true;
   std::string csv;
-};
-
-struct SceneScore {
-  StripeScore first;  ///< Of the first frame alone.
-  StripeScore all;
-  std::string rows;  ///< CSV.
 };
 
 PeakRule peak_rule(const std::string& word) {
@@ -61,13 +57,17 @@ PeakRule peak_rule(const std::string& word) {
 
 void read_option(Settings& settings, const std::string& key, const std::string& value) {
   if (key == "--peak")
-    settings.peak = peak_rule(value);
+    settings.trial.peak = peak_rule(value);
   else if (key == "--width")
-    settings.is_width_given = value == "given";
+    settings.trial.knows_stripe = value == "given";
   else if (key == "--frames")
-    settings.frames = std::atoi(value.c_str());
+    settings.trial.frames = std::atoi(value.c_str());
   else if (key == "--threads")
     settings.threads = std::atoi(value.c_str());
+  else if (key == "--colour")
+    settings.trial.colour = value;
+  else if (key == "--channel")
+    settings.trial.channel = channel_from_string(value);
   else if (key == "--csv")
     settings.csv = value;
   else
@@ -77,26 +77,12 @@ void read_option(Settings& settings, const std::string& key, const std::string& 
 Settings read_arguments(const std::vector<std::string>& words) {
   Settings settings;
   if (words.size() < 3) throw Error(ErrorKind::kUsage, "expected rooms|off FIRST_SEED COUNT");
-  settings.kind = words[0];
+  settings.trial.kind = words[0];
   settings.first_seed = std::strtoull(words[1].c_str(), nullptr, 10);
   settings.count = std::atoi(words[2].c_str());
   for (std::size_t i = 3; i + 1 < words.size(); i += 2)
     read_option(settings, words[i], words[i + 1]);
   return settings;
-}
-
-Scene scene_of(const Settings& settings, std::uint64_t seed) {
-  const Scene room = testing::random_room(seed);
-  return settings.kind == "off" ? testing::without_laser(room) : room;
-}
-
-// Where the laser is off there is nothing to be found, whatever meets its plane.
-Truth truth_of(Simulator& simulator, std::uint64_t picture) {
-  Truth truth = simulator.truth(picture).front();
-  if (simulator.scene().lasers.front().pulse_energy_j == 0.0) {
-    for (TrueLine& line : truth.lines) line = TrueLine{};
-  }
-  return truth;
 }
 
 const char* word(const JudgedReturn& r) {
@@ -105,48 +91,31 @@ const char* word(const JudgedReturn& r) {
   return kWords[static_cast<int>(r.judgement)];
 }
 
-void append_rows(std::string& rows, const std::string& scene, int frame,
+void append_rows(std::string& rows, std::uint64_t seed, int frame,
                  const std::vector<JudgedReturn>& returns) {
   for (const JudgedReturn& r : returns) {
-    rows += fmt::format("{},{},{},{},{:.5f},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{},{},{}\n", scene,
+    rows += fmt::format("{},{},{},{},{:.5f},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{},{},{}\n", seed,
                         frame, r.line, to_string(r.status), r.confidence, r.across_px, r.error_px,
                         r.sigma_px, r.truth_amplitude, r.truth_snr, to_string(r.truth_status),
                         r.near_edge ? 1 : 0, word(r));
   }
 }
 
-SceneScore score_of(const Settings& settings, std::uint64_t seed) {
-  Simulator simulator(scene_of(settings, seed));
-  StriperModel model = simulator.model();
-  if (settings.is_width_given)
-    model.lasers.front().look = testing::look_of(testing::random_room(seed));
-  ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = Cadence({Illumination::laser(0)});
-  options.stripe.peak = settings.peak;
-  if (settings.is_width_given) options.stripe.stripe_sigma_px = model.lasers.front().look.width_px;
-  Scanner scanner(model, options);
-  SceneScore score;
-  for (int i = 0; i < settings.frames; ++i) {
-    const auto picture = static_cast<std::uint64_t>(i);
-    Frame frame = simulator.render(picture);
-    frame.illumination = Illumination::unknown();
-    const Truth truth = truth_of(simulator, picture);
-    const cv::Mat expected_dn = simulator.expected_dn(picture);
-    for (const PolarScan& scan : scanner.process(frame)) {
-      const auto returns = testing::judge(scan, truth, expected_dn, *model.noise);
-      score.all.add(scan, returns);
-      if (i == 0) score.first.add(scan, returns);
-      if (!settings.csv.empty()) append_rows(score.rows, simulator.scene().name, i, returns);
-    }
-  }
-  return score;
+ChoiceScore score_of(const Settings& settings, std::uint64_t seed, std::string& rows) {
+  ChoiceTrial trial = settings.trial;
+  trial.seed = seed;
+  if (settings.csv.empty()) return testing::run_trial(trial);
+  return testing::run_trial(trial, [&](int frame, const std::vector<JudgedReturn>& returns) {
+    append_rows(rows, seed, frame, returns);
+  });
 }
 
 std::string figures(const StripeScore& s) {
-  return fmt::format(
-      "{:>8} {:>7} {:8.2f} {:8.2f} {:8.3f} {:8.3f} {:8.3f} {:8.4f} {:>4}/{}", s.columns, s.clear,
-      s.found_percent(), StripeScore::percent(s.found_visible, s.visible), s.wrong_percent(),
-      s.phantom_percent(), StripeScore::percent(s.mixed, s.columns), s.brier(), s.unseen, s.scans);
+  return fmt::format("{:>8} {:>7} {:8.2f} {:8.2f} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.4f} {:>4}/{}",
+                     s.columns, s.clear, s.found_percent(),
+                     StripeScore::percent(s.found_visible, s.visible), s.wrong_percent(),
+                     s.phantom_percent(), StripeScore::percent(s.biased, s.columns),
+                     StripeScore::percent(s.mixed, s.columns), s.brier(), s.unseen, s.scans);
 }
 
 void print_reliability(const StripeScore& score) {
@@ -162,37 +131,41 @@ void print_reliability(const StripeScore& score) {
   std::cout << fmt::format("Brier score {:.5f} of {} returns\n", score.brier(), score.judged);
 }
 
+void write_rows(const std::string& path, const std::vector<std::string>& rows) {
+  std::ofstream csv(path);
+  csv << "seed,frame,line,status,confidence,across_px,error_px,sigma_px,truth_amplitude,truth_snr,"
+         "truth_status,near_edge,is\n";
+  for (const std::string& row : rows) csv << row;
+}
+
 void run(const Settings& settings) {
-  std::cout
-      << "kind   columns   clear  found %  found-v%  wrong % phantom%  mixed %    Brier  unseen\n";
-  std::vector<SceneScore> scores(static_cast<std::size_t>(settings.count));
+  std::cout << fmt::format("{:5} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6}\n",
+                           "seed", "columns", "clear", "found %", "any SNR", "wrong %", "phantom%",
+                           "biased %", "mixed %", "Brier", "unseen");
+  std::vector<std::string> rows(static_cast<std::size_t>(settings.count));
+  std::vector<ChoiceScore> scores(static_cast<std::size_t>(settings.count));
   std::atomic<int> next = 0;
   std::mutex printing;
   const auto work = [&] {
     for (int i = next++; i < settings.count; i = next++) {
       const std::uint64_t seed = settings.first_seed + static_cast<std::uint64_t>(i);
-      scores[static_cast<std::size_t>(i)] = score_of(settings, seed);
+      const auto place = static_cast<std::size_t>(i);
+      scores[place] = score_of(settings, seed, rows[place]);
       const std::lock_guard lock(printing);
-      std::cout << fmt::format("{:5}", seed) << figures(scores[static_cast<std::size_t>(i)].all)
-                << std::endl;
+      std::cout << fmt::format("{:5}", seed) << figures(scores[place].all) << std::endl;
     }
   };
   std::vector<std::thread> threads;
   for (int i = 0; i < settings.threads; ++i) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
-  StripeScore first;
-  StripeScore all;
-  std::ofstream csv;
-  if (!settings.csv.empty()) csv.open(settings.csv);
-  csv << "scene,frame,line,status,confidence,across_px,error_px,sigma_px,truth_amplitude,truth_snr,"
-         "truth_status,near_edge,is\n";
-  for (const SceneScore& score : scores) {
-    first.add(score.first);
-    all.add(score.all);
-    csv << score.rows;
+  ChoiceScore sum;
+  for (const ChoiceScore& score : scores) {
+    sum.first.add(score.first);
+    sum.all.add(score.all);
   }
-  std::cout << "\nfirst" << figures(first) << "\nall  " << figures(all) << "\n";
-  print_reliability(all);
+  if (!settings.csv.empty()) write_rows(settings.csv, rows);
+  std::cout << "\nfirst" << figures(sum.first) << "\nall  " << figures(sum.all) << "\n";
+  print_reliability(sum.all);
 }
 
 }  // namespace

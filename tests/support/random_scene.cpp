@@ -41,6 +41,20 @@ double dn_per_ambient(const Scene& scene) {
          imager.filter.width_nm * imager.shutter_s * kGrey / std::numbers::pi;
 }
 
+void draw_sensor(Imager& imager, SceneDice& dice) {
+  imager.blur_sigma_px = dice.between(0.3, 0.9);
+  imager.noise.read_noise_e = dice.between(5.0, 25.0);
+  imager.noise.prnu = dice.chance(0.5) ? dice.between(0.0, 0.01) : 0.0;
+  imager.dn_per_electron = dice.ratio(0.02, 0.08);
+  imager.falloff_exponent = dice.chance(0.5) ? dice.between(0.0, 4.0) : 0.0;
+  if (dice.chance(0.3)) imager.bloom = {dice.between(0.0, 0.02), dice.between(5.0, 15.0)};
+  if (dice.chance(0.25)) {  // The same light on a finer scale.
+    imager.bit_depth = 12;
+    imager.dn_per_electron *= 16.0;
+    imager.black_level_dn *= 16.0;
+  }
+}
+
 // Lens, sensor and exposure; brightness is set once the laser stands.
 void draw_camera(Scene& scene, SceneDice& dice) {
   const bool is_large = dice.chance(0.15);
@@ -54,18 +68,7 @@ void draw_camera(Scene& scene, SceneDice& dice) {
                             : CameraModel(width, height, plain.fx(), plain.fy(), plain.cx(),
                                           plain.cy(), LensModel::kPlumbBob,
                                           {fov_deg < 80.0 ? k1 : 0.0, 0.0, 0.0, 0.0, 0.0});
-  Imager& imager = scene.imager;
-  imager.blur_sigma_px = dice.between(0.3, 0.9);
-  imager.noise.read_noise_e = dice.between(5.0, 25.0);
-  imager.noise.prnu = dice.chance(0.5) ? dice.between(0.0, 0.01) : 0.0;
-  imager.dn_per_electron = dice.ratio(0.02, 0.08);
-  imager.falloff_exponent = dice.chance(0.5) ? dice.between(0.0, 4.0) : 0.0;
-  if (dice.chance(0.3)) imager.bloom = {dice.between(0.0, 0.02), dice.between(5.0, 15.0)};
-  if (dice.chance(0.25)) {  // The same light on a finer scale.
-    imager.bit_depth = 12;
-    imager.dn_per_electron *= 16.0;
-    imager.black_level_dn *= 16.0;
-  }
+  draw_sensor(scene.imager, dice);
 }
 
 // The laser below or above the camera, which looks at where the sheet is 0.9 to 2.5 m away.
@@ -85,26 +88,38 @@ double draw_laser(Scene& scene, SceneDice& dice) {
   return height_m + side * baseline_m;
 }
 
-void set_light(Scene& scene, SceneDice& dice) {
+void set_light(Scene& scene, SceneDice& dice, double range_m, double brightest_dn) {
   const double scale = scene.imager.bit_depth > 8 ? 16.0 : 1.0;
   SimulatedLaser& laser = scene.lasers.front();
   laser.pulse_energy_j = 1e-6;
   laser.pulse_energy_j *=
-      scale * dice.ratio(40.0, 250.0) / stripe_amplitude_dn(scene, kGrey, kGreyRange_m);
-  const double background = scale * dice.ratio(20.0, 120.0) / dn_per_ambient(scene);
+      scale * dice.ratio(40.0, 250.0) / stripe_amplitude_dn(scene, kGrey, range_m);
+  const double background = scale * dice.ratio(25.0, brightest_dn) / dn_per_ambient(scene);
   const double sky_share = dice.between(0.0, 0.6);
   scene.daylight.ambient_w_m2_nm = (1.0 - sky_share) * background;
   scene.daylight.sky_w_m2_nm = 2.0 * sky_share * background;
 }
 
+Poster draw_poster(SceneDice& dice) {
+  return {dice.ratio(0.04, 0.3), dice.between(0.03, 0.2), dice.between(0.5, 0.9),
+          dice.whole(1, 100000)};
+}
+
 // Paint, paper, wood and grass: what flat faces are covered with.
 void draw_texture(Material& material, SceneDice& dice) {
-  material.reflectance = dice.ratio(0.06, 0.85);
-  if (dice.chance(0.45)) {
-    material.mottle_contrast = dice.between(0.1, 0.8);
-    material.mottle_grain_m = dice.ratio(0.004, 0.15);
-  }
-  if (dice.chance(0.3)) {
+  material.reflectance = dice.ratio(0.08, 0.85);
+  const double kind = dice.between(0.0, 1.0);
+  if (kind < 0.25) {
+    material.mottle_contrast = dice.between(0.1, 0.7);
+    material.mottle_grain_m = dice.ratio(0.01, 0.15);
+  } else if (kind < 0.45) {
+    material.texture =
+        WoodGrain{dice.ratio(0.004, 0.03), dice.ratio(0.1, 1.0),
+                  kDegree * (dice.chance(0.5) ? 0.0 : 90.0) + dice.between(-0.05, 0.05),
+                  dice.between(0.08, 0.25), dice.between(0.3, 0.7)};
+  } else if (kind < 0.6) {
+    material.texture = draw_poster(dice);
+  } else if (kind < 0.7) {
     material.texture = PaintedStripe{dice.ratio(0.01, 0.12), dice.between(-0.1, 0.1),
                                      dice.chance(0.5) ? dice.between(0.02, 0.2) : 0.0,
                                      dice.between(0.02, 0.2), dice.between(0.05, 0.9)};
@@ -132,10 +147,10 @@ SceneObject furniture(SceneDice& dice, double sheet_m) {
   const double top_m = sheet_m * 2.0 * dice.between(0.35, 1.5);
   if (kind < 0.45) {
     object.name = "box";
-    object.shape = Box{{dice.between(0.08, 0.6), dice.between(0.08, 0.7), top_m}};
+    object.shape = Box{{dice.between(0.08, 0.5), dice.between(0.08, 0.5), top_m}};
   } else if (kind < 0.65) {
     object.name = "cylinder";
-    object.shape = Cylinder{dice.between(0.05, 0.25), top_m};
+    object.shape = Cylinder{dice.between(0.05, 0.2), top_m};
   } else if (kind < 0.8) {
     object.name = "post";
     object.shape = Cylinder{dice.between(0.01, 0.05), 2.4};
@@ -159,7 +174,7 @@ void add_furniture(Scene& scene, SceneDice& dice, double sheet_m, double wall_m)
   const int count = dice.whole(4, 11);
   for (int i = 0; i < count; ++i) {
     SceneObject object = furniture(dice, sheet_m);
-    const double x = dice.between(0.6, wall_m - 0.3);
+    const double x = dice.between(0.8, wall_m - 0.3);
     const double y = dice.between(-0.9, 0.9) * x;
     const bool is_board = object.name == "checker";
     const double z = is_board ? sheet_m + dice.between(-0.15, 0.15) : standing_height_m(object);
@@ -176,7 +191,7 @@ void add_wall(Scene& scene, SceneDice& dice, const char* name, const Eigen::Vect
   wall.name = name;
   wall.T_world_object = pose(position, facing(normal));
   draw_texture(wall.material, dice);
-  wall.material.texture = {};
+  if (dice.chance(0.6)) wall.material.texture = {};  // Bare walls are the commoner ones.
   scene.objects.push_back(std::move(wall));
 }
 
@@ -196,6 +211,10 @@ void add_decoration(Scene& scene, SceneDice& dice, double sheet_m, double wall_m
   for (int i = dice.whole(0, 3); i > 0; --i) {
     SceneObject paper = checker(dice);
     paper.name = "poster";
+    if (dice.chance(0.6)) {
+      paper.material.texture = draw_poster(dice);
+      paper.shape = Rectangle{dice.between(0.2, 1.0), dice.between(0.2, 1.0)};
+    }
     const double y = dice.between(-1.2, 1.2);
     const Eigen::Vector3d along = on_wall.col(1) / on_wall.col(1).y();
     paper.T_world_object = pose(Eigen::Vector3d(wall_m, 0.0, sheet_m + dice.between(-0.6, 0.6)) +
@@ -216,6 +235,36 @@ void add_decoration(Scene& scene, SceneDice& dice, double sheet_m, double wall_m
   }
 }
 
+// The boards of which sessions are made: inner corners and squares.
+constexpr struct {
+  int columns;
+  int rows;
+  double square_m;
+} kBoards[] = {{9, 6, 0.06}, {8, 6, 0.04}, {7, 5, 0.05}, {11, 8, 0.03}};
+constexpr double kUsualBoard_m = 0.72;  // What data/scenes/calibration.yaml carries about.
+
+// A board that leans towards the camera with every side in turn while it goes away, its middle
+// near the sheet. `size` is the session's over the usual one.
+SceneObject carried_board(SceneDice& dice, double baseline_m, double& size) {
+  const auto& kind = kBoards[dice.whole(0, 3)];
+  Checkerboard board{kind.columns, kind.rows, kind.square_m, kind.square_m};
+  SceneObject object;
+  object.name = "board";
+  const double width_m = (board.columns + 3) * board.square_m;
+  object.shape = Rectangle{width_m, (board.rows + 3) * board.square_m};
+  object.material.reflectance = 0.85;
+  object.material.texture = board;
+  size = width_m / kUsualBoard_m;
+  object.T_world_object = turned({size * dice.between(1.0, 1.2), size * dice.between(-0.2, 0.0),
+                                  -baseline_m + size * dice.between(-0.05, 0.15)},
+                                 0.0, dice.between(20.0, 40.0));
+  object.motion.velocity_m_s =
+      size * Eigen::Vector3d(dice.between(0.04, 0.08), dice.between(0.0, 0.04),
+                             dice.between(-0.01, 0.005));
+  object.motion.angular_velocity_rad_s = {kDegree * dice.between(50.0, 80.0), 0.0, 0.0};
+  return object;
+}
+
 }  // namespace
 
 double SceneDice::ratio(double low, double high) {
@@ -233,11 +282,40 @@ Scene random_room(std::uint64_t seed) {
   scene.seed = seed;
   draw_camera(scene, dice);
   const double sheet_m = draw_laser(scene, dice);
-  set_light(scene, dice);
+  set_light(scene, dice, kGreyRange_m, 130.0);
   const double wall_m = dice.between(2.2, 5.0);
   add_walls(scene, dice, wall_m);
   add_furniture(scene, dice, sheet_m, wall_m);
   add_decoration(scene, dice, sheet_m, wall_m);
+  scene.validate();
+  return scene;
+}
+
+Scene random_session(std::uint64_t seed) {
+  SceneDice dice(seed + 0x5E55);
+  Scene scene;
+  scene.name = "session " + std::to_string(seed);
+  scene.seed = seed;
+  scene.timing.picture_rate_hz = 1.0;
+  double size = 1.0;
+  double baseline_m = dice.between(0.3, 0.55);
+  SceneObject board = carried_board(dice, 0.0, size);
+  baseline_m *= size;
+  board.T_world_object.translation().z() -= baseline_m;
+  const bool is_large = dice.chance(0.5);
+  const CameraModel plain =
+      Scene::pinhole(is_large ? 640 : 480, is_large ? 480 : 360, dice.between(45.0, 65.0));
+  scene.camera = CameraModel(plain.width(), plain.height(), plain.fx(), plain.fy(), plain.cx(),
+                             plain.cy(), LensModel::kPlumbBob,
+                             {dice.between(-0.25, 0.05), dice.between(0.0, 0.08), 0.0, 0.0, 0.0});
+  const double seen_deg = std::atan(baseline_m / (1.5 * size)) / kDegree - dice.between(2.0, 6.0);
+  scene.camera_rotation = rotation_from_rpy(0.0, kDegree * seen_deg, 0.0);
+  draw_sensor(scene.imager, dice);
+  SimulatedLaser& laser = scene.lasers.front();
+  laser.T_device_laser = turned({0.0, 0.0, -baseline_m}, 0.0);
+  laser.divergence_sigma_rad = SimulatedLaser::thickness_to_sigma(kDegree * dice.ratio(0.15, 1.0));
+  set_light(scene, dice, 1.5 * size, 80.0);  // White paper does not clip.
+  scene.objects.push_back(std::move(board));
   scene.validate();
   return scene;
 }

@@ -36,6 +36,11 @@ class SceneDice {
 /// the laser is always on. Nothing moves: pictures differ by their noise.
 Scene random_room(std::uint64_t seed);
 
+/// A calibration session as data/scenes/calibration.yaml: a board of one of four kinds is turned
+/// and carried through the sheet, kSessionPictures pictures.
+Scene random_session(std::uint64_t seed);
+inline constexpr int kSessionPictures = 10;
+
 /// The same scene with the laser switched off: every exposure is dark.
 Scene without_laser(Scene scene);
 

@@ -53,11 +53,15 @@ bool is_mixed(const Truth& truth, int line, double at) {
   return is_edge && nearest <= kMixedPx && at >= low - kRightPx && at <= high + kRightPx;
 }
 
+// What clips does not help to see it.
 double snr(const TrueReturn& truth, const cv::Mat& expected_dn, const NoiseModel& noise) {
   const int u = static_cast<int>(std::lround(truth.u_px));
   const int v = static_cast<int>(std::lround(truth.v_px));
   if (u < 0 || v < 0 || u >= expected_dn.cols || v >= expected_dn.rows) return 0.0;
-  return truth.amplitude_dn / std::sqrt(noise.variance_dn2(expected_dn.at<float>(v, u)));
+  const double peak_dn = expected_dn.at<float>(v, u);
+  const double full_dn = (1 << noise.bit_depth.value_or(8)) - 1;
+  const double seen_dn = truth.amplitude_dn - std::max(0.0, peak_dn - full_dn);
+  return std::max(0.0, seen_dn) / std::sqrt(noise.variance_dn2(peak_dn));
 }
 
 Judgement judgement(const Truth& truth, int line, const JudgedReturn& r) {
@@ -110,6 +114,7 @@ void StripeScore::add(const PolarScan& scan, const std::vector<JudgedReturn>& re
       mixed += r.judgement == Judgement::kMixed ? 1 : 0;
       phantom += r.judgement == Judgement::kPhantom ? 1 : 0;
       wrong += r.judgement == Judgement::kPhantom || r.judgement == Judgement::kWrong ? 1 : 0;
+      biased += r.judgement == Judgement::kWrong && std::abs(r.error_px) < kBiasedPx ? 1 : 0;
     }
     if (!r.has_values() || r.judgement == Judgement::kMixed || !std::isfinite(r.confidence)) {
       continue;
@@ -137,6 +142,7 @@ void StripeScore::add(const StripeScore& other) {
   ok += other.ok;
   wrong += other.wrong;
   phantom += other.phantom;
+  biased += other.biased;
   mixed += other.mixed;
   judged += other.judged;
   squared += other.squared;

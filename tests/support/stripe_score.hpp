@@ -33,7 +33,7 @@ struct JudgedReturn {
   double sigma_px = kNone;
   double error_px = kNone;         ///< From the nearest true return of the line.
   double truth_amplitude = kNone;  ///< DN, of the brightest true return.
-  double truth_snr = kNone;        ///< That over the noise of its peak pixel.
+  double truth_snr = kNone;  ///< That, as far as it does not clip, over its peak pixel's noise.
   TruthStatus truth_status = TruthStatus::kNoSurface;
   bool near_edge = false;
   Judgement judgement = Judgement::kPhantom;  ///< Only where the return has values.
@@ -50,6 +50,7 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
 /// Shares and a reliability diagram, summed over scans.
 struct StripeScore {
   static constexpr double kSnr = 8.0;
+  static constexpr double kBiasedPx = 2.0;
   static constexpr std::array<double, 7> kBins = {0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999};
 
   struct Bin {
@@ -68,6 +69,7 @@ struct StripeScore {
   std::size_t ok = 0;
   std::size_t wrong = 0;    ///< `ok`: kWrong and kPhantom.
   std::size_t phantom = 0;  ///< `ok` in columns without a stripe.
+  std::size_t biased = 0;   ///< `ok`, wrong by less than kBiasedPx: the stripe, badly placed.
   std::size_t mixed = 0;    ///< `ok`.
   std::array<Bin, kBins.size()> bins = {};
   std::size_t judged = 0;

@@ -187,6 +187,19 @@ void check_texture(const std::string& field, const PaintedStripe& stripe) {
   check_not_negative(field + ".stripe.retro.gain", stripe.retro_gain);
   check_positive(field + ".stripe.retro.spread_deg", kDegrees * stripe.retro_spread_rad);
 }
+void check_texture(const std::string& field, const WoodGrain& grain) {
+  check_positive(field + ".wood.fibre_m", grain.fibre_m);
+  check_positive(field + ".wood.length_m", grain.length_m);
+  check_range(field + ".wood.direction_deg", kDegrees * grain.direction_rad, -360.0, 360.0);
+  check_range(field + ".wood.dark", grain.dark, 0.0, 1.0);
+  check_range(field + ".wood.light", grain.light, 0.0, 1.0);
+}
+void check_texture(const std::string& field, const Poster& poster) {
+  check_positive(field + ".poster.cell_m", poster.cell_m);
+  check_range(field + ".poster.darkest", poster.darkest, 0.0, 1.0);
+  check_range(field + ".poster.lightest", poster.lightest, 0.0, 1.0);
+  check_range(field + ".poster.seed", poster.seed, 0.0, 1e9);
+}
 
 void check_object(const std::string& field, const SceneObject& object) {
   std::visit(ShapeCheck{field}, object.shape);

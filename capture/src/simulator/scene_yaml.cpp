@@ -270,6 +270,27 @@ PaintedStripe read_painted_stripe(const SceneField& field) {
   return stripe;
 }
 
+WoodGrain read_wood(const SceneField& field) {
+  field.require_map({"fibre_m", "length_m", "direction_deg", "dark", "light"});
+  WoodGrain grain;
+  field.read("fibre_m", grain.fibre_m);
+  field.read("length_m", grain.length_m);
+  field.read("direction_deg", grain.direction_rad, kDegree);
+  field.read("dark", grain.dark);
+  field.read("light", grain.light);
+  return grain;
+}
+
+Poster read_poster(const SceneField& field) {
+  field.require_map({"cell_m", "darkest", "lightest", "seed"});
+  Poster poster;
+  field.read("cell_m", poster.cell_m);
+  field.read("darkest", poster.darkest);
+  field.read("lightest", poster.lightest);
+  field.read("seed", poster.seed);
+  return poster;
+}
+
 Shape read_shape(const SceneField& field) {
   constexpr std::string_view kShapes = "plane, rectangle, disc, box, cylinder or sweep";
   const SceneField kind = field.at("shape", kShapes);
@@ -298,11 +319,26 @@ Shape read_shape(const SceneField& field) {
   return sweep;
 }
 
+void read_texture(const SceneField& field, Material& material) {
+  const auto read = [&](const char* key, const auto& reader) {
+    const auto texture = field.find(key);
+    if (!texture) return;
+    if (!std::holds_alternative<std::monostate>(material.texture)) {
+      texture->refuse("one texture: either checkerboard or stripe, wood or poster, not both");
+    }
+    material.texture = reader(*texture);
+  };
+  read("checkerboard", read_checkerboard);
+  read("stripe", read_painted_stripe);
+  read("wood", read_wood);
+  read("poster", read_poster);
+}
+
 SceneObject read_object(const SceneField& field) {
   field.require_map({"name", "shape", "size_m", "radius_m", "length_m", "profile_m", "position_m",
                      "rotation_deg", "normal", "velocity_m_s", "angular_velocity_deg_s",
                      "reflectance", "retro", "radiance_w_m2_sr_nm", "mottle", "checkerboard",
-                     "stripe"});
+                     "stripe", "wood", "poster"});
   SceneObject object;
   object.shape = read_shape(field);
   object.name = field.path();
@@ -318,11 +354,7 @@ SceneObject read_object(const SceneField& field) {
     mottle->read("contrast", material.mottle_contrast);
     mottle->read("grain_m", material.mottle_grain_m);
   }
-  if (const auto board = field.find("checkerboard")) material.texture = read_checkerboard(*board);
-  if (const auto stripe = field.find("stripe")) {
-    if (field.find("checkerboard")) stripe->refuse("either checkerboard or stripe, not both");
-    material.texture = read_painted_stripe(*stripe);
-  }
+  read_texture(field, material);
   return object;
 }
 

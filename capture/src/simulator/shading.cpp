@@ -14,6 +14,10 @@ namespace {
 
 constexpr std::uint64_t kWearSeed = 1991;
 constexpr int kMottleOctaves = 2;
+constexpr std::uint64_t kWoodOctave = 64;  // Apart from the mottle's.
+constexpr std::uint64_t kPosterSeed = 2002;
+constexpr std::uint64_t kPosterLevels = 3;
+constexpr double kPosterShare = 0.6;  // Of the cells that are printed.
 
 /// std::floor without a call where the processor has no such instruction; |x| below 2^63.
 std::int64_t floor_of(double x) {
@@ -84,6 +88,43 @@ void look_up(const PaintedStripe& stripe, double right, double up, Reflection& s
   spot.retro_gain = stripe.retro_gain;
   spot.retro_spread_rad = stripe.retro_spread_rad;
   spot.patch = 1;
+}
+
+void look_up(const WoodGrain& grain, double right, double up, Reflection& spot) {
+  const double cosine = std::cos(grain.direction_rad);
+  const double sine = std::sin(grain.direction_rad);
+  const double along = (cosine * right + sine * up) / grain.length_m;
+  const double across = (cosine * up - sine * right) / grain.fibre_m;
+  // Year rings are wide, fibres fine: two octaves across, both as long.
+  const double value = 0.65 * mottle(along, across, kWoodOctave) +
+                       0.35 * mottle(along, 2.0 * across, kWoodOctave + 1);
+  spot.reflectance = grain.dark + 0.5 * (1.0 + value) * (grain.light - grain.dark);
+}
+
+// Each level is a lattice, each of its cells is printed or not; what is printed fills a random part
+// of its cell. Finer levels lie over coarser ones.
+void look_up(const Poster& poster, double right, double up, Reflection& spot) {
+  spot.reflectance = poster.lightest;
+  spot.patch = 1;
+  double cell_m = poster.cell_m;
+  for (std::uint64_t level = 0; level < kPosterLevels; ++level, cell_m *= 0.5) {
+    const std::int64_t column = floor_of(right / cell_m);
+    const std::int64_t row = floor_of(up / cell_m);
+    PixelRandom random(kPosterSeed + static_cast<std::uint64_t>(poster.seed), level,
+                       static_cast<std::uint64_t>(column), static_cast<std::uint64_t>(row));
+    const double x = right / cell_m - static_cast<double>(column);
+    const double y = up / cell_m - static_cast<double>(row);
+    const bool is_printed = random.uniform() < kPosterShare;
+    const double left = 0.4 * random.uniform();
+    const double bottom = 0.4 * random.uniform();
+    const double width = 0.5 + (0.5 - left) * random.uniform();
+    const double height = 0.5 + (0.5 - bottom) * random.uniform();
+    const double grey = random.uniform();
+    if (!is_printed || x < left || x >= left + width || y < bottom || y >= bottom + height)
+      continue;
+    spot.reflectance = poster.darkest + grey * (poster.lightest - poster.darkest);
+    spot.patch = 2 + static_cast<int>(random.bits() >> 34U);
+  }
 }
 
 void look_up(std::monostate, double, double, Reflection&) {}

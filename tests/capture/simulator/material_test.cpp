@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what surfaces put into the picture: checkerboard corners against a corner finder, paint,
-// mottling, retroreflection. Does not prove that grass looks like grass.
+// mottling, wood, posters, retroreflection. Does not prove that grass looks like grass.
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 #include <opencv2/calib3d.hpp>
@@ -154,6 +155,67 @@ TEST(SimulatedMottle, VariesAboutTheReflectanceWithinItsContrast) {
   EXPECT_LT(most, 1.4 * plain);
   EXPECT_GT(most - least, 0.4 * plain);
   EXPECT_NEAR(cv::mean(image)[0], plain, 0.02 * plain);
+}
+
+cv::Mat wall_of(const Material& material) {
+  Scene scene = lit_scene();
+  scene.objects.push_back(object(Plane{}, {2.0, 0.0, 0.0}));
+  scene.objects[0].material = material;
+  return Simulator(scene).expected_dn(0);
+}
+
+/// Mean absolute difference of pixels beside each other, and of those below each other.
+cv::Vec2d roughness(const cv::Mat& image) {
+  const int rows = image.rows;
+  const int columns = image.cols;
+  return {cv::norm(image.colRange(1, columns), image.colRange(0, columns - 1), cv::NORM_L1),
+          cv::norm(image.rowRange(1, rows), image.rowRange(0, rows - 1), cv::NORM_L1)};
+}
+
+TEST(SimulatedWood, HasFibresAlongItsDirectionBetweenItsTwoReflectances) {
+  const double plain = wall_of({.reflectance = 1.0}).at<float>(240, 320);
+  for (const bool is_upright : {false, true}) {
+    WoodGrain grain{.fibre_m = 0.03, .length_m = 0.6, .dark = 0.2, .light = 0.7};
+    if (is_upright) grain.direction_rad = 0.5 * std::numbers::pi;
+    const cv::Mat image = wall_of({.texture = grain});
+    double least = 0.0;
+    double most = 0.0;
+    cv::minMaxIdx(image, &least, &most);
+    EXPECT_GT(least, 0.2 * plain * 0.999);
+    EXPECT_LT(most, 0.7 * plain * 1.001);
+    EXPECT_GT(most - least, 0.3 * plain);
+    const cv::Vec2d rough = roughness(image);
+    EXPECT_GT(is_upright ? rough[0] / rough[1] : rough[1] / rough[0], 8.0);
+  }
+}
+
+TEST(SimulatedPoster, HasSharpEdgesThatAreLevelAndUprightAndIsAnotherForAnotherSeed) {
+  const double plain = wall_of({.reflectance = 1.0}).at<float>(240, 320);
+  const Poster poster{.cell_m = 0.4, .darkest = 0.1, .lightest = 0.8, .seed = 3};
+  const cv::Mat image = wall_of({.texture = poster});
+  double least = 0.0;
+  double most = 0.0;
+  cv::minMaxIdx(image, &least, &most);
+  EXPECT_GT(least, 0.1 * plain * 0.999);
+  EXPECT_NEAR(most, 0.8 * plain, 0.001 * plain);  // Some of the paper is bare.
+  EXPECT_LT(least, 0.2 * plain);
+  // A pixel is like its left or right neighbour and like the one above or below it; where it is
+  // not, an edge runs along it or a corner is in it.
+  int alike = 0;
+  for (int v = 1; v < image.rows - 1; ++v) {
+    for (int u = 1; u < image.cols - 1; ++u) {
+      const float middle = image.at<float>(v, u);
+      const bool beside =
+          middle == image.at<float>(v, u - 1) || middle == image.at<float>(v, u + 1);
+      const bool below = middle == image.at<float>(v - 1, u) || middle == image.at<float>(v + 1, u);
+      alike += beside && below ? 1 : 0;
+    }
+  }
+  EXPECT_GT(alike, 0.85 * 638 * 478);
+  Poster another = poster;
+  another.seed = 4;
+  EXPECT_GT(cv::norm(image, wall_of({.texture = another}), cv::NORM_L1),
+            0.1 * plain * static_cast<double>(image.total()));
 }
 
 TEST(SimulatedPaint, BeadsReturnTheLasersLightToACameraBesideIt) {

@@ -68,6 +68,10 @@ objects:
      mottle: {contrast: 0.3, grain_m: 0.02}}
   - {shape: cylinder, radius_m: 0.1, length_m: 2, velocity_m_s: [1, 0, 0]}
   - {shape: sweep, profile_m: [[0, 0], [0, 0.15], [1, 0.15]], length_m: 5}
+  - {shape: rectangle, size_m: [1, 1],
+     wood: {fibre_m: 0.01, length_m: 0.4, direction_deg: 90, dark: 0.1, light: 0.5}}
+  - {shape: rectangle, size_m: [1, 1],
+     poster: {cell_m: 0.2, darkest: 0.1, lightest: 0.7, seed: 5}}
 )",
                                   "all");
   EXPECT_EQ(scene.camera, CameraModel(800, 600, 700, 701, 401, 299, LensModel::kEquidistant,
@@ -123,12 +127,23 @@ objects:
   EXPECT_EQ(scene.device_motion.velocity_m_s, Eigen::Vector3d(4, 5, 6));
   EXPECT_DOUBLE_EQ(scene.device_motion.angular_velocity_rad_s.z(), M_PI);
   EXPECT_EQ(scene.edge_distance_px, 7);
-  ASSERT_EQ(scene.objects.size(), 6U);
+  ASSERT_EQ(scene.objects.size(), 8U);
   const auto& stripe = std::get<PaintedStripe>(scene.objects[0].material.texture);
   EXPECT_EQ(stripe.gap_m, 9.0);
   EXPECT_EQ(stripe.wear, 0.2);
   EXPECT_EQ(stripe.retro_gain, 5.0);
   EXPECT_DOUBLE_EQ(stripe.retro_spread_rad, 3 * kDegree);
+  const auto& wood = std::get<WoodGrain>(scene.objects[6].material.texture);
+  EXPECT_EQ(wood.fibre_m, 0.01);
+  EXPECT_EQ(wood.length_m, 0.4);
+  EXPECT_DOUBLE_EQ(wood.direction_rad, 90 * kDegree);
+  EXPECT_EQ(wood.dark, 0.1);
+  EXPECT_EQ(wood.light, 0.5);
+  const auto& poster = std::get<Poster>(scene.objects[7].material.texture);
+  EXPECT_EQ(poster.cell_m, 0.2);
+  EXPECT_EQ(poster.darkest, 0.1);
+  EXPECT_EQ(poster.lightest, 0.7);
+  EXPECT_EQ(poster.seed, 5);
   EXPECT_TRUE((scene.objects[0].T_world_object.linear() * -Eigen::Vector3d::UnitX())
                   .isApprox(Eigen::Vector3d::UnitZ(), 1e-15));
   const auto& board = std::get<Checkerboard>(scene.objects[1].material.texture);
@@ -223,6 +238,14 @@ TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
        "scene 'x' line 3: objects[0].size_m: '[1, 2]' - expected [along x, y, z]"},
       {"striper_scene: 1\nobjects:\n  - {shape: box, size_m: [1, 2, 0]}\n",
        "scene 'x' line 3: objects[0].size_m: 0 - expected a number above 0"},
+      {"striper_scene: 1\nobjects:\n  - {shape: plane, wood: {}, poster: {}}\n",
+       "scene 'x' line 3: objects[0].poster: '{}' - expected one texture: either checkerboard "
+       "or "
+       "stripe, wood or poster"},
+      {"striper_scene: 1\nobjects:\n  - {shape: plane, wood: {fibre_m: 0}}\n",
+       "objects[0].wood.fibre_m: 0 - expected a number above 0"},
+      {"striper_scene: 1\nobjects:\n  - {shape: plane, poster: {darkest: 2}}\n",
+       "objects[0].poster.darkest: 2 - expected a number from 0 to 1"},
       {"striper_scene: 1\nobjects:\n  - {shape: plane, reflectance: 1.5}\n",
        "scene 'x' line 3: objects[0].reflectance: 1.5 - expected a number from 0 to 1"},
       {"striper_scene: 1\nobjects:\n  - {shape: plane, normal: [0, 0, 0]}\n",

@@ -36,6 +36,24 @@ struct PaintedStripe {
   double retro_spread_rad = 0.035;  ///< As in Material.
 };
 
+/// Sawn wood: dark and light fibres along one direction of a flat face, without sharp edges.
+struct WoodGrain {
+  double fibre_m = 0.008;      ///< Width of a fibre.
+  double length_m = 0.3;       ///< How far it goes on.
+  double direction_rad = 0.0;  ///< Of the fibres, from the face's `right` towards its `up`.
+  double dark = 0.15;          ///< Reflectance of the darkest fibres,
+  double light = 0.6;          ///< and of the lightest.
+};
+
+/// A printed poster: rectangles of random size and grey, with sharp edges that are level and
+/// upright on the face, large ones with smaller ones printed over them.
+struct Poster {
+  double cell_m = 0.16;    ///< Of the largest rectangles; the smallest are a quarter of it.
+  double darkest = 0.05;   ///< Reflectances are drawn evenly between this
+  double lightest = 0.85;  ///< and this, which the paper has.
+  int seed = 1;            ///< Which poster.
+};
+
 /// What a surface does to light.
 ///
 /// A diffuse surface has the radiance reflectance / pi * irradiance (Lambert). Glass beads in paint
@@ -53,7 +71,7 @@ struct Material {
   /// smoothly by up to this fraction, over about `mottle_grain_m`.
   double mottle_contrast = 0.0;
   double mottle_grain_m = 0.05;
-  std::variant<std::monostate, Checkerboard, PaintedStripe> texture;
+  std::variant<std::monostate, Checkerboard, PaintedStripe, WoodGrain, Poster> texture{};
 };
 
 }  // namespace striper

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that `ok` means the stripe in real pictures, without a model: against hand-checked paths
+// (support/real_stripe_paths.txt) where there is a laser, and on calibration boards that no laser
+// was near, where nothing may be `ok`. Does not prove how exact a position is: the paths are good
+// to some pixels.
+#include <iostream>
+#include <string>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "support/real_stripe.hpp"
+#include "support/shared_data.hpp"
+
+namespace striper {
+namespace {
+
+using testing::RealPicture;
+using testing::RealScanner;
+using testing::RealScore;
+
+double percent(std::size_t part, std::size_t whole) {
+  return 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+class BoardsWithoutLaser
+    : public ::testing::TestWithParam<std::tuple<const char*, const char*, StripeAxis>> {};
+
+TEST_P(BoardsWithoutLaser, HaveNoOkReturns) {
+  const auto [set, extension, axis] = GetParam();
+  STRIPER_SKIP_WITHOUT_REAL_DATA(set);
+  RealScanner scanner({});
+  RealScore sum;
+  for (const RealPicture& picture : testing::real_boards(set, extension, axis)) {
+    const RealScore score = scanner.score(picture);
+    if (score.ok > 0) std::cout << fmt::format("{}: {} ok\n", picture.file, score.ok);
+    sum.add(score);
+  }
+  EXPECT_LE(percent(sum.ok, sum.lines), 0.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Real, BoardsWithoutLaser,
+    ::testing::Values(std::tuple("bouguet-calib-example", ".tif", StripeAxis::kColumns),
+                      std::tuple("bouguet-calib-example", ".tif", StripeAxis::kRows),
+                      std::tuple("opencv-left-right", ".jpg", StripeAxis::kColumns),
+                      std::tuple("opencv-left-right", ".jpg", StripeAxis::kRows)));
+
+class PicturesWithLaser : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(PicturesWithLaser, HaveTheirStripeFoundAndNothingElseOk) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA(GetParam());
+  RealScanner scanner({});
+  RealScore sum;
+  for (const RealPicture& picture : testing::real_pictures()) {
+    if (picture.set() != GetParam()) continue;
+    const RealScore score = scanner.score(picture);
+    std::cout << fmt::format("{}: found {:.1f} %, wrong {:.2f} %\n", picture.file,
+                             percent(score.found, score.with_stripe),
+                             percent(score.wrong, score.judged()));
+    sum.add(score);
+  }
+  EXPECT_GE(percent(sum.found, sum.with_stripe), 90.0);
+  EXPECT_LE(percent(sum.wrong, sum.judged()), 2.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Real, PicturesWithLaser,
+                         ::testing::Values("neil-rover-striper", "blaser-cmu",
+                                           "b33-handheld-known-distance", "anugrah-step-scans",
+                                           "srv-green-laser-turntable"));
+
+}  // namespace
+}  // namespace striper

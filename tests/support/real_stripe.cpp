@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/real_stripe.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <striper/core/error.hpp>
+
+#include "support/shared_data.hpp"
+
+namespace striper::testing {
+namespace {
+
+void read_line(const std::string& text, std::vector<RealPicture>& pictures) {
+  std::istringstream words(text);
+  std::string key;
+  words >> key;
+  if (key.empty() || key[0] == '#') return;
+  const auto refuse = [&] { throw Error(ErrorKind::kBadFile, "real_stripe_paths.txt: " + text); };
+  if (key == "picture") {
+    RealPicture& picture = pictures.emplace_back();
+    std::string axis;
+    if (!(words >> picture.file >> axis)) refuse();
+    picture.axis = stripe_axis_from_string(axis).value();
+    return;
+  }
+  if (pictures.empty() || (key != "stripe" && key != "empty")) refuse();
+  std::vector<Eigen::Vector2d> pairs;
+  for (Eigen::Vector2d pair; words >> pair.x() >> pair.y();) pairs.push_back(pair);
+  if (pairs.empty() || !words.eof()) refuse();
+  if (key == "stripe") {
+    pictures.back().stripes.push_back(pairs);
+  } else {
+    pictures.back().empty.emplace_back(static_cast<int>(pairs[0].x()),
+                                       static_cast<int>(pairs[0].y()));
+  }
+}
+
+/// Where the stripe is in a line; empty where that is not known.
+std::optional<double> stripe_at(const RealPicture& picture, int line) {
+  for (const auto& knots : picture.stripes) {
+    for (std::size_t i = 1; i < knots.size(); ++i) {
+      if (line < knots[i - 1].x() || line > knots[i].x()) continue;
+      const double share = (line - knots[i - 1].x()) / (knots[i].x() - knots[i - 1].x());
+      return knots[i - 1].y() + share * (knots[i].y() - knots[i - 1].y());
+    }
+  }
+  return std::nullopt;
+}
+
+bool is_empty(const RealPicture& picture, int line) {
+  for (const auto& [first, last] : picture.empty) {
+    if (line >= first && line <= last) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<RealPicture> real_pictures() {
+  const auto path = source_path("tests/support/real_stripe_paths.txt");
+  std::ifstream file(path);
+  if (!file) throw Error(ErrorKind::kNotFound, path.string());
+  std::vector<RealPicture> pictures;
+  for (std::string line; std::getline(file, line);) read_line(line, pictures);
+  return pictures;
+}
+
+void RealScore::add(const PolarScan& scan, const RealPicture& picture) {
+  ++pictures;
+  unseen += scan.is_stripe_seen ? 0 : 1;
+  for (std::size_t i = 0; i < scan.returns.size(); ++i) {
+    const Return& r = scan.returns[i];
+    const bool is_ok = r.status == ReturnStatus::kOk;
+    const double at = scan.axis == StripeAxis::kColumns ? r.v_px : r.u_px;
+    const auto stripe = stripe_at(picture, static_cast<int>(i));
+    const bool has_none = !stripe && is_empty(picture, static_cast<int>(i));
+    const bool is_right = is_ok && stripe && std::abs(at - *stripe) <= kRightPx;
+    ++lines;
+    with_stripe += stripe ? 1 : 0;
+    empty += has_none ? 1 : 0;
+    ok += is_ok ? 1 : 0;
+    found += is_right ? 1 : 0;
+    wrong += is_ok && !is_right && (stripe || has_none) ? 1 : 0;
+    unjudged += is_ok && !stripe && !has_none ? 1 : 0;
+  }
+}
+
+void RealScore::add(const RealScore& other) {
+  lines += other.lines;
+  with_stripe += other.with_stripe;
+  empty += other.empty;
+  ok += other.ok;
+  found += other.found;
+  wrong += other.wrong;
+  unjudged += other.unjudged;
+  pictures += other.pictures;
+  unseen += other.unseen;
+}
+
+std::vector<RealPicture> real_boards(const std::string& set, const std::string& extension,
+                                     StripeAxis axis) {
+  std::vector<RealPicture> pictures;
+  for (const auto& entry : std::filesystem::directory_iterator(real_data(set))) {
+    if (entry.path().extension() != extension) continue;
+    RealPicture& picture = pictures.emplace_back();
+    picture.file = set + "/" + entry.path().filename().string();
+    picture.axis = axis;
+    picture.empty = {{0, 1 << 20}};
+  }
+  std::sort(pictures.begin(), pictures.end(),
+            [](const RealPicture& a, const RealPicture& b) { return a.file < b.file; });
+  return pictures;
+}
+
+RealScore RealScanner::score(const RealPicture& picture) {
+  const auto folder = std::filesystem::path(picture.file).parent_path();
+  if (!scanner_ || settings_.is_each || folder != folder_ || picture.axis != axis_) {
+    folder_ = folder;
+    axis_ = picture.axis;
+    sequence_ = 0;
+    scanner_ = std::make_unique<Scanner>(options());
+  }
+  Frame frame;
+  frame.image =
+      cv::imread(real_data(picture.file).string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+  frame.sensor_size = frame.image.size();
+  frame.sequence = sequence_++;
+  RealScore score;
+  for (const PolarScan& scan : scanner_->process(frame)) score.add(scan, picture);
+  if (score.pictures == 0) {
+    throw Error(ErrorKind::kBadFile, picture.file + ": no scan, " + scanner_->last_refusal());
+  }
+  return score;
+}
+
+ScannerOptions RealScanner::options() const {
+  ScannerOptions options;
+  options.ambient.cadence = Cadence({Illumination::laser(0)});
+  options.ambient.channel = settings_.channel;
+  options.stripe.axis = axis_;
+  options.stripe.peak = settings_.peak;
+  return options;
+}
+
+}  // namespace striper::testing
