@@ -212,9 +212,9 @@ class BoardFile(unittest.TestCase):
         self.assertIn("8x6 of 40 mm; the sheet is 440 x 374 mm: paper a2", drawn.stderr)
 
     def test_fits_the_paper(self):
-        """Lying, a square of white all round and the caption: 297 / 12 and (210 - 14) / 9 mm for 9x6 on a4."""
+        """A square of white all round and the caption: lying, 297 / 12 and (210 - 14) / 9 mm for 9x6 on a4."""
         for paper, size, square_mm in (("a4", "9x6", "21.5"), ("a3", "9x6", "31"), ("letter", "8x6", "22"),
-                                       ("a4", "circles:7x7", "23"), ("a4", "6x9", "21.5")):
+                                       ("a4", "circles:7x7", "23"), ("a4", "6x9", "23")):
             drawn = run("board", "--size", size, "--paper", paper)
             self.assertEqual(0, drawn.returncode, drawn.stderr)
             self.assertIn(f"{size} of {square_mm} mm; ", drawn.stderr)
