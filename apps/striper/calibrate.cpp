@@ -63,6 +63,8 @@ constexpr const char* kExamples =
     "Ten to twenty poses: tilted by 30 to 45 degrees each way, near and far, everywhere in the\n"
     "picture, the stripe on the board or on its white margin. The report says what is missing.\n"
     "Pictures that cannot be read are left out, with a warning that names them.\n"
+    "It prints how far the boards were, how the stripe is read (and what other ways would have\n"
+    "given) and what it looks like; the model keeps its width, brightness and colour.\n"
     "Exit code 3: the pictures cannot give a model that is to be trusted; nothing is written\n"
     "(--force writes it all the same, marked).";
 
@@ -92,10 +94,15 @@ void define(CLI::App& command, CalibrateArguments& arguments) {
                   "plumb_bob, rational, equidistant; auto: by cross-validation")
       ->type_name("NAME")
       ->check(one_of({"auto", "plumb_bob", "rational", "equidistant"}));
-  command.add_option("--axis", arguments.axis, "One return per image column or row")
+  command
+      .add_option(
+          "--axis", arguments.axis,
+          "How the stripe is read: a place per image column or row; auto: by the planes' fit")
       ->type_name("AXIS")
       ->check(one_of({"auto", "columns", "rows"}));
-  command.add_option("--channel", arguments.channel, "What of a colour picture shows the stripe")
+  command
+      .add_option("--channel", arguments.channel,
+                  "What of a colour picture shows the stripe; auto: by the planes' fit")
       ->type_name("NAME")
       ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
   command.add_flag(
