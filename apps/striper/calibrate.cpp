@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper calibrate: pictures of a board, with and without the laser on it, become a model.
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <set>
@@ -62,6 +63,8 @@ constexpr const char* kExamples =
     "Ten to twenty poses: tilted by 30 to 45 degrees each way, near and far, everywhere in the\n"
     "picture, the stripe on the board or on its white margin. The report says what is missing.\n"
     "Pictures that cannot be read are left out, with a warning that names them.\n"
+    "It prints how far the boards were, how the stripe is read (and what other ways would have\n"
+    "given) and what it looks like; the model keeps its width, brightness and colour.\n"
     "Exit code 3: the pictures cannot give a model that is to be trusted; nothing is written\n"
     "(--force writes it all the same, marked).";
 
@@ -91,10 +94,15 @@ void define(CLI::App& command, CalibrateArguments& arguments) {
                   "plumb_bob, rational, equidistant; auto: by cross-validation")
       ->type_name("NAME")
       ->check(one_of({"auto", "plumb_bob", "rational", "equidistant"}));
-  command.add_option("--axis", arguments.axis, "One return per image column or row")
+  command
+      .add_option(
+          "--axis", arguments.axis,
+          "How the stripe is read: a place per image column or row; auto: by the planes' fit")
       ->type_name("AXIS")
       ->check(one_of({"auto", "columns", "rows"}));
-  command.add_option("--channel", arguments.channel, "What of a colour picture shows the stripe")
+  command
+      .add_option("--channel", arguments.channel,
+                  "What of a colour picture shows the stripe; auto: by the planes' fit")
       ->type_name("NAME")
       ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
   command.add_flag(
@@ -184,10 +192,56 @@ CalibrationOptions options_of(const CalibrateArguments& arguments) {
   return options;
 }
 
+// How the stripe is read, and what the other ways would have given.
+void say_recipes(const Calibration& calibration) {
+  const StriperModel& model = calibration.model;
+  say(fmt::format("stripe: axis {}, channel {}{}", to_string(model.axis), to_string(model.channel),
+                  model.difference_channel ? fmt::format(" (with a dark exposure subtracted: {})",
+                                                         to_string(*model.difference_channel))
+                                           : std::string()));
+  const auto longest = std::max_element(
+      calibration.recipes.begin(), calibration.recipes.end(), [](const auto& a, const auto& b) {
+        return to_string(a.recipe).size() < to_string(b.recipe).size();
+      });
+  if (longest == calibration.recipes.end()) return;
+  const std::size_t width = to_string(longest->recipe).size();
+  say(fmt::format("    {:{}}  stripes  on the plane  rms px", "read as", width));
+  for (const RecipeScore& score : calibration.recipes)
+    say(fmt::format(
+        "    {:{}}  {:7}  {:12}  {}", to_string(score.recipe), width, score.stripes, score.on_plane,
+        score.on_plane > 0 ? fmt::format("{:6.3f}", score.rms_px) : std::string("     -")));
+}
+
+void say_look(std::size_t laser, const StripeLook& look) {
+  if (!look.width_px) return;
+  std::string text = fmt::format("laser {}: stripe {:.2f} px wide (sigma)", laser, *look.width_px);
+  if (!look.width_at.empty())
+    text += fmt::format(", {:.2f} px at {:.2f} m to {:.2f} px at {:.2f} m",
+                        look.width_at.front().width_px, look.width_at.front().range_m,
+                        look.width_at.back().width_px, look.width_at.back().range_m);
+  if (!look.amplitude_at.empty())
+    text += fmt::format("; on white paper {:.0f} DN at {:.2f} m to {:.0f} DN at {:.2f} m",
+                        look.amplitude_at.front().amplitude_dn, look.amplitude_at.front().range_m,
+                        look.amplitude_at.back().amplitude_dn, look.amplitude_at.back().range_m);
+  if (look.colour)
+    text += fmt::format("; blue {:.0f} %, green {:.0f} %, red {:.0f} %", 100.0 * (*look.colour)[0],
+                        100.0 * (*look.colour)[1], 100.0 * (*look.colour)[2]);
+  say(text);
+}
+
 void say_result(const Calibration& calibration) {
   for (const Finding& finding : calibration.findings)
     say(fmt::format("{}: {}\n    {}", to_string(finding.severity), finding.message,
                     finding.advice));
+  const BoardDistances boards = calibration.board_distances();
+  say(fmt::format("boards: {:.2f} to {:.2f} m away, median {:.2f} m", boards.nearest_m,
+                  boards.farthest_m, boards.median_m));
+  if (calibration.model.lasers.empty())
+    say("camera only: no laser (a model for scans needs --lasers or --pairs)");
+  else
+    say_recipes(calibration);
+  for (std::size_t laser = 0; laser < calibration.model.lasers.size(); ++laser)
+    say_look(laser, calibration.model.lasers[laser].look);
   for (std::size_t laser = 0; laser < calibration.range_sigmas.size(); ++laser)
     for (const RangeSigma& at : calibration.range_sigmas[laser])
       if (std::isfinite(at.sigma_m))
@@ -203,6 +257,18 @@ void say_result(const Calibration& calibration) {
   say(calibration.verdict());
 }
 
+nlohmann::json recipes_of(const Calibration& calibration) {
+  nlohmann::json recipes = nlohmann::json::array();
+  for (const RecipeScore& score : calibration.recipes)
+    recipes.push_back({{"axis", to_string(score.recipe.axis)},
+                       {"channel", to_string(score.recipe.channel)},
+                       {"subtract_off", score.recipe.subtract_off},
+                       {"stripes", score.stripes},
+                       {"on_plane", score.on_plane},
+                       {"rms_px", score.rms_px}});
+  return recipes;
+}
+
 nlohmann::json summarize(const Calibration& calibration, const std::string& output) {
   nlohmann::json summary;
   summary["output"] = output;
@@ -213,6 +279,16 @@ nlohmann::json summarize(const Calibration& calibration, const std::string& outp
   summary["corner_rms_px"] = calibration.solution.corners.rms_px;
   summary["stripe_rms_px"] = calibration.solution.stripes.rms_px;
   summary["seconds"] = calibration.seconds;
+  const BoardDistances boards = calibration.board_distances();
+  summary["boards_m"] = {
+      {"nearest", boards.nearest_m}, {"median", boards.median_m}, {"farthest", boards.farthest_m}};
+  if (!calibration.model.lasers.empty()) {
+    summary["axis"] = to_string(calibration.model.axis);
+    summary["channel"] = to_string(calibration.model.channel);
+    if (calibration.model.difference_channel)
+      summary["difference_channel"] = to_string(*calibration.model.difference_channel);
+    summary["recipes"] = recipes_of(calibration);
+  }
   summary["findings"] = nlohmann::json::array();
   for (const Finding& finding : calibration.findings)
     summary["findings"].push_back({{"severity", to_string(finding.severity)},

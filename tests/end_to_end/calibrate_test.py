@@ -209,6 +209,24 @@ class BoardFile(unittest.TestCase):
         drawn = run("board", "--size", "8x6", "--square", "0.04")
         self.assertEqual(0, drawn.returncode)
         self.assertIn('width="440.0000mm"', drawn.stdout)
+        self.assertIn("8x6 of 40 mm; the sheet is 440 x 374 mm: paper a2", drawn.stderr)
+
+    def test_fits_the_paper(self):
+        """A square of white all round and the caption: lying, 297 / 12 and (210 - 14) / 9 mm for 9x6 on a4."""
+        for paper, size, square_mm in (("a4", "9x6", "21.5"), ("a3", "9x6", "31"), ("letter", "8x6", "22"),
+                                       ("a4", "circles:7x7", "23"), ("a4", "6x9", "23")):
+            drawn = run("board", "--size", size, "--paper", paper)
+            self.assertEqual(0, drawn.returncode, drawn.stderr)
+            self.assertIn(f"{size} of {square_mm} mm; ", drawn.stderr)
+            self.assertIn(f"paper {paper}", drawn.stderr)
+
+    def test_refuses_a_square_that_does_not_fit_the_paper(self):
+        refused = run("board", "--size", "9x6", "--square", "0.04", "--paper", "a4")
+        self.assertEqual(2, refused.returncode)
+        self.assertIn("the sheet is 480 x 374 mm and a4 paper 210 x 297 mm; --square 0.0215 is the largest that fits",
+                      refused.stderr)
+        self.assertEqual(0, run("board", "--size", "9x6", "--square", "0.02", "--paper", "a4").returncode)
+        self.assertEqual(2, run("board", "--size", "90x90", "--square", "0.04", "--paper", "a4").returncode)
 
 
 if __name__ == "__main__":

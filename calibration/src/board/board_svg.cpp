@@ -49,19 +49,23 @@ void draw_caption(const Board& board, double left_mm, double y_mm, std::string& 
 
 }  // namespace
 
+Eigen::Vector2d board_sheet_m(const Board& board) {
+  const int more = board.pattern == Board::Pattern::kCheckerboard ? 1 : 0;
+  // One square of white all round: finders need it, and the stripe is seen best on it.
+  return {board.square_m * (board.columns + more + 2),
+          board.square_m * (board.rows + more + 2) + 1e-3 * kCaptionMm};
+}
+
 std::string board_svg(const Board& board) {
   board.validate();
   const bool checkerboard = board.pattern == Board::Pattern::kCheckerboard;
   const double square_mm = 1000.0 * board.square_m;
-  const double print_width_mm = square_mm * (board.columns + (checkerboard ? 1 : 0));
   const double print_height_mm = square_mm * (board.rows + (checkerboard ? 1 : 0));
-  // One square of white all round: finders need it, and the stripe is seen best on it.
-  const double width_mm = print_width_mm + 2.0 * square_mm;
-  const double height_mm = print_height_mm + 2.0 * square_mm + kCaptionMm;
+  const Eigen::Vector2d sheet_mm = 1000.0 * board_sheet_m(board);
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.4f}mm\" height=\"{1:.4f}mm\" "
       "viewBox=\"0 0 {0:.4f} {1:.4f}\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      width_mm, height_mm);
+      sheet_mm.x(), sheet_mm.y());
   if (checkerboard)
     draw_squares(board, square_mm, square_mm, svg);
   else

@@ -307,7 +307,15 @@ std::string guess_board_size(const cv::Mat& image, const Board& board) {
     const bool found = cv::findChessboardCornersSB(
         grey, {other.columns, other.rows}, corners,
         cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_LARGER, meta);
-    if (found && !meta.empty()) return fmt::format("{}x{}", meta.cols, meta.rows);
+    if (!found || meta.empty()) continue;
+    // The finder's rows may be the board's columns: counted the way that is nearer to the given
+    // one.
+    const auto off = [&board](int columns, int rows) {
+      return std::abs(columns - board.columns) + std::abs(rows - board.rows);
+    };
+    const bool is_turned = off(meta.rows, meta.cols) < off(meta.cols, meta.rows);
+    return is_turned ? fmt::format("{}x{}", meta.rows, meta.cols)
+                     : fmt::format("{}x{}", meta.cols, meta.rows);
   }
   return {};
 }

@@ -28,7 +28,7 @@ class Calibrator {
     detail::list_pictures(input_, result_);
     detail::find_boards(input_, options_, result_);
     solve_camera();
-    find_stripes();
+    if (!input_.lasers.empty()) detail::find_stripes(input_, options_, result_);
     solve_everything();
     detail::judge(options_, result_);
     result_.seconds =
@@ -78,65 +78,6 @@ class Calibrator {
     }
   }
 
-  LaserPicture laser_picture(const PictureResult& picture) const {
-    LaserPicture laser;
-    laser.name = picture.lit.name;
-    laser.on = picture.lit.load();
-    if (picture.lit.name != picture.picture.name) laser.off = picture.picture.load();
-    laser.bit_depth =
-        laser.on.depth() == CV_16U && picture.lit.bit_depth <= 8 ? 16 : picture.lit.bit_depth;
-    laser.T_cam_board = result_.solution.T_cam_board[static_cast<std::size_t>(picture.view)];
-    return laser;
-  }
-
-  void find_stripes() {
-    std::vector<std::size_t> lit;
-    for (std::size_t i = 0; i < result_.pictures.size(); ++i)
-      if (result_.pictures[i].laser >= 0 && result_.pictures[i].view >= 0) lit.push_back(i);
-    if (input_.lasers.empty()) return;
-    if (lit.empty())
-      throw Error(ErrorKind::kUntrustworthy,
-                  "the board was found in none of the laser pictures: without its pose the stripe "
-                  "says nothing. Move the laser so that it leaves most corners free, or take pairs "
-                  "(laser off, then on)");
-    detail::report_progress(options_, "looking how the stripe is seen best", 0.6);
-    std::vector<LaserPicture> trial;
-    const std::size_t step = std::max<std::size_t>(1, lit.size() / 6);
-    for (std::size_t k = 0; k < lit.size(); k += step)
-      trial.push_back(laser_picture(result_.pictures[lit[k]]));
-    result_.recipe = choose_recipe(trial, result_.observations.board, result_.solution.camera,
-                                   options_.axis, options_.channel);
-    result_.observations.axis = result_.recipe.axis;
-    for (std::size_t k = 0; k < lit.size(); ++k) {
-      find_stripe(result_.pictures[lit[k]]);
-      detail::report_progress(
-          options_, "finding stripes",
-          0.65 + 0.1 * static_cast<double>(k + 1) / static_cast<double>(lit.size()));
-    }
-  }
-
-  void find_stripe(PictureResult& picture) {
-    StripeRecipe recipe = result_.recipe;
-    const LaserPicture laser = laser_picture(picture);
-    if (laser.off.empty()) recipe.subtract_off = false;
-    picture.stripe = find_board_stripe(laser, result_.observations.board, result_.solution.camera,
-                                       recipe, options_.noise);
-    picture.stripe_reason = picture.stripe.reason;
-    if (!picture.stripe.found()) return;
-    picture.stripe_view = static_cast<int>(result_.observations.stripes.size());
-    StripeView view;
-    view.name = picture.lit.name;
-    view.view = picture.view;
-    view.laser = picture.laser;
-    view.pixel = picture.stripe.pixel;
-    view.sigma_px = picture.stripe.sigma_px;
-    // What blurs the board's edges blurs the stripe as well; the rest of its width is the laser's.
-    view.width_px = picture.stripe.width_px;
-    view.sheet_px = std::sqrt(std::max(
-        0.0, view.width_px * view.width_px - picture.board.blur_px * picture.board.blur_px));
-    result_.observations.stripes.push_back(std::move(view));
-  }
-
   void solve_everything() {
     detail::report_progress(options_, "adjusting camera, boards and lasers together", 0.8);
     if (result_.observations.laser_count() < static_cast<int>(input_.lasers.size()))
@@ -159,7 +100,8 @@ class Calibrator {
     for (const LaserPlane& plane : result_.solution.planes)
       model.lasers.push_back({plane, std::nullopt, std::nullopt});
     model.axis = result_.recipe.axis;
-    model.channel = result_.recipe.channel;
+    for (std::size_t laser = 0; laser < model.lasers.size(); ++laser)
+      model.lasers[laser].look = detail::measure_look(result_, static_cast<int>(laser));
     model.noise = options_.noise;
     if (result_.solution.covariance.size() > 0)
       model.covariance = ModelCovariance{covariance_names(model.camera, model.lasers.size()),
@@ -190,6 +132,16 @@ cv::Mat SessionPicture::load() const {
     cv::merge(planes, pixels);
   }
   return pixels;
+}
+
+BoardDistances Calibration::board_distances() const {
+  const Eigen::Vector2d middle = observations.board.centre_m();
+  std::vector<double> distances;
+  for (const Eigen::Isometry3d& T_cam_board : solution.T_cam_board)
+    distances.push_back((T_cam_board * Eigen::Vector3d(middle.x(), middle.y(), 0.0)).norm());
+  if (distances.empty()) return {};
+  std::sort(distances.begin(), distances.end());
+  return {distances.front(), distances[distances.size() / 2], distances.back()};
 }
 
 std::string Calibration::verdict() const {

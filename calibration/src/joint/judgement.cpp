@@ -16,6 +16,12 @@ namespace striper::detail {
 namespace {
 
 constexpr double kBlurredPx = 2.5;
+// Which part of a laser's returns may be clipped before it is said, and before it is a warning.
+constexpr double kFewClipped = 0.1;
+constexpr double kManyClipped = 0.8;
+// By how much a focal length may differ before it is another lens: the worst set of real boards,
+// bent by more than can be solved for, has fx 616 where the same camera's other pictures have 620.
+constexpr double kOtherLens = 0.02;
 constexpr std::size_t kFewestToCompare = 6;
 using Severity = Finding::Severity;
 
@@ -62,6 +68,20 @@ void judge_pictures(Calibration& calibration) {
   if (!blurred.empty())
     note(calibration, Severity::kWarning, "blurred", "blurred pictures: " + blurred,
          "hold the board still, expose shorter, focus");
+}
+
+void judge_clipping(Calibration& calibration) {
+  for (int laser = 0; laser < static_cast<int>(calibration.model.lasers.size()); ++laser) {
+    const double share = clipped_share(calibration, laser);
+    if (share < kFewClipped) continue;
+    note(
+        calibration, share < kManyClipped ? Severity::kNote : Severity::kWarning, "stripe_clipped",
+        fmt::format("laser {}: {:.0f} % of its stripe is clipped (pixels at full scale), where its "
+                    "place and width are less well known and its brightness is not",
+                    laser, 100.0 * share),
+        "expose shorter, or turn the laser's power down, until the stripe is just below full "
+        "scale");
+  }
 }
 
 void judge_validation(const CalibrationOptions& options, Calibration& calibration) {
@@ -158,7 +178,9 @@ void compare_with_known_camera(const CalibrationOptions& options, Calibration& c
   JointOptions free = calibration.options;
   free.known_camera.reset();
   free.lens = options.known_camera->camera.lens();
-  free.start = &calibration.solution;
+  // From nothing: a camera that is far off may not lead to the one of these pictures, and what the
+  // solution has besides (its planes) would be held to be unknown without stripes.
+  free.start = nullptr;
   try {
     const JointSolution own = solve_joint(corners, free);
     if (own.covariance.size() == 0) return;
@@ -170,7 +192,10 @@ void compare_with_known_camera(const CalibrationOptions& options, Calibration& c
     if (moved < options.limits.high_focal_error ||
         !differ(options.known_camera->camera, own.camera, covariance))
       return;
-    note(calibration, Severity::kWarning, "known_camera_differs",
+    // With a laser the model is what ranges come from; a camera alone hands on what was given.
+    const bool is_other_lens = moved >= kOtherLens && !calibration.solution.planes.empty();
+    note(calibration, is_other_lens ? Severity::kRefusal : Severity::kWarning,
+         "known_camera_differs",
          fmt::format("the intrinsics that were given do not fit these pictures: fx is {:.2f} in "
                      "them, {} from the corners here",
                      options.known_camera->camera.fx(),
@@ -191,6 +216,7 @@ void judge(const CalibrationOptions& options, Calibration& calibration) {
   }
   if (options.known_camera) compare_with_known_camera(options, calibration);
   judge_pictures(calibration);
+  judge_clipping(calibration);
   judge_validation(options, calibration);
   for (Finding& finding :
        check_trust(calibration.observations, calibration.solution, calibration.options,

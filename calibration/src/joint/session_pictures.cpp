@@ -116,21 +116,28 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
   return common.size();
 }
 
-[[noreturn]] void refuse_without_boards(const CalibrationInput& input,
-                                        const Calibration& calibration) {
+// Which other board is in some of the pictures without the one that was given; empty for none.
+std::string hint_of_another_board(const CalibrationInput& input, const Calibration& calibration) {
   constexpr int kGuesses = 3;
-  std::string hint;
   int guesses = 0;
   for (const PictureResult& picture : calibration.pictures) {
-    if (!picture.fault.empty()) continue;
+    if (!picture.fault.empty() || picture.board.found) continue;
     if (guesses++ == kGuesses) break;
     const std::string size = guess_board_size(picture.picture.load(), input.board);
-    if (size.empty()) continue;
-    hint = fmt::format("; a {} board is in {}: the size is given in inner corners, columns x rows",
+    if (size.empty() || size == to_string(input.board)) continue;
+    return fmt::format("; a {} board is in {}: the size is given in inner corners, columns x rows",
                        size, picture.picture.name);
-    break;
   }
-  if (guesses == 0)
+  return {};
+}
+
+[[noreturn]] void refuse_without_boards(const CalibrationInput& input,
+                                        const Calibration& calibration) {
+  const bool is_any_read =
+      std::any_of(calibration.pictures.begin(), calibration.pictures.end(),
+                  [](const PictureResult& picture) { return picture.fault.empty(); });
+  const std::string hint = hint_of_another_board(input, calibration);
+  if (!is_any_read)
     throw Error(ErrorKind::kBadFile,
                 fmt::format("none of {} pictures can be read; {}", calibration.pictures.size(),
                             calibration.pictures.front().fault));
@@ -139,6 +146,19 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
                           to_string(input.board), calibration.pictures.size(),
                           calibration.pictures.front().picture.name,
                           calibration.pictures.front().board_reason, hint));
+}
+
+// A board that is larger than the given one holds it, and now and then it is found there: in few
+// pictures, and as likely as not in different places.
+void refuse_a_part_of_a_board(const CalibrationInput& input, const Calibration& calibration) {
+  constexpr std::size_t kFewestViews = 3;  // As many as a camera is solved from.
+  const std::size_t found = calibration.observations.views.size();
+  if (found >= kFewestViews) return;
+  const std::string hint = hint_of_another_board(input, calibration);
+  if (hint.empty()) return;
+  throw Error(ErrorKind::kUntrustworthy,
+              fmt::format("the {} board was found in {} of {} pictures only{}",
+                          to_string(input.board), found, calibration.pictures.size(), hint));
 }
 
 // A board printed by another program may have larger or smaller circles.
@@ -180,6 +200,7 @@ void collect_views(const CalibrationInput& input, cv::Size size, Calibration& ca
     observations.views.push_back(std::move(view));
   }
   if (observations.views.empty()) refuse_without_boards(input, calibration);
+  refuse_a_part_of_a_board(input, calibration);
   if (input.board.pattern == Board::Pattern::kCircles)
     observations.board.dot_ratio = median_dot_ratio(calibration);
 }

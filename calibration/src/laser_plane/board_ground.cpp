@@ -67,6 +67,11 @@ cv::Mat ground_along(const BoardInPicture& scene, const std::vector<double>& acr
 
 }  // namespace
 
+bool is_on_white(const BoardInPicture& scene, const Eigen::Vector2d& pixel) {
+  const auto p = on_board(scene, pixel);
+  return p && albedo(scene, *p) == 1;
+}
+
 bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& pixel,
                            StripeAxis axis, double reach_px) {
   const Eigen::Vector2d across =

@@ -26,6 +26,9 @@ struct BoardInPicture {
 bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& pixel,
                            StripeAxis axis, double reach_px);
 
+/// True on a white square of the print or on the white paper around it.
+bool is_on_white(const BoardInPicture& scene, const Eigen::Vector2d& pixel);
+
 /// How much of a profile must lie on ground of one albedo.
 struct ProfileGround {
   double same_px;   ///< No black where white is (or the other way) this far from the line,

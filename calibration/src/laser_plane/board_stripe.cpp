@@ -14,6 +14,7 @@
 #include "laser_plane/board_ground.hpp"
 #include "laser_plane/board_paper.hpp"
 #include "laser_plane/coarse_line.hpp"
+#include "laser_plane/stripe_colour.hpp"
 
 namespace striper {
 namespace {
@@ -22,6 +23,7 @@ using detail::BoardInPicture;
 using detail::CoarseLine;
 using detail::find_paper;
 using detail::fit_line;
+using detail::is_on_white;
 using detail::ProfileGround;
 using detail::Returns;
 using detail::returns_within;
@@ -90,7 +92,7 @@ std::vector<double> across_of(const StraightLine& line, const Returns& returns,
 // Averages neighbouring returns, weighted, until there are few enough: along a line that costs
 // nothing and makes the adjustment fast.
 void average_neighbours(const Returns& returns, const std::vector<std::size_t>& kept,
-                        BoardStripe& stripe) {
+                        const BoardInPicture& scene, BoardStripe& stripe) {
   const std::size_t group = (kept.size() + kMostPoints - 1) / kMostPoints;
   for (std::size_t first = 0; first < kept.size(); first += group) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -99,6 +101,8 @@ void average_neighbours(const Returns& returns, const std::vector<std::size_t>& 
       const std::size_t i = kept[k];
       const double weight = 1.0 / (returns.sigma_px[i] * returns.sigma_px[i]);
       stripe.return_px.push_back(returns.pixel[i]);
+      stripe.samples.push_back({returns.pixel[i], returns.width_px[i], returns.amplitude_dn[i],
+                                returns.clipped[i] != 0, is_on_white(scene, returns.pixel[i])});
       sum += weight * returns.pixel[i];
       weights += weight;
     }
@@ -249,9 +253,13 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
   if (fine) {
     stripe.line_rms_px = fine->line.rms;
     stripe.width_px = fine->width_px;
-    average_neighbours(fine->returns, fine->line.inliers, stripe);
+    average_neighbours(fine->returns, fine->line.inliers, scene, stripe);
   } else {
-    average_neighbours(coarse.returns, clear, stripe);
+    average_neighbours(coarse.returns, clear, scene, stripe);
+  }
+  if (picture.on.channels() == 3) {
+    const int full_scale_dn = (1 << picture.bit_depth) - 1;
+    stripe.colour = detail::stripe_colour(picture.on, stripe, recipe.axis, full_scale_dn);
   }
   return stripe;
 }

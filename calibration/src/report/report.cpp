@@ -91,7 +91,9 @@ class Report {
     add("<p>{} board pictures used of {}, {} stripes; corners fit to <b>{:.3f} px</b> rms",
         o_.views.size(), c_.pictures.size(), o_.stripes.size(), s_.corners.rms_px);
     if (!o_.stripes.empty()) add(", stripes to <b>{:.3f} px</b> rms", s_.stripes.rms_px);
-    add(". It took {:.1f} s.</p>", c_.seconds);
+    const BoardDistances boards = c_.board_distances();
+    add(". The boards were {:.2f} to {:.2f} m away, median {:.2f} m. It took {:.1f} s.</p>",
+        boards.nearest_m, boards.farthest_m, boards.median_m, c_.seconds);
   }
 
   void advice() {
@@ -132,12 +134,22 @@ class Report {
     }
     lens_trials();
     add("</div>");
-    if (!o_.stripes.empty())
-      add("<p>The stripe is read as: {}.</p>", escape_html(to_string(c_.recipe)));
+    if (!o_.stripes.empty()) recipes();
     if (c_.bend_solved)
       add("<p>The board's bend was solved for: its middle stands {} (across) and {} (down) off its "
           "ends.</p>",
           mm(s_.bend_m.x()), mm(s_.bend_m.y()));
+  }
+
+  void recipes() {
+    add("<p>The stripe is read as: {}; single frames are searched in channel {}.</p><table><tr>"
+        "<th>read as</th><th>stripes</th><th>on the plane</th><th>rms</th></tr>",
+        escape_html(to_string(c_.recipe)), to_string(c_.model.channel));
+    for (const RecipeScore& score : c_.recipes)
+      add("<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
+          "</tr>",
+          escape_html(to_string(score.recipe)), score.stripes, score.on_plane, px(score.rms_px));
+    add("</table>");
   }
 
   void lens_trials() {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include <striper/geometry/triangulator.hpp>
+#include <striper/model/laser_plane.hpp>
 #include <striper/simulator/ideal_look.hpp>
 #include <striper/simulator/radiometry.hpp>
 
@@ -37,7 +37,7 @@ class IdealStripe {
       : scene_(scene),
         laser_(scene.lasers[static_cast<std::size_t>(laser)]),
         beam_(laser_, scene),
-        triangulator_(model_of(scene, beam_), 0) {}
+        T_cam_scan_(standard_T_cam_scan(beam_.plane(), scene.axis)) {}
 
   // The stripe at a range, at the bearing nearest to straight ahead that the picture shows.
   std::optional<Knot> at(double range_m) const {
@@ -51,14 +51,6 @@ class IdealStripe {
   }
 
  private:
-  static StriperModel model_of(const Scene& scene, const Beam& beam) {
-    StriperModel model;
-    model.camera = scene.camera;
-    model.axis = scene.axis;
-    model.lasers.push_back({beam.plane(), {}, {}});
-    return model;
-  }
-
   bool is_in_picture(const Eigen::Vector2d& pixel) const {
     const cv::Rect& region = scene_.imager.region;
     const cv::Rect2d read = region.empty()
@@ -68,12 +60,11 @@ class IdealStripe {
   }
 
   std::optional<Knot> at(double range_m, double bearing_rad) const {
-    const Projection seen =
-        triangulator_.project(range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad));
-    if (seen.status != CameraStatus::kOk || !is_in_picture(seen.pixel)) return std::nullopt;
     const Eigen::Vector3d point =
-        triangulator_.T_cam_scan() *
+        T_cam_scan_ *
         Eigen::Vector3d(range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad), 0.0);
+    const Projection seen = scene_.camera.project(point);
+    if (seen.status != CameraStatus::kOk || !is_in_picture(seen.pixel)) return std::nullopt;
     const Eigen::Vector3d normal = (beam_.origin() - point).normalized();
     const BeamAt light = beam_.at(point, normal);
     const auto height_per_px = slope(seen.pixel, point, normal);
@@ -111,7 +102,7 @@ class IdealStripe {
   const Scene& scene_;
   const SimulatedLaser& laser_;
   Beam beam_;
-  Triangulator triangulator_;
+  Eigen::Isometry3d T_cam_scan_;
 };
 
 StripeLook look_of(const std::vector<Knot>& knots) {

@@ -8,52 +8,16 @@
 #include <striper/core/error.hpp>
 #include <striper/joint/calibrate.hpp>
 
-#include "support/board_picture.hpp"
+#include "small_session.hpp"
 #include "support/error_of.hpp"
-#include "support/striper_session.hpp"
 
 namespace striper {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::render_session;
+using testing::small_striper;
 using testing::SyntheticStriper;
-
-constexpr int kPoses = 8;
-
-SyntheticStriper small_striper(Board::Pattern pattern = Board::Pattern::kCheckerboard) {
-  SyntheticStriper striper;
-  striper.camera = CameraModel(400, 300, 380.0, 380.0, 201.0, 148.0, LensModel::kPlumbBob,
-                               {-0.2, 0.06, 0.0, 0.0, 0.0});
-  striper.board = {pattern, 7, 6, 0.06};
-  return striper;
-}
-
-// Leaning towards the camera with every side in turn.
-std::vector<Eigen::Isometry3d> poses(const SyntheticStriper& striper) {
-  std::vector<Eigen::Isometry3d> result;
-  for (int i = 0; i < kPoses; ++i) {
-    const double turn = 2.0 * std::numbers::pi * i / kPoses;
-    result.push_back(testing::T_cam_board(
-        striper, {200.0 + 35.0 * std::sin(2.0 * turn), 165.0 + 25.0 * std::cos(3.0 * turn),
-                  0.95 + 0.06 * i, 32.0 * std::cos(turn), 32.0 * std::sin(turn), 3.0 * i}));
-  }
-  return result;
-}
-
-std::vector<SessionPicture> render(const SyntheticStriper& striper, const std::string& name,
-                                   const std::optional<LaserPlane>& laser) {
-  testing::BoardPictureOptions options;
-  options.samples = 3;
-  options.noise_dn = 1.5;
-  options.white_dn = 130.0;
-  options.laser = laser;
-  options.laser_dn = 110.0;
-  std::vector<SessionPicture> pictures;
-  for (const Eigen::Isometry3d& T : poses(striper))
-    pictures.emplace_back(name + std::to_string(pictures.size()),
-                          testing::render_board(striper.camera, striper.board, T, options));
-  return pictures;
-}
 
 double angle_deg(const LaserPlane& a, const LaserPlane& b) {
   return std::atan2(a.normal().cross(b.normal()).norm(), a.normal().dot(b.normal())) * 57.29578;
@@ -63,7 +27,7 @@ TEST(Calibrate, TakesBoardsAloneAndAPictureInBothLists) {
   const SyntheticStriper striper = small_striper();
   CalibrationInput input;
   input.board = striper.board;
-  input.boards = render(striper, "picture ", striper.plane);
+  input.boards = render_session(striper, "picture ", striper.plane);
   input.lasers.push_back({input.boards, {}});
   const Calibration c = calibrate(input, {});
   EXPECT_EQ(8U, c.pictures.size()) << "a picture in both lists is one picture";
@@ -79,9 +43,9 @@ TEST(Calibrate, TakesPairsOfTwoLasers) {
   const LaserPlane second(Eigen::Vector3d(0.1, 0.9, 0.42).normalized(), 0.42);
   CalibrationInput input;
   input.board = striper.board;
-  const auto off = render(striper, "off ", std::nullopt);
-  input.lasers.push_back({render(striper, "first ", striper.plane), off});
-  input.lasers.push_back({render(striper, "second ", second), off});
+  const auto off = render_session(striper, "off ", std::nullopt);
+  input.lasers.push_back({render_session(striper, "first ", striper.plane), off});
+  input.lasers.push_back({render_session(striper, "second ", second), off});
   const Calibration c = calibrate(input, {});
   EXPECT_EQ(8U, c.observations.views.size()) << "both lasers see the same poses";
   ASSERT_EQ(2U, c.model.lasers.size());
@@ -96,7 +60,7 @@ TEST(Calibrate, TakesCircles) {
   const SyntheticStriper striper = small_striper(Board::Pattern::kCircles);
   CalibrationInput input;
   input.board = striper.board;
-  input.boards = render(striper, "circles ", std::nullopt);
+  input.boards = render_session(striper, "circles ", std::nullopt);
   const Calibration c = calibrate(input, {});
   EXPECT_EQ(8U, c.observations.views.size());
   EXPECT_NEAR(c.model.camera.fx(), 380.0, 1.0);

@@ -227,22 +227,23 @@ TEST(FindBoardStripe, SaysThatThereIsNone) {
   EXPECT_THAT(stripe.reason, HasSubstr("no straight stripe on the board"));
 }
 
-TEST(ChooseRecipe, TakesThePairAndTheAxis) {
+TEST(RankRecipes, TakesThePairAndTheAxis) {
   const SyntheticStriper striper = small_striper();
   const std::vector<LaserPicture> pictures = {
       picture_of(striper, kPose, true), picture_of(striper, {230, 200, 1.4, -25, 15, -6}, true)};
   const StripeRecipe recipe =
-      choose_recipe(pictures, striper.board, striper.camera, std::nullopt, Channel::kAuto);
+      rank_recipes(pictures, striper.board, striper.camera, std::nullopt, Channel::kAuto)
+          .plausible.front();
   EXPECT_EQ(kSubtracted, recipe) << to_string(recipe);
 }
 
-TEST(ChooseRecipe, RefusesPicturesWithoutALaser) {
+TEST(RankRecipes, RefusesPicturesWithoutALaser) {
   const SyntheticStriper striper = small_striper();
   LaserPicture picture = picture_of(striper, kPose, true);
   picture.on = picture.off;
   picture.off = cv::Mat();
-  EXPECT_THROW(
-      choose_recipe({picture}, striper.board, striper.camera, std::nullopt, Channel::kAuto), Error);
+  EXPECT_THROW(rank_recipes({picture}, striper.board, striper.camera, std::nullopt, Channel::kAuto),
+               Error);
 }
 
 TEST(BoardMask, CoversTheBoardAndNoMoreThanItsMargin) {

@@ -59,6 +59,10 @@ Board parse_board(std::string_view text, double square_m);
 /// The inverse of `parse_board`, without the square.
 std::string to_string(const Board& board);
 
+/// How large the drawing of `board_svg` is, metres: the print, a square of white all round, and a
+/// caption below.
+Eigen::Vector2d board_sheet_m(const Board& board);
+
 /// Draws a target as SVG at true scale, with a white margin and its size and square written on it
 /// together with a 100 mm ruler to check the print with.
 std::string board_svg(const Board& board);

@@ -90,6 +90,23 @@ struct PictureResult {
   std::string board_reason;   ///< Why its board was not used; empty if it was.
   std::string stripe_reason;  ///< Why its stripe was not used; empty if it was, or had none.
   BoardStripe stripe;
+  /// The stripe as single frames show it, where the model's channel for them is another one.
+  std::optional<BoardStripe> single_frame;
+};
+
+/// How well one way of reading the stripe does on all laser pictures.
+struct RecipeScore {
+  StripeRecipe recipe;
+  int stripes = 0;      ///< Pictures in which it finds one.
+  int on_plane = 0;     ///< Of these, on the plane of most of its laser's.
+  double rms_px = 0.0;  ///< Of those about it; NaN without a plane.
+};
+
+/// How far the boards' middles were from the camera.
+struct BoardDistances {
+  double nearest_m = 0.0;
+  double median_m = 0.0;
+  double farthest_m = 0.0;
 };
 
 /// A finished calibration, with all that is needed to judge it.
@@ -102,7 +119,8 @@ struct Calibration {
   JointSolution solution;
   JointOptions options;  ///< That the solution was made with.
   LensChoice lens;
-  StripeRecipe recipe;
+  StripeRecipe recipe;               ///< That the stripes were read with,
+  std::vector<RecipeScore> recipes;  ///< and all that were compared: that one first.
   bool bend_solved = false;
   CrossValidation validation;
   std::vector<std::vector<RangeSigma>> range_sigmas;  ///< Per laser, at 1, 2 and 4 m.
@@ -111,6 +129,8 @@ struct Calibration {
   double seconds = 0.0;
 
   bool trustworthy() const { return worst(findings) != Finding::Severity::kRefusal; }
+  /// Of the boards that were used; zeros where there is none.
+  BoardDistances board_distances() const;
   /// One sentence that says whether to trust it.
   std::string verdict() const;
 };

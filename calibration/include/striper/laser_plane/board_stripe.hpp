@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,13 +39,25 @@ struct StripeRecipe {
 
 std::string to_string(const StripeRecipe& recipe);
 
+/// One return on the board, for what the stripe looks like.
+struct StripeSample {
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  float width_px = 0.0F;
+  float amplitude_dn = 0.0F;
+  bool is_clipped = false;  ///< A pixel of it is at full scale: it was brighter.
+  bool is_white = false;    ///< On a white square or the white margin.
+};
+
 /// The stripe on the board of one picture.
 struct BoardStripe {
   std::vector<Eigen::Vector2d> pixel;      ///< Neighbouring returns averaged: 120 at most.
   std::vector<double> sigma_px;            ///< Across the stripe.
   std::vector<Eigen::Vector2d> return_px;  ///< The returns that were averaged, each by itself.
-  int returns = 0;                         ///< What the extractor found on the board.
-  int on_line = 0;                         ///< Of these, on one straight line.
+  std::vector<StripeSample> samples;       ///< The same, with what they look like.
+  /// Shares of blue, green and red in the stripe's light, of a picture in colour.
+  std::optional<std::array<double, 3>> colour;
+  int returns = 0;            ///< What the extractor found on the board.
+  int on_line = 0;            ///< Of these, on one straight line.
   int at_albedo_edge = 0;     ///< Of these, left out since black meets white under the stripe.
   double line_rms_px = 0.0;   ///< Scatter of the kept returns about the line.
   double amplitude_dn = 0.0;  ///< Median.
@@ -72,12 +85,21 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
                               const CameraModel& camera, const StripeRecipe& recipe,
                               const std::optional<NoiseModel>& noise = std::nullopt);
 
-/// Chooses how the stripe is read by trying every way on some of the pictures: the one whose lines
-/// are known best (scatter over the root of the number of returns) wins. A colour difference that
-/// hollows out a line clipped to white, or a grey picture of a white board, loses by itself.
+/// The ways of reading the stripe that show a line in some picture, each list the best first
+/// impression first.
+struct RecipeRanking {
+  std::vector<StripeRecipe> plausible;  ///< Of each kind (laser-off picture subtracted or not) the
+                                        ///< best four, where not far behind the best.
+  std::vector<StripeRecipe> others;
+};
+
+/// Tries every way of reading the stripe on some of the pictures, and ranks them by how well their
+/// lines are known (scatter over the root of the number of returns). A colour difference that
+/// hollows out a line clipped to white, or a grey picture of a white board, comes last by itself.
+/// Which of them to take, the planes through the stripes of all pictures tell.
 /// @param axis, channel given by the user, or empty (or kAuto) to be chosen.
 /// @throws Error{kUntrustworthy} where no way shows a line in any picture.
-StripeRecipe choose_recipe(const std::vector<LaserPicture>& pictures, const Board& board,
+RecipeRanking rank_recipes(const std::vector<LaserPicture>& pictures, const Board& board,
                            const CameraModel& camera, std::optional<StripeAxis> axis,
                            Channel channel);
 

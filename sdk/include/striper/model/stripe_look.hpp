@@ -23,12 +23,12 @@ struct StripeLook {
   /// The profile's Gaussian sigma, sensor pixels, as the CSV's `width_px`.
   std::optional<double> width_px;
 
-  /// Its course over range, in rising order of range; empty or at least two.
+  /// Its course over the depth that was calibrated, ranges rising; empty or at least two.
   std::vector<WidthAt> width_at;
 
   /// Amplitude above the background on white paper that faces the laser squarely (the measured one
-  /// over the cosine of incidence), DN of the calibration's images, in rising order of range. Its
-  /// ends are the depth that was calibrated.
+  /// over the cosine of incidence), DN of the calibration's images, in rising order of range;
+  /// empty or at least two. It may begin farther than `width_at`: a stripe that clipped tells none.
   std::vector<AmplitudeAt> amplitude_at;
 
   /// Shares of blue, green and red in the stripe's own light as the camera sees it; sum 1.
