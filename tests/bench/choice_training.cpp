@@ -102,8 +102,11 @@ void run(const Scene& scene, int pictures, bool off, int width_mode, std::vector
     if (rows)
       for (std::size_t i = 0; i < pc.size(); ++i) {
         const auto& c = pc.candidate(i);
-        rows->push_back(
-            {ch.evidence(i), stripe_at(c.line, c.across + shift, std::max(2.5, 3.0 * c.sigma))});
+        bool is = false;
+        const double tol = std::max({2.5, 3.0 * c.sigma, 1.2 * c.width});
+        for (int l = std::max(0, c.line - 2); l <= std::min(pc.lines() - 1, c.line + 2); ++l) is = is || stripe_at(l, c.across + shift, tol);
+        const Row r{ch.evidence(i), g_frame, c.line, g_kind, is, 0, 0, 0, 0, {}};
+        if (!ch.is_plain()) rows->push_back(r);
       }
     for (std::size_t l = 0; l < stripe.size(); ++l) {
       ++tally.columns;
@@ -118,13 +121,13 @@ void run(const Scene& scene, int pictures, bool off, int width_mode, std::vector
       tally.strong += strong;
       const double v = stripe.across_px[l];
       const bool right = stripe_at(l, v, std::max(.5, 3.0 * stripe.sigma_px[l]));
-      const bool near_right = stripe_at(l, v, std::max(2.5, 3.0 * stripe.sigma_px[l]));
+      const bool near_right = stripe_at(l, v, std::max({2.5, 3.0 * stripe.sigma_px[l], 1.2 * stripe.width_px[l]}));
       const bool ok = stripe.status[l] == ReturnStatus::kOk;
       static const bool dump = std::getenv("DUMP") != nullptr;
       static int last_piece = -1;
-      if (dump && stripe.confidence[l] > .9 && !near_right && ch.of_line(l).candidate >= 0) {
+      if (dump && ok && !right && ch.of_line(l).candidate >= 0) {
         const int piece = pc.link(ch.of_line(l).candidate).piece;
-        if (piece != last_piece) {
+        if (l % 5 == 0) {
           const auto& pp = pc.pieces()[piece];
           std::printf(
               "%s f%d line %zu at %.2f truth %.2f(st %d edge %d A %.0f) A %.0f w %.2f/%.2f conf "
@@ -286,7 +289,7 @@ int main(int argc, char** argv) {
   const std::string mode = argv[1];  // dump | fit | test
   std::vector<Row> rows;
   if (mode == "fit") {
-    for (int a = 2; a < argc; ++a) { FILE* f = std::fopen(argv[a], "rb"); Row r; while (std::fread(&r, sizeof r, 1, f) == 1) { r.is_stripe = r.frame != 0; rows.push_back(r); } std::fclose(f); }
+    for (int a = 2; a < argc; ++a) { FILE* f = std::fopen(argv[a], "rb"); Row r; while (std::fread(&r, sizeof r, 1, f) == 1) { rows.push_back(r); } std::fclose(f); }
     std::vector<Row> train, held; for (std::size_t i = 0; i < rows.size(); ++i) ((i / 20000) % 4 == 3 ? held : train).push_back(rows[i]);
     fit(train);
     long bins[7] = {}, hits[7] = {}, stripes = 0, sure = 0, wrong = 0;

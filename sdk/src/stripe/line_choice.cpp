@@ -146,11 +146,20 @@ void put_chosen(const StripeChoice& choice, int line, const ExtractOptions& opti
   const Candidate& candidate = choice.pieces().candidate(at);
   put_peak(peak_of(candidate), i, stripe);
   if (stripe.status[i] == ReturnStatus::kNoStripe) return;
+  const auto scatter =
+      static_cast<float>(grid_across(stripe.grid, stripe.axis).step) * choice.scatter_px(at);
+  stripe.sigma_px[i] = std::hypot(stripe.sigma_px[i], scatter);
   const bool is_by_place =
       options.peak == PeakRule::kNearest || options.peak == PeakRule::kFarthest;
   const StripeChoice::Chosen& chosen = choice.of_line(line);
   const float probability = is_by_place ? confidence_of(choice, at) : chosen.confidence;
   stripe.confidence[i] = std::min(stripe.confidence[i], probability);
+  // Its width was weighed with the rest: beside texture it is another than the stripe's.
+  const bool is_other_width =
+      stripe.status[i] == ReturnStatus::kWide || stripe.status[i] == ReturnStatus::kNarrow;
+  if (is_other_width && static_cast<double>(probability) >= options.min_confidence) {
+    stripe.status[i] = ReturnStatus::kOk;
+  }
   if (stripe.status[i] != ReturnStatus::kOk || is_by_place) return;
   if (chosen.rival_candidate < 0 || chosen.rival < kLikelyRival) return;
   const Candidate& rival =

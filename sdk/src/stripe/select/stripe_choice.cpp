@@ -52,11 +52,43 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
   }
   weigh();
   choose_in_lines();
+  measure_scatter();
+}
+
+// Of a candidate and those about it, the mean square running along the piece both ways; what lies
+// off the line through two others varies half as much again as a position itself.
+void StripeChoice::measure_scatter() {
+  constexpr float kGain = 0.2F;
+  constexpr float kPerPosition = 1.0F / 1.5F;
+  const std::size_t size = pieces_.size();
+  const auto off = [&](std::size_t i) {
+    const Link& link = pieces_.link(i);
+    const float most = std::max(link.off_near, link.off_far);
+    return most * most;
+  };
+  scatter_px_.resize(size);
+  backward_.assign(size, 0.0F);
+  for (std::size_t i = size; i-- > 0;) {
+    backward_[i] += (backward_[i] > 0.0F ? kGain : 1.0F) * (off(i) - backward_[i]);
+    const std::int32_t before = pieces_.link(i).before;
+    if (before >= 0) backward_[static_cast<std::size_t>(before)] = backward_[i];
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::int32_t before = pieces_.link(i).before;
+    const float running = before < 0 ? off(i) : scatter_px_[static_cast<std::size_t>(before)];
+    scatter_px_[i] = running + kGain * (off(i) - running);
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    const float about = std::max(off(i), std::max(scatter_px_[i], backward_[i]));
+    backward_[i] = std::sqrt(kPerPosition * about);
+  }
+  scatter_px_.swap(backward_);
 }
 
 // The highest peak of a line that is not clipped, or is.
 void StripeChoice::choose_highest() {
   log_odds_.assign(pieces_.size(), kPlainLogOdds);
+  scatter_px_.assign(pieces_.size(), 0.0F);
   chosen_.assign(static_cast<std::size_t>(pieces_.lines()), Chosen{});
   for (int line = 0; line < pieces_.lines(); ++line) {
     Chosen& chosen = chosen_[static_cast<std::size_t>(line)];

@@ -87,6 +87,11 @@ class StripeChoice {
   /// The log odds of each candidate, rivals in its line left out.
   float log_odds(std::size_t candidate) const noexcept { return log_odds_[candidate]; }
 
+  /// By how much a candidate's position is off beyond its own sigma, as it lies beside its piece:
+  /// pixels, one sigma. What the texture of a surface does to a stripe, and the curve of one. 0 in a
+  /// plain frame.
+  float scatter_px(std::size_t candidate) const noexcept { return scatter_px_[candidate]; }
+
   /// The expected width as it was used: the context's, or that of the main pieces.
   const WidthModel& width() const noexcept { return width_; }
 
@@ -114,6 +119,7 @@ class StripeChoice {
   void add_own(std::size_t candidate, Evidence& evidence) const noexcept;
   void choose_in_lines();
   void choose_highest();
+  void measure_scatter();
 
   StripePieces pieces_;
   WidthModel width_;
@@ -125,7 +131,7 @@ class StripeChoice {
   float clutter_ = 0.0F;
   std::vector<Trait> traits_;
   std::vector<float> log_odds_;
-  std::vector<std::int32_t> next_bend_;
+  std::vector<float> scatter_px_, backward_;
   std::vector<Chosen> chosen_;
 };
 
