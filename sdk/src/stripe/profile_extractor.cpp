@@ -180,6 +180,7 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   measure_and_learn(current, learnt.width);
   report(current, learnt.width.model(), stripe);
   if (!options_.excess_sigma_px) learnt.excess.update(stripe);
+  edges_.correct(frame, noise, learnt.width.model(), stripe);
   add_other_errors(learnt.excess, step, stripe);
 }
 

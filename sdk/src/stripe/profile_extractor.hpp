@@ -14,6 +14,7 @@
 #include "stripe/peak_candidates.hpp"
 #include "stripe/profile_kernel.hpp"
 #include "stripe/profile_plan.hpp"
+#include "stripe/reflectance_edge.hpp"
 #include "stripe/select/ridges.hpp"
 #include "stripe/select/stripe_choice.hpp"
 #include "stripe/width_learner.hpp"
@@ -96,6 +97,7 @@ class ProfileExtractor : public StripeExtractor {
   StripeChoice choice_;
   WidthLearner width_learner_;
   LineFollower follower_;
+  ReflectanceEdges edges_;
   std::vector<Learnt> learnt_;  // One per laser.
 };
 
