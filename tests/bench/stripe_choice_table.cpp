@@ -156,6 +156,7 @@ void run(const Settings& settings) {
     }
   };
   std::vector<std::thread> threads;
+  threads.reserve(static_cast<std::size_t>(settings.threads));
   for (int i = 0; i < settings.threads; ++i) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
   ChoiceScore sum;

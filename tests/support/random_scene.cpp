@@ -336,7 +336,9 @@ double stripe_amplitude_dn(const Scene& scene, double reflectance, double range_
 StripeLook look_of(const Scene& scene) {
   constexpr double kWhitePaper = 0.85;
   StripeLook look;
-  for (double range_m = 0.4; range_m < 6.5; range_m *= std::numbers::sqrt2) {
+  constexpr int kRanges = 9;  // 0.4 to 6.4 m.
+  for (int i = 0; i < kRanges; ++i) {
+    const double range_m = 0.4 * std::pow(2.0, 0.5 * i);
     look.width_at.push_back({range_m, stripe_sigma_px(scene, range_m)});
     look.amplitude_at.push_back({range_m, stripe_amplitude_dn(scene, kWhitePaper, range_m)});
   }
