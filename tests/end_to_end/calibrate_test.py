@@ -7,6 +7,7 @@ Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 calibr
 """
 import json
 import pathlib
+import re
 import shutil
 import tempfile
 import unittest
@@ -43,6 +44,52 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(10, summary["stripes"])
         self.assertLess(summary["corner_rms_px"], 0.05)
         self.assertIn("quality:", self.model.read_text())
+
+    def test_says_how_far_the_boards_were_and_how_the_stripe_is_read(self):
+        summary = json.loads(self.result.stdout)
+        self.assertRegex(self.result.stderr, r"boards: 1\.\d\d to 1\.\d\d m away, median 1\.\d\d m\n")
+        self.assertTrue(1.0 < summary["boards_m"]["nearest"] < summary["boards_m"]["median"]
+                        < summary["boards_m"]["farthest"] < 2.0)
+        self.assertIn("stripe: axis columns, channel grey\n", self.result.stderr)
+        self.assertRegex(self.result.stderr, r"columns grey +10 +10 +0\.0")
+        self.assertEqual(("columns", "grey"), (summary["axis"], summary["channel"]))
+        self.assertEqual(10, summary["recipes"][0]["on_plane"])
+
+    def test_measures_what_the_stripe_looks_like(self):
+        """Within a fifth of the truth at its own ranges: the truth's boards face the laser, these are tilted."""
+        def course(file, key):
+            pairs = re.search(key + r": \[(.*)\]", file.read_text()).group(1)
+            return [tuple(map(float, pair.split(", "))) for pair in re.findall(r"\[([^\[\]]*)\]", pairs)]
+
+        def at(knots, range_m):
+            for (r0, v0), (r1, v1) in zip(knots, knots[1:]):
+                if r0 <= range_m <= r1:
+                    return v0 + (v1 - v0) * (range_m - r0) / (r1 - r0)
+            self.fail(f"no knots about {range_m} m")
+
+        for key in ("width_at", "amplitude_at"):
+            truth, measured = course(SESSION / "truth.yaml", key), course(self.model, key)
+            self.assertGreaterEqual(len(measured), 3)
+            for range_m, value in measured:
+                self.assertLess(abs(value / at(truth, range_m) - 1.0), 0.2, f"{key} at {range_m} m")
+
+    def test_says_that_boards_alone_make_no_laser(self):
+        alone = run("calibrate", *BOARD, "--boards", SESSION, "-o", self.out / "camera.yaml")
+        self.assertEqual(0, alone.returncode, alone.stderr)
+        self.assertIn("camera only: no laser", alone.stderr)
+        self.assertNotIn("camera only", self.result.stderr)
+
+    def test_refuses_the_intrinsics_of_another_lens(self):
+        info = (self.out / "camera_info.yaml").read_text()
+        fx = float(info.split("camera_matrix")[1].split("[")[1].split(",")[0])
+        for times in (1.03, 1.1, 1.5):
+            (self.out / "other_lens.yaml").write_text(info.replace(str(fx), str(times * fx)))
+            self.assertIn(str(times * fx), (self.out / "other_lens.yaml").read_text())
+            refused = run("calibrate", *BOARD, "--lasers", SESSION, "--intrinsics", self.out / "other_lens.yaml",
+                          "-o", self.out / "wrong_lens.yaml")
+            self.assertEqual(3, refused.returncode, refused.stderr)
+            self.assertIn("the intrinsics that were given do not fit these pictures", refused.stderr)
+            self.assertFalse((self.out / "wrong_lens.yaml").exists())
 
     def test_agrees_with_the_truth_within_its_error_bars(self):
         difference = run("diff", SESSION / "truth.yaml", self.model, "--max-range", "3", "--json")

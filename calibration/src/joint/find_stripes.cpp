@@ -216,6 +216,7 @@ std::vector<RecipeTrial> try_recipes(const std::vector<StripeRecipe>& recipes,
                                      const CalibrationOptions& options,
                                      const Calibration& calibration) {
   std::vector<RecipeTrial> trials;
+  trials.reserve(recipes.size());
   for (const StripeRecipe& recipe : recipes)
     trials.push_back({{recipe}, std::vector<BoardStripe>(pictures.size())});
   std::mutex lock;

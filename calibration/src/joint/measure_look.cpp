@@ -94,6 +94,7 @@ Samples samples_of(const Calibration& calibration, int laser) {
 
 double median_value(const std::vector<Sample>& samples) {
   std::vector<double> values;
+  values.reserve(samples.size());
   for (const Sample& sample : samples) values.push_back(sample.value);
   return upper_median(values);
 }
@@ -134,6 +135,7 @@ class Course {
 
   void fit(const std::vector<Sample>& samples) {
     std::vector<double> residuals;
+    residuals.reserve(samples.size());
     for (const Sample& sample : samples)
       residuals.push_back(
           std::abs(std::log(sample.value) - shares_at(sample.range_m).dot(log_value_)));

@@ -136,14 +136,15 @@ StripeLook ideal_look(const Scene& scene, int laser, double nearest_m, double fa
 }
 
 StripeLook ideal_look(const Scene& scene, int laser) {
-  constexpr double kNearest = 0.02;
-  constexpr double kFarthest = 100.0;
+  constexpr double kNearest_m = 0.02;
   constexpr double kStep = 1.02;
+  constexpr int kSteps = 430;  // To 100 m.
   constexpr double kFaintest_dn = 1.0;
   const IdealStripe stripe(scene, laser);
   std::optional<double> nearest_m;
   double farthest_m = 0.0;
-  for (double range_m = kNearest; range_m < kFarthest; range_m *= kStep) {
+  for (int step = 0; step < kSteps; ++step) {
+    const double range_m = kNearest_m * std::pow(kStep, step);
     const auto knot = stripe.at(range_m);
     if (!knot) continue;
     const auto farther = stripe.at(1.25 * range_m);
