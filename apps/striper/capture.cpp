@@ -19,6 +19,7 @@
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
+#include "stripe_watch.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
 
@@ -80,7 +81,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
-                         const ReturnCounts& returns, std::uint64_t lines,
+                         const StripeWatch& watch, const ReturnCounts& returns, std::uint64_t lines,
                          const std::string& output) {
   nlohmann::json summary = to_json(result);
   summary["output"] = output;
@@ -88,6 +89,7 @@ nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
   summary["scans"] = scanner.statistics().scans;
   summary["dark"] = scanner.statistics().dark;
   summary["refused"] = scanner.statistics().refused;
+  watch.add_to(summary);
   summary["returns"] = returns.to_json();
   summary["decisions"] = lines_of(scanner.decisions());
   return summary;
@@ -145,13 +147,16 @@ ExitCode capture(const CaptureArguments& arguments) {
   require_replaceable_by_scans(arguments.output);
   if (arguments.output == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
   const auto source = open_source(arguments.source);
-  Scanner scanner = make_scanner(arguments.scanner, source->info());
+  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info());
+  Scanner scanner = make_scanner(setup);
+  StripeWatch watch(arguments.scanner, setup);
   CsvOptions csv = arguments.csv;
   csv.doubtful = csv.doubtful || csv.missing;  // A line for every column.
   std::optional<CsvSink> sink;  // From the first picture on: no old file gives way to nothing.
 
   ReturnCounts returns;
   const auto keep = [&](std::span<const PolarScan> scans) {
+    watch.look_at(scans);
     for (const PolarScan& scan : scans) {
       sink->write(scan);
       returns.add(scan);
@@ -160,6 +165,7 @@ ExitCode capture(const CaptureArguments& arguments) {
   const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
     if (!sink) sink.emplace(arguments.output, csv);
     const std::uint64_t refused_before = scanner.statistics().refused;
+    watch.keep(frame);
     keep(scanner.process(frame));
     say_refusal(frame, scanner, refused_before);
   });
@@ -168,8 +174,9 @@ ExitCode capture(const CaptureArguments& arguments) {
   const std::uint64_t lines = sink ? sink->lines() : 0;
 
   say_summary(result, scanner, returns, lines, arguments.output);
+  watch.conclude();
   if (arguments.json) {
-    print_json(summarize(result, scanner, returns, lines, arguments.output));
+    print_json(summarize(result, scanner, watch, returns, lines, arguments.output));
   }
   const bool is_clean = !result.has_bad_pictures() && misfits(result, scanner) == 0;
   return is_clean ? ExitCode::kDone : ExitCode::kFailed;

@@ -136,6 +136,18 @@ ExitCode execute(const CLI::App& striper, const Action& action) {
   }
 }
 
+CLI::Validator number_that(bool (*is_fit)(double), const char* otherwise) {
+  CLI::Validator validator;
+  validator.operation([=](const std::string& word) -> std::string {
+    double number = 0.0;
+    const char* const last = word.data() + word.size();
+    const auto [end, error] = std::from_chars(word.data(), last, number);
+    if (error == std::errc() && end == last && is_fit(number)) return {};
+    return fmt::format("'{}' is {}", word, otherwise);
+  });
+  return validator;
+}
+
 }  // namespace
 
 const char* const kSourceHelp =
@@ -202,15 +214,13 @@ CLI::Validator one_of(std::initializer_list<std::string_view> words) {
 }
 
 CLI::Validator above_zero() {
-  CLI::Validator validator;
-  validator.operation([](const std::string& word) -> std::string {
-    double number = 0.0;
-    const char* const last = word.data() + word.size();
-    const auto [end, error] = std::from_chars(word.data(), last, number);
-    if (error == std::errc() && end == last && number > 0.0 && std::isfinite(number)) return {};
-    return fmt::format("'{}' is no number above 0", word);
-  });
-  return validator;
+  return number_that([](double number) { return number > 0.0 && std::isfinite(number); },
+                     "no number above 0");
+}
+
+CLI::Validator probability() {
+  return number_that([](double number) { return number >= 0.0 && number <= 1.0; },
+                     "no probability, 0 to 1");
 }
 
 CLI::Option* add_source(CLI::App& command, std::string& source) {

@@ -54,6 +54,9 @@ CLI::Validator one_of(std::initializer_list<std::string_view> words);
 /// Accepts numbers above zero only.
 CLI::Validator above_zero();
 
+/// Accepts 0 to 1.
+CLI::Validator probability();
+
 /// Adds the positional SOURCE, with its forms explained.
 CLI::Option* add_source(CLI::App& command, std::string& source);
 

@@ -18,6 +18,7 @@
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
+#include "stripe_watch.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
 
@@ -276,13 +277,20 @@ ExitCode verify(const VerifyArguments& arguments) {
                 fmt::format("--min-fill {}: expected a part, 0 to 1", arguments.least_fill));
   }
   const auto source = open_source(arguments.source);
-  Scanner scanner = make_scanner(arguments.scanner, source->info());
+  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info());
+  Scanner scanner = make_scanner(setup);
+  StripeWatch watch(arguments.scanner, setup);
   Verification verification;
   const auto keep = [&](std::span<const PolarScan> scans) {
+    watch.look_at(scans);
     for (const PolarScan& scan : scans) verification.add(scan);
   };
-  read_frames(*source, arguments.limits, [&](const Frame& frame) { keep(scanner.process(frame)); });
+  read_frames(*source, arguments.limits, [&](const Frame& frame) {
+    watch.keep(frame);
+    keep(scanner.process(frame));
+  });
   keep(scanner.finish());
+  watch.conclude();
   verification.say_result(arguments);
   if (arguments.json) print_json(verification.result(arguments));
   return verification.failures(arguments).empty() ? ExitCode::kDone : ExitCode::kFailed;

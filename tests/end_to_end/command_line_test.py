@@ -11,6 +11,7 @@ import io
 import json
 import math
 import os
+import random
 import resource
 import shutil
 import signal
@@ -151,6 +152,10 @@ class WrongUsage(EndToEnd):
         self.check("--seconds: '-1' is no number above 0", "capture", self.shots, "--seconds", "-1")
         self.check("--seconds: 'inf' is no number above", "capture", self.shots, "--seconds", "inf")
         self.check("threshold", "capture", self.shots, "--threshold", "-3")
+        self.check("--width: '0' is no number above 0", "capture", self.shots, "--width", "0")
+        for value in ("-0.1", "1.01", "nan", "sure"):
+            done = striper("capture", self.shots, f"--min-confidence={value}", code=2)
+            self.assertIn(f"--min-confidence: '{value}' is no probability, 0 to 1", done.stderr)
         for option, value in (("--min-fill", "nan"), ("--min-fill", "7"), ("--max-ratio", "-3")):
             self.check(option, "verify", self.shots, "-m", self.model, option, value)
         self.check("--black nan: expected a level", "noise", self.shots, "--black", "nan")
@@ -181,6 +186,10 @@ class WrongUsage(EndToEnd):
             "--peak", "continuous",
         )
         self.capture(self.shots, "--method", "paper", "--peak", "brightest")
+        for option, value in (("--width", "1.2"), ("--min-confidence", "0.5")):
+            self.check(
+                f"{option} is for --method fast or refined", "capture", self.shots, "--method", "paper", option, value
+            )
         self.check("--max-range needs --model", "capture", self.shots, "--max-range", "3")
         self.capture(self.shots, "--model", self.model, "--max-range", "3")
 
@@ -370,6 +379,98 @@ class Scans(EndToEnd):
         self.rows(done.stdout)
         self.assertIn("read 4 pictures", done.stderr)
         self.assertNotIn("\r", done.stderr, "no progress line where there is no terminal")
+
+
+class NoStripe(EndToEnd):
+    """That there is no stripe is said, with what was tried and where one is instead. The pictures without one are
+    of plain noise: of textures see the pictures with the laser off in doctor_test.py."""
+
+    def picture(self, name, stripe, along="columns", background=20, colours=0):
+        """Noise, with a stripe if told; of colour pictures it is in plane `colours` - 1 of R, G, B."""
+        noise = random.Random(name)
+        pixels = bytearray()
+        for v in range(HEIGHT):
+            for u in range(WIDTH):
+                light = stripe * math.exp(-0.5 * (((v if along == "columns" else u) - STRIPE_ROW) / 0.8) ** 2)
+                for plane in range(3 if colours else 1):
+                    dn = background + noise.gauss(0, 1.5) + (light if plane == max(colours - 1, 0) else 0)
+                    pixels.append(min(max(round(dn), 0), 255))
+        return self.write(name, b"P%d %d %d 255\n" % (6 if colours else 5, WIDTH, HEIGHT) + bytes(pixels))
+
+    def pictures(self, count, stripe, **how):
+        for number in range(count):
+            self.picture(f"walk/{number}.pnm", stripe, **how)
+        return self.path("walk")
+
+    def said(self, source, *arguments, code=0):
+        done = self.capture(source, "-o", self.path("scans.csv"), "--json", *arguments, code=code)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("no_stripe: ")]
+        return json.loads(done.stdout), lines, done.stderr
+
+    def test_where_it_is_looked_for_and_who_said_so(self):
+        _, _, text = self.said(self.shots)
+        self.assertIn("looking for the stripe along columns (the default), channel auto (the default)\n", text)
+        _, _, text = self.said(self.shots, "-m", self.model, "--channel", "red")
+        self.assertIn("along columns (as the model says), channel red (as you asked)\n", text)
+        done = striper("verify", self.shots, "-m", self.model, code=None)
+        self.assertIn("along columns (as the model says), channel grey (as the model says)\n", done.stderr)
+
+    def test_stripe_that_is_seen_is_no_event(self):
+        summary, lines, _ = self.said(self.shots)
+        self.assertEqual((summary["without_stripe"], summary["stripe_elsewhere"], lines), (0, None, []))
+
+    def test_laser_off(self):
+        summary, lines, _ = self.said(self.pictures(5, 0) + "?laser=0", "--axis", "rows")
+        self.assertEqual((summary["without_stripe"], summary["stripe_elsewhere"]), (5, None))
+        self.assertEqual(lines, [
+            "no_stripe: no laser's stripe in the first 3 scans, looked for along rows (as you asked), channel auto "
+            "(the default): is the laser on, and in view?",
+            "no_stripe: nor along the other axis, nor in any other channel",
+            "no_stripe: in 5 of 5 scans (100 %) no stripe was seen",
+        ])
+
+    def test_one_picture_is_enough(self):
+        _, lines, _ = self.said(self.pictures(1, 0))
+        self.assertIn("no_stripe: no laser's stripe in the first 1 scan, looked for along columns", lines[0])
+
+    def test_laser_that_goes_off(self):
+        source = self.pictures(4, 150)
+        for number in (1, 3):
+            self.picture(f"walk/{number}.pnm", 0)
+        summary, lines, _ = self.said(source + "?laser=0")
+        self.assertEqual(summary["without_stripe"], 2)
+        self.assertEqual(lines, ["no_stripe: in 2 of 4 scans (50 %) no stripe was seen"])
+
+    def test_stripe_along_the_other_axis(self):
+        source = self.pictures(4, 150, along="rows")
+        summary, lines, _ = self.said(source)
+        self.assertEqual(summary["stripe_elsewhere"]["axis"], "rows")
+        self.assertRegex(lines[1], r"a stripe along rows in channel grey is seen in \d+ % of the rows: --axis rows$")
+        self.assertEqual(self.said(source, "--axis", "rows")[1], [])
+
+    def test_stripe_in_another_channel(self):
+        source = self.pictures(4, 150, along="rows", colours=1)
+        summary, lines, _ = self.said(source, "--channel", "blue")
+        self.assertEqual(summary["stripe_elsewhere"]["axis"], "rows")
+        self.assertEqual(summary["stripe_elsewhere"]["channel"], "red")
+        self.assertIn("rows: --axis rows --channel red", lines[1])
+        self.assertEqual(self.said(source, "--axis", "rows", "--channel", "red")[1], [])
+
+    def test_verify_says_it_too(self):
+        done = striper("verify", self.pictures(4, 0) + "?laser=0", "-m", self.model, code=1)
+        self.assertIn("no_stripe: no laser's stripe in the first 3 scans", done.stderr)
+
+    def test_confidence_that_is_asked_for(self):
+        every = self.said(self.shots, "--min-confidence", "0")[0]["returns"]
+        none = self.said(self.shots, "--min-confidence", "1")[0]["returns"]
+        self.assertEqual(every["ok"], 4 * WIDTH)
+        self.assertGreaterEqual(every["ok"], none["ok"])
+
+    def test_width_that_is_told(self):
+        done = self.capture(self.shots, "--width", "0.8")
+        self.assertEqual(len(self.rows(done.stdout)), 4 * WIDTH)
+        wrong = self.said(self.shots, "--width", "5")[0]["returns"]
+        self.assertLess(wrong["ok"], 4 * WIDTH, "the stripe is far narrower than that")
 
 
 class Output(EndToEnd):
