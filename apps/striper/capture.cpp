@@ -5,6 +5,7 @@
 #include <span>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -102,6 +103,26 @@ std::uint64_t misfits(const FrameLoopResult& result, const Scanner& scanner) {
   return scanner.statistics().refused - std::min(bad, scanner.statistics().refused);
 }
 
+// What was made of exposures without the laser matters where there are any, where somebody asked
+// for it, and where so little of the stripe is found that daylight may be why.
+bool do_dark_exposures_matter(const CaptureArguments& arguments, const SourceInfo& source,
+                              const Scanner& scanner, const ReturnCounts& returns) {
+  constexpr double kMostIsFound = 0.5;  // Of the lines: half a view may show no stripe.
+  const bool is_asked = arguments.scanner.ambient || !source.cadence.is_automatic();
+  const bool is_found = static_cast<double>(returns.of(ReturnStatus::kOk)) >=
+                        kMostIsFound * static_cast<double>(returns.total());
+  return is_asked || scanner.statistics().dark > 0 || !is_found;
+}
+
+// The channel is the first decision; what is wrong was warned of.
+void say_decisions(const Scanner& scanner, bool do_dark_exposures_matter) {
+  bool is_first = true;
+  for (const std::string& line : lines_of(scanner.decisions())) {
+    if ((is_first || do_dark_exposures_matter) && !was_warned_of(line)) say("decided: " + line);
+    is_first = false;
+  }
+}
+
 void say_summary(const FrameLoopResult& result, const Scanner& scanner, const ReturnCounts& returns,
                  std::uint64_t lines, const std::string& output) {
   say(fmt::format("read {}", describe(result)));
@@ -117,8 +138,6 @@ void say_summary(const FrameLoopResult& result, const Scanner& scanner, const Re
                     "behind it or nowhere: is it this striper's model, the plane's sign right?",
                     returns.of(ReturnStatus::kBehind)));
   }
-  for (const std::string& line : lines_of(scanner.decisions()))
-    if (!was_warned_of(line)) say("decided: " + line);
 }
 
 // The source's own bad frames have been reported; these fit the stream and not the model.
@@ -146,7 +165,7 @@ ExitCode capture(const CaptureArguments& arguments) {
   }
   require_replaceable_by_scans(arguments.output);
   if (arguments.output == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
-  const auto source = open_source(arguments.source);
+  auto source = open_source(arguments.source);
   const ScannerSetup setup = scanner_setup(arguments.scanner, source->info());
   Scanner scanner = make_scanner(setup);
   StripeWatch watch(arguments.scanner, setup);
@@ -174,11 +193,13 @@ ExitCode capture(const CaptureArguments& arguments) {
   const std::uint64_t lines = sink ? sink->lines() : 0;
 
   say_summary(result, scanner, returns, lines, arguments.output);
+  say_decisions(scanner, do_dark_exposures_matter(arguments, source->info(), scanner, returns));
   watch.conclude();
   if (arguments.json) {
     print_json(summarize(result, scanner, watch, returns, lines, arguments.output));
   }
-  const bool is_clean = !result.has_bad_pictures() && misfits(result, scanner) == 0;
+  let_go(std::move(source), result);
+  const bool is_clean = !result.has_failed() && misfits(result, scanner) == 0;
   return is_clean ? ExitCode::kDone : ExitCode::kFailed;
 }
 
