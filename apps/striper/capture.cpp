@@ -5,6 +5,7 @@
 #include <span>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -19,6 +20,7 @@
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
+#include "stripe_watch.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
 
@@ -80,7 +82,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
-                         const ReturnCounts& returns, std::uint64_t lines,
+                         const StripeWatch& watch, const ReturnCounts& returns, std::uint64_t lines,
                          const std::string& output) {
   nlohmann::json summary = to_json(result);
   summary["output"] = output;
@@ -88,6 +90,7 @@ nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
   summary["scans"] = scanner.statistics().scans;
   summary["dark"] = scanner.statistics().dark;
   summary["refused"] = scanner.statistics().refused;
+  watch.add_to(summary);
   summary["returns"] = returns.to_json();
   summary["decisions"] = lines_of(scanner.decisions());
   return summary;
@@ -98,6 +101,26 @@ std::uint64_t misfits(const FrameLoopResult& result, const Scanner& scanner) {
   const SourceStatistics& source = result.statistics;
   const std::uint64_t bad = source.corrupt + source.incomplete + source.wrong_size;
   return scanner.statistics().refused - std::min(bad, scanner.statistics().refused);
+}
+
+// What was made of exposures without the laser matters where there are any, where somebody asked
+// for it, and where so little of the stripe is found that daylight may be why.
+bool do_dark_exposures_matter(const CaptureArguments& arguments, const SourceInfo& source,
+                              const Scanner& scanner, const ReturnCounts& returns) {
+  constexpr double kMostIsFound = 0.5;  // Of the lines: half a view may show no stripe.
+  const bool is_asked = arguments.scanner.ambient || !source.cadence.is_automatic();
+  const bool is_found = static_cast<double>(returns.of(ReturnStatus::kOk)) >=
+                        kMostIsFound * static_cast<double>(returns.total());
+  return is_asked || scanner.statistics().dark > 0 || !is_found;
+}
+
+// The channel is the first decision; what is wrong was warned of.
+void say_decisions(const Scanner& scanner, bool do_dark_exposures_matter) {
+  bool is_first = true;
+  for (const std::string& line : lines_of(scanner.decisions())) {
+    if ((is_first || do_dark_exposures_matter) && !was_warned_of(line)) say("decided: " + line);
+    is_first = false;
+  }
 }
 
 void say_summary(const FrameLoopResult& result, const Scanner& scanner, const ReturnCounts& returns,
@@ -115,8 +138,6 @@ void say_summary(const FrameLoopResult& result, const Scanner& scanner, const Re
                     "behind it or nowhere: is it this striper's model, the plane's sign right?",
                     returns.of(ReturnStatus::kBehind)));
   }
-  for (const std::string& line : lines_of(scanner.decisions()))
-    if (!was_warned_of(line)) say("decided: " + line);
 }
 
 // The source's own bad frames have been reported; these fit the stream and not the model.
@@ -144,14 +165,17 @@ ExitCode capture(const CaptureArguments& arguments) {
   }
   require_replaceable_by_scans(arguments.output);
   if (arguments.output == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
-  const auto source = open_source(arguments.source);
-  Scanner scanner = make_scanner(arguments.scanner, source->info());
+  auto source = open_source(arguments.source);
+  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info());
+  Scanner scanner = make_scanner(setup);
+  StripeWatch watch(arguments.scanner, setup);
   CsvOptions csv = arguments.csv;
   csv.doubtful = csv.doubtful || csv.missing;  // A line for every column.
   std::optional<CsvSink> sink;  // From the first picture on: no old file gives way to nothing.
 
   ReturnCounts returns;
   const auto keep = [&](std::span<const PolarScan> scans) {
+    watch.look_at(scans);
     for (const PolarScan& scan : scans) {
       sink->write(scan);
       returns.add(scan);
@@ -160,6 +184,7 @@ ExitCode capture(const CaptureArguments& arguments) {
   const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
     if (!sink) sink.emplace(arguments.output, csv);
     const std::uint64_t refused_before = scanner.statistics().refused;
+    watch.keep(frame);
     keep(scanner.process(frame));
     say_refusal(frame, scanner, refused_before);
   });
@@ -168,10 +193,13 @@ ExitCode capture(const CaptureArguments& arguments) {
   const std::uint64_t lines = sink ? sink->lines() : 0;
 
   say_summary(result, scanner, returns, lines, arguments.output);
+  say_decisions(scanner, do_dark_exposures_matter(arguments, source->info(), scanner, returns));
+  watch.conclude();
   if (arguments.json) {
-    print_json(summarize(result, scanner, returns, lines, arguments.output));
+    print_json(summarize(result, scanner, watch, returns, lines, arguments.output));
   }
-  const bool is_clean = !result.has_bad_pictures() && misfits(result, scanner) == 0;
+  let_go(std::move(source), result);
+  const bool is_clean = !result.has_failed() && misfits(result, scanner) == 0;
   return is_clean ? ExitCode::kDone : ExitCode::kFailed;
 }
 

@@ -120,6 +120,10 @@ void conclude_stream(const FrameLoopResult& result, const SourceInfo& info,
                               "real-time stream thread (`setcap cap_sys_nice+ep` on this program)"
                             : "a slower rate, or a faster bus"});
   }
+  if (result.is_lost) {
+    findings.push_back({Severity::kBad, "the camera was lost, and is not to be opened again",
+                        "cable, connector, power supply; without reconnect=no it is waited for"});
+  }
   if (got.reconnects > 0) {
     findings.push_back({Severity::kBad,
                         fmt::format("lost and opened again {}", count(got.reconnects, "time")),
@@ -192,6 +196,7 @@ void watch(const DoctorArguments& arguments, std::vector<Diagnosis>& findings) {
     conclude_stream(result, info, findings);
     conclude_network(network(), findings);
     pictures.conclude(findings);
+    let_go(std::move(source), result);
   } catch (const NoPicture& failure) {
     const int packet_bytes = network().packet_bytes;
     source.reset();  // the camera is asked by somebody else
@@ -218,7 +223,10 @@ ExitCode doctor(const DoctorArguments& arguments) {
   const std::vector<Diagnosis> findings = examine(arguments);
   nlohmann::json list = nlohmann::json::array();
   for (const Diagnosis& one : findings) {
-    list.push_back({{"severity", word(one.severity)}, {"what", one.what}, {"cure", one.cure}});
+    list.push_back({{"severity", word(one.severity)},
+                    {"code", one.code},
+                    {"what", one.what},
+                    {"cure", one.cure}});
     if (arguments.json) continue;
     fmt::print("{:<9} {}\n", word(one.severity), one.what);
     if (!one.cure.empty()) fmt::print("{:<9} -> {}\n", "", one.cure);

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <limits>
 #include <string>
 
 #include <fmt/format.h>
 
+#include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 
 #include "program.hpp"
@@ -20,6 +23,11 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::milliseconds(100);  // How late Ctrl-C may be noticed.
 constexpr auto kSilence = std::chrono::seconds(5);          // Then the user should know.
 constexpr std::uint64_t kReasonsSaid = 10;
+// Cameras round a rate to what their clocks give: by a percent or two.
+constexpr double kSameRate = 0.05;
+// A second of pictures at the lowest usual rates, 5 a second, tells the rate to 20 %.
+constexpr double kSlower = 0.2;
+constexpr double kLeastSpan_s = 1.0;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -29,10 +37,15 @@ double seconds_since(Clock::time_point start) {
 class FrameLoop {
  public:
   FrameLoop(FrameSource& source, const FrameLimits& limits)
-      : source_(source), info_(source.info()), limits_(limits), progress_("pictures", total()) {}
+      : source_(source), info_(source.info()), limits_(limits), progress_("pictures", total()) {
+    SourceUri uri = SourceUri::parse(info_.uri);
+    asked_hz_ = uri.take_number("fps", 0.0, std::numeric_limits<double>::max());
+    is_paced_ = info_.is_live || uri.take_bool("realtime").value_or(false);
+  }
 
   FrameLoopResult read(const std::function<void(const Frame&)>& on_frame) {
     source_.start();
+    compare_nominal_rate();
     if (info_.is_live) say(info_.description);  // What was chosen where the address says nothing.
     Frame frame;
     while (!is_finished() && receive(frame) && !begins_beyond_limit(frame)) {
@@ -40,10 +53,11 @@ class FrameLoop {
       on_frame(frame);
       progress_.update(result_.pictures);
     }
-    source_.stop();
+    if (!result_.is_lost) source_.stop();
     result_.elapsed_s = seconds_since(start_);
     result_.interrupted = stop_requested();
     result_.statistics = source_.statistics();
+    compare_rate();
     return result_;
   }
 
@@ -72,11 +86,38 @@ class FrameLoop {
           complain_about_silence();
           break;
         case NextStatus::kEnd:
+          result_.is_lost = info_.is_live && !info_.pictures;
+          return false;
         case NextStatus::kStopped:
           return false;
       }
     }
     return false;
+  }
+
+  // What the camera says that it will give.
+  void compare_nominal_rate() {
+    const double nominal_hz = info_.picture_rate_hz;
+    if (!asked_hz_ || !info_.is_live || nominal_hz <= 0.0) return;
+    is_rate_said_ = std::abs(nominal_hz - *asked_hz_) > kSameRate * *asked_hz_;
+    if (is_rate_said_) {
+      say(fmt::format("warning: fps={:g} was asked for, and the camera is set to {:.4g}",
+                      *asked_hz_, nominal_hz));
+    }
+  }
+
+  // What came, lost ones included: on the wall, where that is what paces the source.
+  void compare_rate() const {
+    const double span_s = std::chrono::duration<double>(last_frame_ - first_frame_).count();
+    if (!asked_hz_ || !is_paced_ || is_rate_said_ || span_s < kLeastSpan_s) return;
+    const std::uint64_t pictures =
+        result_.pictures + result_.statistics.dropped + result_.statistics.overrun;
+    const double rate_hz = static_cast<double>(pictures - 1) / span_s;
+    if (rate_hz > (1.0 - kSlower) * *asked_hz_) return;
+    say(fmt::format("warning: fps={:g} was asked for, and {:.3g} pictures came in a second: {}",
+                    *asked_hz_, rate_hz,
+                    info_.is_live ? "is the exposure too long for that, or the connection too slow?"
+                                  : "this machine is too slow for that"));
   }
 
   void complain_about_silence() {
@@ -97,6 +138,7 @@ class FrameLoop {
   }
 
   void note(const Frame& frame) {
+    if (result_.frames == 0) first_frame_ = last_frame_;
     if (result_.frames == 0 || frame.sequence != sequence_) ++result_.pictures;
     ++result_.frames;
     sequence_ = frame.sequence;
@@ -117,6 +159,10 @@ class FrameLoop {
   FrameLoopResult result_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_frame_ = Clock::now();
+  Clock::time_point first_frame_ = last_frame_;
+  std::optional<double> asked_hz_;  // fps= of the address.
+  bool is_paced_ = false;           // Pictures come when they are due.
+  bool is_rate_said_ = false;
   std::uint64_t sequence_ = 0;
   std::uint64_t bad_frames_ = 0;
   bool picture_is_whole_ = false;
@@ -144,6 +190,12 @@ FrameLoopResult read_frames(FrameSource& source, const FrameLimits& limits,
   return result;
 }
 
+void let_go(std::unique_ptr<FrameSource> source, const FrameLoopResult& result) {
+  if (!result.is_lost) return;
+  static_cast<void>(source.release());
+  leave_threads_behind();
+}
+
 std::string describe(const FrameLoopResult& result) {
   std::string text =
       fmt::format("{} in {:.1f} s", count(result.pictures, "picture"), result.elapsed_s);
@@ -160,6 +212,7 @@ std::string describe(const FrameLoopResult& result) {
   add(result.statistics.wrong_size, "of wrong size");
   add(result.statistics.reconnects, "reconnections");
   if (result.interrupted) text += "; interrupted";
+  if (result.is_lost) text += "; the camera was lost";
   return text;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -33,20 +34,26 @@ struct FrameLoopResult {
   std::uint64_t frames = 0;
   double elapsed_s = 0.0;    ///< On the wall.
   bool interrupted = false;  ///< By Ctrl-C.
+  bool is_lost = false;      ///< A camera ended by itself; it was not stopped.
   SourceStatistics statistics;
 
   /// Whether any picture was corrupt or of a wrong size.
   bool has_bad_pictures() const noexcept { return statistics.corrupt + statistics.wrong_size > 0; }
+  bool has_failed() const noexcept { return is_lost || has_bad_pictures(); }
 };
 
 /// Starts the source and hands every frame, good or bad, to `on_frame` until the source ends, a
 /// limit is reached or Ctrl-C comes; stops the source. Says what a live source is and how it was
-/// set up, shows progress, says what is wrong with bad frames (the first ten of them) and that a
-/// camera keeps silent.
+/// set up, shows progress, says what is wrong with bad frames (the first ten of them), that a
+/// camera keeps silent, and that it does not give the fps= that its address asks for.
 ///
 /// @throws Error what `on_frame` and `start` throw; NoPicture where a source gave no frame.
 FrameLoopResult read_frames(FrameSource& source, const FrameLimits& limits,
                             const std::function<void(const Frame&)>& on_frame);
+
+/// Closes the source. That of a lost camera is left as it is, since it would wait for answers for
+/// seconds, and the process then ends without its destructors (`leave_threads_behind`).
+void let_go(std::unique_ptr<FrameSource> source, const FrameLoopResult& result);
 
 /// "120 pictures in 4.0 s (30.0/s), 2 dropped, 1 corrupt": for the summary.
 std::string describe(const FrameLoopResult& result);

@@ -16,7 +16,7 @@ namespace {
 using Severity = Diagnosis::Severity;
 
 constexpr double kOverexposed = 0.02;     // Of the pixels, the stripe's own apart.
-constexpr double kNoStripe = 0.05;        // Of the lines: so many show something in any scene.
+constexpr double kSeenAtLeast = 0.1;      // Of the exposures: the view may be empty for a while.
 constexpr double kFaint = 0.1;            // Of full scale.
 constexpr double kBlurred_px = 8.0;       // Full width at half the height.
 constexpr double kWidthOfSigma = 2.3548;  // The same of a Gaussian.
@@ -87,7 +87,8 @@ std::string choices_of(const std::string& decisions) {
 }  // namespace
 
 PictureExam::PictureExam(const ScannerSetup& setup)
-    : ambient_(ambient_options(setup.options)),
+    : options_(setup.options),
+      ambient_(ambient_options(setup.options)),
       extractor_(make_extractor(setup.options.stripe)),
       along_(setup.options.stripe.axis),
       across_(other(setup.options.stripe.axis)),
@@ -96,6 +97,7 @@ PictureExam::PictureExam(const ScannerSetup& setup)
 void PictureExam::look_at(const Frame& frame) {
   if (frame.status != FrameStatus::kOk || frame.image.empty()) return;
   ++frames_;
+  if (exposures_with_stripe_ == 0) kept_.keep(frame);
   ambient_.push(frame);
   look_at_lit_exposures();
 }
@@ -119,10 +121,15 @@ void PictureExam::look_at(const LitFrame& exposure) {
   across_.look_at(exposure);
   extractor_->extract(exposure, stripe_);
   projector_.project(stripe_, exposure.laser, scan_);
+  if (stripe_.is_seen) ++exposures_with_stripe_;
   lines_ += static_cast<std::uint64_t>(stripe_.line_count);
   for (std::size_t i = 0; i < stripe_.size(); ++i) {
     const ReturnStatus status = stripe_.status[i];
     if (verdict(status) == Verdict::kMissing || status == ReturnStatus::kWeak) continue;
+    if (status == ReturnStatus::kOutlier) {
+      ++outliers_;
+      continue;
+    }
     heights_dn_.push_back(stripe_.amplitude_dn[i]);
     widths_px_.push_back(kWidthOfSigma * stripe_.width_px[i]);
     const std::uint64_t own = clipped_at(clipped_, stripe_, i);
@@ -171,13 +178,41 @@ void PictureExam::conclude(std::vector<Diagnosis>& findings) {
   }
   findings.push_back({Severity::kGood, choices_of(ambient_.decisions()), ""});
   conclude_light(findings);
-  conclude_axis(findings);
-  if (part(widths_px_.size(), lines_) < kNoStripe) {
+  if (!has_stripe()) {
+    const auto there = best_sighting(kept_.frames(), options_);
+    if (there) return conclude_stripe_elsewhere(*there, findings);
     if (!is_overexposed()) conclude_without_stripe(findings);
     return;
   }
+  conclude_axis(findings);
   conclude_stripe(findings);
   conclude_model(findings);
+}
+
+// Two stripes that are as bright as each other, or one that is clipped all along, are seen though
+// no return is sure: then most lines show something that is no outlier.
+bool PictureExam::has_stripe() const noexcept {
+  const bool is_sure = part(exposures_with_stripe_, exposures_) >= kSeenAtLeast;
+  return is_sure || part(widths_px_.size(), lines_) > kMost;
+}
+
+void PictureExam::conclude_stripe_elsewhere(const StripeSighting& there,
+                                            std::vector<Diagnosis>& findings) const {
+  const std::string options = options_for(there, options_);
+  const std::string tried =
+      fmt::format("no laser stripe along {} in channel {}, but {}", to_string(options_.stripe.axis),
+                  to_string(options_.ambient.channel), describe(there));
+  if (options.empty()) {
+    findings.push_back({Severity::kBad, tried + ", where the model has none",
+                        "the model is of another striper, or camera or laser were moved: calibrate "
+                        "it anew",
+                        "not_in_the_plane"});
+    return;
+  }
+  findings.push_back({Severity::kBad, tried,
+                      fmt::format("say {}, and in the model stripe: {{axis: {}, channel: {}}}",
+                                  options, to_string(there.axis), to_string(there.channel)),
+                      there.axis != options_.stripe.axis ? "other_axis" : "other_channel"});
 }
 
 void PictureExam::conclude_light(std::vector<Diagnosis>& findings) const {
@@ -230,12 +265,13 @@ void PictureExam::conclude_stripe(std::vector<Diagnosis>& findings) const {
                         "fine for ranges while it is narrow; shorten exposure_us to see less of "
                         "the surroundings"});
   }
-  if (part(doubtful_, found) > kMost) {
-    findings.push_back({Severity::kDoubtful,
-                        fmt::format("{:.0f} % of what was found is not plainly the stripe",
-                                    100.0 * part(doubtful_, found)),
-                        "other bright lines in view, or a stripe along the other axis (--axis): "
-                        "`striper capture --doubtful` says what is wrong with each"});
+  const double doubtful = part(doubtful_ + outliers_, found + outliers_);
+  if (doubtful > kMost) {
+    findings.push_back(
+        {Severity::kDoubtful,
+         fmt::format("{:.0f} % of what was found is not plainly the stripe", 100.0 * doubtful),
+         "other bright lines in view, or a stripe along the other axis (--axis): "
+         "`striper capture --doubtful` says what is wrong with each"});
   }
 }
 
@@ -245,15 +281,20 @@ void PictureExam::conclude_without_stripe(std::vector<Diagnosis>& findings) cons
                         fmt::format("the pictures are dark: the brightest pixel is {:.0f} of {}",
                                     brightest_dn_, full_scale_dn_),
                         "exposure too short, lens cap on, or laser off: lengthen exposure_us, "
-                        "raise gain, check the laser's supply and strobe="});
+                        "raise gain, check the laser's supply and strobe=",
+                        "no_stripe"});
     return;
   }
-  findings.push_back({Severity::kBad,
-                      fmt::format("no stripe; the surroundings are at {:.0f} of {}",
-                                  levels_dn_ / static_cast<double>(exposures_), full_scale_dn_),
-                      "laser off or out of view, or laser= is wrong: check its supply, interlock "
-                      "and strobe= line; does it fire during the exposure? A stripe from top to "
-                      "bottom wants --axis rows"});
+  findings.push_back(
+      {Severity::kBad,
+       fmt::format("no laser stripe in these pictures, along columns or rows, in any "
+                   "channel: is it on, is it in view, which axis? The surroundings "
+                   "are at {:.0f} of {}",
+                   levels_dn_ / static_cast<double>(exposures_), full_scale_dn_),
+       "laser off or out of view, or laser= is wrong: check its supply, interlock "
+       "and strobe= line; does it fire during the exposure? A stripe from top to "
+       "bottom wants --axis rows",
+       "no_stripe"});
 }
 
 void PictureExam::conclude_model(std::vector<Diagnosis>& findings) const {

@@ -12,6 +12,7 @@
 #include <striper/stripe/extractor.hpp>
 
 #include "scanner_arguments.hpp"
+#include "stripe_watch.hpp"
 
 namespace striper::program {
 
@@ -51,10 +52,15 @@ class PictureExam {
   void conclude_light(std::vector<Diagnosis>& findings) const;
   void conclude_axis(std::vector<Diagnosis>& findings) const;
   void conclude_stripe(std::vector<Diagnosis>& findings) const;
+  bool has_stripe() const noexcept;
   void conclude_without_stripe(std::vector<Diagnosis>& findings) const;
+  void conclude_stripe_elsewhere(const StripeSighting& there,
+                                 std::vector<Diagnosis>& findings) const;
   void conclude_model(std::vector<Diagnosis>& findings) const;
   bool is_overexposed() const noexcept;
 
+  ScannerOptions options_;
+  KeptFrames kept_;
   AmbientStage ambient_;
   std::unique_ptr<StripeExtractor> extractor_;
   Continuity along_;
@@ -71,6 +77,9 @@ class PictureExam {
   double brightest_dn_ = 0.0;
   double levels_dn_ = 0.0;  ///< Sum of the exposures' means.
   int full_scale_dn_ = 255;
+
+  std::uint64_t exposures_with_stripe_ = 0;
+  std::uint64_t outliers_ = 0;
 
   // Of the stripe, each element a line in which it was found.
   std::uint64_t lines_ = 0;

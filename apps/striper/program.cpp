@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <mutex>
 #include <set>
@@ -17,6 +18,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <striper/core/error.hpp>
@@ -48,6 +50,10 @@ void occupy_closed_streams() {
         ::open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
   }
 }
+
+// Whoever started us may want an error like any other instead (`trap '' PIPE`).
+bool is_pipe_error_said = false;
+bool are_threads_left = false;
 
 bool is_ignored(int signal) {
   struct sigaction action {};
@@ -120,6 +126,22 @@ void finish_standard_output() {
                                           std::generic_category().message(errno)));
 }
 
+bool is_reader_gone() {
+  pollfd output{STDOUT_FILENO, 0, 0};
+  return ::poll(&output, 1, 0) > 0 && (output.revents & (POLLERR | POLLHUP)) != 0;
+}
+
+// Files, the camera and its laser were closed on the way here. Returns where the error is another
+// one.
+void end_as_sigpipe_does(const Error& error) {
+  const bool is_of_output =
+      error.kind() == ErrorKind::kIo &&
+      std::string_view(error.what()).find("standard output") != std::string_view::npos;
+  if (is_pipe_error_said || !is_of_output || !is_reader_gone()) return;
+  handle(SIGPIPE, SIG_DFL, 0);
+  ::raise(SIGPIPE);
+}
+
 ExitCode execute(const CLI::App& striper, const Action& action) {
   const std::string name = command_name(striper);
   try {
@@ -128,12 +150,25 @@ ExitCode execute(const CLI::App& striper, const Action& action) {
     finish_standard_output();
     return code;
   } catch (const Error& error) {
+    end_as_sigpipe_does(error);
     say(fmt::format("{}: {}", name, error.what()));
     return exit_code_of(error.kind());
   } catch (const std::exception& error) {
     say(fmt::format("{}: unexpected: {}", name, error.what()));
     return ExitCode::kFailed;
   }
+}
+
+CLI::Validator number_that(bool (*is_fit)(double), const char* otherwise) {
+  CLI::Validator validator;
+  validator.operation([=](const std::string& word) -> std::string {
+    double number = 0.0;
+    const char* const last = word.data() + word.size();
+    const auto [end, error] = std::from_chars(word.data(), last, number);
+    if (error == std::errc() && end == last && is_fit(number)) return {};
+    return fmt::format("'{}' is {}", word, otherwise);
+  });
+  return validator;
 }
 
 }  // namespace
@@ -163,6 +198,7 @@ void prepare_process() {
     handle(signal, request_stop, SA_RESTART | SA_RESETHAND);
   }
   if (!is_ignored(SIGHUP)) handle(SIGHUP, request_stop, SA_RESTART | SA_RESETHAND);  // Else nohup.
+  is_pipe_error_said = is_ignored(SIGPIPE);
   handle(SIGPIPE, SIG_IGN, 0);
   handle(SIGXFSZ, SIG_IGN, 0);
   set_log_callback(show_library_message);
@@ -181,8 +217,12 @@ ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action) {
     say(fmt::format("{}: {}\nSee {} --help", name, explain(striper, error), name));
     return ExitCode::kWrongUsage;
   }
-  return execute(striper, action);
+  const ExitCode code = execute(striper, action);
+  if (are_threads_left) std::_Exit(static_cast<int>(code));
+  return code;
 }
+
+void leave_threads_behind() noexcept { are_threads_left = true; }
 
 bool stop_requested() noexcept { return stop_flag; }
 
@@ -202,15 +242,13 @@ CLI::Validator one_of(std::initializer_list<std::string_view> words) {
 }
 
 CLI::Validator above_zero() {
-  CLI::Validator validator;
-  validator.operation([](const std::string& word) -> std::string {
-    double number = 0.0;
-    const char* const last = word.data() + word.size();
-    const auto [end, error] = std::from_chars(word.data(), last, number);
-    if (error == std::errc() && end == last && number > 0.0 && std::isfinite(number)) return {};
-    return fmt::format("'{}' is no number above 0", word);
-  });
-  return validator;
+  return number_that([](double number) { return number > 0.0 && std::isfinite(number); },
+                     "no number above 0");
+}
+
+CLI::Validator probability() {
+  return number_that([](double number) { return number >= 0.0 && number <= 1.0; },
+                     "no probability, 0 to 1");
 }
 
 CLI::Option* add_source(CLI::App& command, std::string& source) {

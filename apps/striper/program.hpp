@@ -22,8 +22,13 @@ namespace striper::program {
 void prepare_process();
 
 /// Parses the command line and runs the action it chose. Never throws: whatever goes wrong becomes
-/// one line on the standard error stream and an exit code.
+/// one line on the standard error stream and an exit code; a reader of the standard output that
+/// went away (`| head`) ends the process as SIGPIPE does, silently.
 ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action);
+
+/// Says that threads may still wait for a device that is gone: once the output is written the
+/// process ends without its destructors. `run` then does not return.
+void leave_threads_behind() noexcept;
 
 /// Whether Ctrl-C (or SIGTERM) asked to end. A second one ends the process at once.
 bool stop_requested() noexcept;
@@ -53,6 +58,9 @@ CLI::Validator one_of(std::initializer_list<std::string_view> words);
 
 /// Accepts numbers above zero only.
 CLI::Validator above_zero();
+
+/// Accepts 0 to 1.
+CLI::Validator probability();
 
 /// Adds the positional SOURCE, with its forms explained.
 CLI::Option* add_source(CLI::App& command, std::string& source);

@@ -2,6 +2,7 @@
 // striper record: keeps what a source gives, without loss, for images: to replay.
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -93,7 +94,7 @@ class Spacing {
 };
 
 ExitCode record(const RecordArguments& arguments) {
-  const auto source = open_source(arguments.source);
+  auto source = open_source(arguments.source);
   Spacing spacing(arguments.every_s);
   std::optional<NewBoardPoses> poses;
   if (arguments.board) poses.emplace(*arguments.board, !source->info().pictures);
@@ -119,7 +120,8 @@ ExitCode record(const RecordArguments& arguments) {
     summary["recorded"] = recorder.frames();
     print_json(summary);
   }
-  return result.has_bad_pictures() ? ExitCode::kFailed : ExitCode::kDone;
+  let_go(std::move(source), result);
+  return result.has_failed() ? ExitCode::kFailed : ExitCode::kDone;
 }
 
 }  // namespace

@@ -72,6 +72,8 @@ void apply(const ScannerArguments& arguments, ScannerOptions& options) {
     options.ambient.difference_channel.reset();  // What was asked for holds everywhere.
   }
   if (arguments.threshold_dn) options.stripe.threshold_dn = arguments.threshold_dn;
+  if (arguments.width_px) options.stripe.stripe_sigma_px = arguments.width_px;
+  if (arguments.min_confidence) options.stripe.min_confidence = *arguments.min_confidence;
   if (arguments.min_range_m) options.scan.min_range_m = *arguments.min_range_m;
   if (arguments.max_range_m) options.scan.max_range_m = *arguments.max_range_m;
 }
@@ -82,7 +84,14 @@ void refuse_contradictions(const ScannerArguments& arguments) {
                 fmt::format("{} needs --model: without it there are no ranges",
                             arguments.min_range_m ? "--min-range" : "--max-range"));
   }
-  if (arguments.method != "paper" || !arguments.peak || arguments.peak == "brightest") return;
+  if (arguments.method != "paper") return;
+  if (arguments.width_px || arguments.min_confidence) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("{} is for --method fast or refined: paper knows neither the stripe's "
+                            "width nor a probability",
+                            arguments.width_px ? "--width" : "--min-confidence"));
+  }
+  if (!arguments.peak || arguments.peak == "brightest") return;
   throw Error(ErrorKind::kUsage,
               fmt::format("--peak {} is for --method fast or refined: paper knows the brightest "
                           "pixel alone",
@@ -97,6 +106,12 @@ void require_fields(AmbientMethod method, const SourceInfo& source) {
                           "fields=split-top or fields=split-bottom (the field exposed first; NTSC "
                           "has the bottom one first, PAL the top one)",
                           source.uri));
+}
+
+// Who said it.
+const char* origin(bool is_asked, const ScannerSetup& setup) {
+  if (is_asked) return "as you asked";
+  return setup.model ? "as the model says" : "the default";
 }
 
 }  // namespace
@@ -149,6 +164,19 @@ void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
           "default: from the noise")
       ->type_name("DN");
   command
+      .add_option("--width", arguments.width_px,
+                  "The stripe's Gaussian sigma (its width at half its height over 2.35), pixels of "
+                  "the picture; default: the model's, else measured")
+      ->type_name("PX")
+      ->check(above_zero());
+  command
+      .add_option("--min-confidence", arguments.min_confidence,
+                  fmt::format("Returns that are the stripe with a smaller probability than this "
+                              "are outlier, 0 to 1; default {}",
+                              ExtractOptions{}.min_confidence))
+      ->type_name("P")
+      ->check(probability());
+  command
       .add_option("--min-range", arguments.min_range_m, "Nearer returns are out_of_range, metres")
       ->type_name("M");
   command
@@ -170,9 +198,20 @@ ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& 
   return setup;
 }
 
-Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source) {
-  const ScannerSetup setup = scanner_setup(arguments, source);
+Scanner make_scanner(const ScannerSetup& setup) {
   return setup.model ? Scanner(*setup.model, setup.options) : Scanner(setup.options);
+}
+
+std::string describe_search(const ScannerArguments& arguments, const ScannerSetup& setup) {
+  const AmbientOptions& ambient = setup.options.ambient;
+  std::string channels(to_string(ambient.channel));
+  if (ambient.difference_channel && ambient.difference_channel != ambient.channel) {
+    channels +=
+        fmt::format(", {} where dark is subtracted", to_string(*ambient.difference_channel));
+  }
+  return fmt::format("along {} ({}), channel {} ({})", to_string(setup.options.stripe.axis),
+                     origin(arguments.axis.has_value(), setup), channels,
+                     origin(arguments.channel.has_value(), setup));
 }
 
 }  // namespace striper::program

@@ -21,6 +21,8 @@ struct ScannerArguments {
   std::optional<std::string> channel;
   std::optional<std::string> ambient;
   std::optional<double> threshold_dn;
+  std::optional<double> width_px;
+  std::optional<double> min_confidence;
   std::optional<double> min_range_m;
   std::optional<double> max_range_m;
 };
@@ -39,7 +41,11 @@ struct ScannerSetup {
 ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& source);
 
 /// The scanner for that.
-/// @throws Error as `scanner_setup` and Scanner do.
-Scanner make_scanner(const ScannerArguments& arguments, const SourceInfo& source);
+/// @throws Error as Scanner does.
+Scanner make_scanner(const ScannerSetup& setup);
+
+/// "along columns (the default), channel red (as the model says)": where the stripe is looked for,
+/// and who said so.
+std::string describe_search(const ScannerArguments& arguments, const ScannerSetup& setup);
 
 }  // namespace striper::program

@@ -2,6 +2,7 @@
 #include "summary.hpp"
 
 #include <cerrno>
+#include <numeric>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -14,6 +15,10 @@ namespace striper::program {
 
 void ReturnCounts::add(const PolarScan& scan) noexcept {
   for (const Return& r : scan.returns) ++counts_[static_cast<std::size_t>(r.status)];
+}
+
+std::uint64_t ReturnCounts::total() const noexcept {
+  return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0});
 }
 
 std::string ReturnCounts::describe() const {
@@ -42,6 +47,7 @@ nlohmann::json to_json(const FrameLoopResult& result) {
       {"dropped", source.dropped},       {"overrun", source.overrun},
       {"corrupt", source.corrupt},       {"incomplete", source.incomplete},
       {"wrong_size", source.wrong_size}, {"reconnects", source.reconnects},
+      {"lost", result.is_lost},
   };
 }
 

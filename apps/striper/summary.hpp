@@ -23,6 +23,7 @@ class ReturnCounts {
   std::string describe() const;
   nlohmann::json to_json() const;
 
+  std::uint64_t total() const noexcept;
   std::uint64_t of(ReturnStatus status) const noexcept {
     return counts_[static_cast<std::size_t>(status)];
   }

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -18,6 +19,7 @@
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
+#include "stripe_watch.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
 
@@ -275,17 +277,26 @@ ExitCode verify(const VerifyArguments& arguments) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("--min-fill {}: expected a part, 0 to 1", arguments.least_fill));
   }
-  const auto source = open_source(arguments.source);
-  Scanner scanner = make_scanner(arguments.scanner, source->info());
+  auto source = open_source(arguments.source);
+  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info());
+  Scanner scanner = make_scanner(setup);
+  StripeWatch watch(arguments.scanner, setup);
   Verification verification;
   const auto keep = [&](std::span<const PolarScan> scans) {
+    watch.look_at(scans);
     for (const PolarScan& scan : scans) verification.add(scan);
   };
-  read_frames(*source, arguments.limits, [&](const Frame& frame) { keep(scanner.process(frame)); });
+  const FrameLoopResult read = read_frames(*source, arguments.limits, [&](const Frame& frame) {
+    watch.keep(frame);
+    keep(scanner.process(frame));
+  });
   keep(scanner.finish());
+  watch.conclude();
   verification.say_result(arguments);
   if (arguments.json) print_json(verification.result(arguments));
-  return verification.failures(arguments).empty() ? ExitCode::kDone : ExitCode::kFailed;
+  let_go(std::move(source), read);
+  const bool is_passed = verification.failures(arguments).empty() && !read.is_lost;
+  return is_passed ? ExitCode::kDone : ExitCode::kFailed;
 }
 
 }  // namespace

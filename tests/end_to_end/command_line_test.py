@@ -11,6 +11,7 @@ import io
 import json
 import math
 import os
+import random
 import resource
 import shutil
 import signal
@@ -18,7 +19,8 @@ import subprocess
 import time
 import unittest
 
-from program import STRIPER, InScratch, striper
+from program import SOURCE_DIR, STRIPER, InScratch, striper
+
 COLUMNS = (
     "frame,time_s,laser,u_px,v_px,bearing_rad,range_m,range_near_m,range_far_m,sigma_m,sigma_cal_m,"
     "x_m,y_m,intensity,width_px,row_sigma_px,confidence,status"
@@ -151,6 +153,10 @@ class WrongUsage(EndToEnd):
         self.check("--seconds: '-1' is no number above 0", "capture", self.shots, "--seconds", "-1")
         self.check("--seconds: 'inf' is no number above", "capture", self.shots, "--seconds", "inf")
         self.check("threshold", "capture", self.shots, "--threshold", "-3")
+        self.check("--width: '0' is no number above 0", "capture", self.shots, "--width", "0")
+        for value in ("-0.1", "1.01", "nan", "sure"):
+            done = striper("capture", self.shots, f"--min-confidence={value}", code=2)
+            self.assertIn(f"--min-confidence: '{value}' is no probability, 0 to 1", done.stderr)
         for option, value in (("--min-fill", "nan"), ("--min-fill", "7"), ("--max-ratio", "-3")):
             self.check(option, "verify", self.shots, "-m", self.model, option, value)
         self.check("--black nan: expected a level", "noise", self.shots, "--black", "nan")
@@ -181,6 +187,10 @@ class WrongUsage(EndToEnd):
             "--peak", "continuous",
         )
         self.capture(self.shots, "--method", "paper", "--peak", "brightest")
+        for option, value in (("--width", "1.2"), ("--min-confidence", "0.5")):
+            self.check(
+                f"{option} is for --method fast or refined", "capture", self.shots, "--method", "paper", option, value
+            )
         self.check("--max-range needs --model", "capture", self.shots, "--max-range", "3")
         self.capture(self.shots, "--model", self.model, "--max-range", "3")
 
@@ -315,6 +325,29 @@ class Scans(EndToEnd):
             self.assertLess(near, true_m)
             self.assertLess(true_m, far)
 
+    def test_dark_exposures_are_talked_of_where_they_matter(self):
+        def decided(*arguments):
+            text = self.capture(*arguments).stderr
+            self.assertNotIn("warning", text)
+            return [line.removeprefix("decided: ") for line in text.splitlines() if line.startswith("decided: ")]
+
+        self.assertEqual(decided(self.shots), ["channel grey"], "a laser that is always on")
+        every = ["channel grey", "cadence 0 (given)", "ambient none"]
+        self.assertEqual(decided(self.shots + "?laser=0"), every)
+        self.assertIn("ambient none", decided(self.shots, "--ambient", "none"))
+        self.write("blank.pgm", pgm(row=1000))
+        self.assertIn("ambient none", decided(self.path("blank.pgm")), "little is found: daylight may be why")
+
+    def test_rate_that_is_not_reached_is_said(self):
+        scene = os.path.join(SOURCE_DIR, "data/scenes/room.yaml")
+        done = self.capture(f"sim:{scene}?fps=1000&realtime=yes&frames=40", "-o", self.path("scans.csv"))
+        self.assertRegex(
+            done.stderr, r"warning: fps=1000 was asked for, and [\d.]+ pictures came in a second: this machine is too slow"
+        )
+        for query in ("fps=1000&frames=40", "fps=2&realtime=yes&frames=4"):
+            done = self.capture(f"sim:{scene}?{query}", "-o", self.path("scans.csv"))
+            self.assertNotIn("was asked for", done.stderr)
+
     def test_frames_and_seconds_limit_what_is_read(self):
         frames = {row["frame"] for row in self.rows(self.capture(self.shots, "--frames", "2").stdout)}
         self.assertEqual(frames, {"0", "1"})
@@ -372,6 +405,98 @@ class Scans(EndToEnd):
         self.assertNotIn("\r", done.stderr, "no progress line where there is no terminal")
 
 
+class NoStripe(EndToEnd):
+    """That there is no stripe is said, with what was tried and where one is instead. The pictures without one are
+    of plain noise: of textures see the pictures with the laser off in doctor_test.py."""
+
+    def picture(self, name, stripe, along="columns", background=20, colours=0):
+        """Noise, with a stripe if told; of colour pictures it is in plane `colours` - 1 of R, G, B."""
+        noise = random.Random(name)
+        pixels = bytearray()
+        for v in range(HEIGHT):
+            for u in range(WIDTH):
+                light = stripe * math.exp(-0.5 * (((v if along == "columns" else u) - STRIPE_ROW) / 0.8) ** 2)
+                for plane in range(3 if colours else 1):
+                    dn = background + noise.gauss(0, 1.5) + (light if plane == max(colours - 1, 0) else 0)
+                    pixels.append(min(max(round(dn), 0), 255))
+        return self.write(name, b"P%d %d %d 255\n" % (6 if colours else 5, WIDTH, HEIGHT) + bytes(pixels))
+
+    def pictures(self, count, stripe, **how):
+        for number in range(count):
+            self.picture(f"walk/{number}.pnm", stripe, **how)
+        return self.path("walk")
+
+    def said(self, source, *arguments, code=0):
+        done = self.capture(source, "-o", self.path("scans.csv"), "--json", *arguments, code=code)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("no_stripe: ")]
+        return json.loads(done.stdout), lines, done.stderr
+
+    def test_where_it_is_looked_for_and_who_said_so(self):
+        _, _, text = self.said(self.shots)
+        self.assertIn("looking for the stripe along columns (the default), channel auto (the default)\n", text)
+        _, _, text = self.said(self.shots, "-m", self.model, "--channel", "red")
+        self.assertIn("along columns (as the model says), channel red (as you asked)\n", text)
+        done = striper("verify", self.shots, "-m", self.model, code=None)
+        self.assertIn("along columns (as the model says), channel grey (as the model says)\n", done.stderr)
+
+    def test_stripe_that_is_seen_is_no_event(self):
+        summary, lines, _ = self.said(self.shots)
+        self.assertEqual((summary["without_stripe"], summary["stripe_elsewhere"], lines), (0, None, []))
+
+    def test_laser_off(self):
+        summary, lines, _ = self.said(self.pictures(5, 0) + "?laser=0", "--axis", "rows")
+        self.assertEqual((summary["without_stripe"], summary["stripe_elsewhere"]), (5, None))
+        self.assertEqual(lines, [
+            "no_stripe: no laser's stripe in the first 3 scans, looked for along rows (as you asked), channel auto "
+            "(the default): is the laser on, and in view?",
+            "no_stripe: nor along the other axis, nor in any other channel",
+            "no_stripe: in 5 of 5 scans (100 %) no stripe was seen",
+        ])
+
+    def test_one_picture_is_enough(self):
+        _, lines, _ = self.said(self.pictures(1, 0))
+        self.assertIn("no_stripe: no laser's stripe in the first 1 scan, looked for along columns", lines[0])
+
+    def test_laser_that_goes_off(self):
+        source = self.pictures(4, 150)
+        for number in (1, 3):
+            self.picture(f"walk/{number}.pnm", 0)
+        summary, lines, _ = self.said(source + "?laser=0")
+        self.assertEqual(summary["without_stripe"], 2)
+        self.assertEqual(lines, ["no_stripe: in 2 of 4 scans (50 %) no stripe was seen"])
+
+    def test_stripe_along_the_other_axis(self):
+        source = self.pictures(4, 150, along="rows")
+        summary, lines, _ = self.said(source)
+        self.assertEqual(summary["stripe_elsewhere"]["axis"], "rows")
+        self.assertRegex(lines[1], r"a stripe along rows in channel grey is seen in \d+ % of the rows: --axis rows$")
+        self.assertEqual(self.said(source, "--axis", "rows")[1], [])
+
+    def test_stripe_in_another_channel(self):
+        source = self.pictures(4, 150, along="rows", colours=1)
+        summary, lines, _ = self.said(source, "--channel", "blue")
+        self.assertEqual(summary["stripe_elsewhere"]["axis"], "rows")
+        self.assertEqual(summary["stripe_elsewhere"]["channel"], "red")
+        self.assertIn("rows: --axis rows --channel red", lines[1])
+        self.assertEqual(self.said(source, "--axis", "rows", "--channel", "red")[1], [])
+
+    def test_verify_says_it_too(self):
+        done = striper("verify", self.pictures(4, 0) + "?laser=0", "-m", self.model, code=1)
+        self.assertIn("no_stripe: no laser's stripe in the first 3 scans", done.stderr)
+
+    def test_confidence_that_is_asked_for(self):
+        every = self.said(self.shots, "--min-confidence", "0")[0]["returns"]
+        none = self.said(self.shots, "--min-confidence", "1")[0]["returns"]
+        self.assertEqual(every["ok"], 4 * WIDTH)
+        self.assertGreaterEqual(every["ok"], none["ok"])
+
+    def test_width_that_is_told(self):
+        done = self.capture(self.shots, "--width", "0.8")
+        self.assertEqual(len(self.rows(done.stdout)), 4 * WIDTH)
+        wrong = self.said(self.shots, "--width", "5")[0]["returns"]
+        self.assertLess(wrong["ok"], 4 * WIDTH, "the stripe is far narrower than that")
+
+
 class Output(EndToEnd):
     def test_full_device(self):
         done = self.capture(self.shots, "-o", "/dev/full", code=1)
@@ -407,7 +532,8 @@ class Output(EndToEnd):
             ["sh", "-c", line], cwd=self.path("."), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             timeout=60, check=False,
         )
-        self.assertEqual(done.returncode, code, done.stderr)
+        if code is not None:
+            self.assertEqual(done.returncode, code, done.stderr)
         return done
 
     def test_disk_that_fills_up_keeps_whole_lines(self):
@@ -459,6 +585,28 @@ class Output(EndToEnd):
         program.stdout.close()
         message = program.stderr.read().decode()
         program.stderr.close()
+        self.assertEqual(program.wait(timeout=60), -signal.SIGPIPE, "as other programs end")
+        self.assertNotIn("pipe", message.lower())
+        self.assertNotIn("striper capture:", message)
+
+    def test_reader_that_goes_away_is_nothing_to_talk_about(self):
+        for arguments in (["capture", self.shots], ["--help"], ["capture", "--help"]):
+            with self.subTest(arguments=arguments):
+                words = " ".join(f"'{word}'" for word in [STRIPER, *arguments])
+                done = self.shell(f"{{ {words}; echo $? >&2; }} | head -n 0", code=None)
+                self.assertNotIn("pipe", done.stderr.lower())
+                self.assertIn(done.stderr.splitlines()[-1], ("141", "0"), "killed by SIGPIPE, or done before")
+
+    def test_reader_that_goes_away_is_an_error_where_sigpipe_is_ignored(self):
+        program = subprocess.Popen(
+            [STRIPER, "capture", self.long_recording()],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            restore_signals=False, preexec_fn=lambda: signal.signal(signal.SIGPIPE, signal.SIG_IGN),
+        )
+        program.stdout.readline()
+        program.stdout.close()
+        message = program.stderr.read().decode()
+        program.stderr.close()
         self.assertEqual(program.wait(timeout=60), 1, message)
         self.assertIn("cannot write 'standard output': Broken pipe", message)
 
@@ -470,8 +618,8 @@ class Output(EndToEnd):
                 [STRIPER, "capture", self.shots],
                 stdout=pipe, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
             )
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("Broken pipe", done.stderr)
+        self.assertEqual(done.returncode, -signal.SIGPIPE)
+        self.assertNotIn("pipe", done.stderr.lower())
 
     @unittest.skipIf(os.geteuid() == 0 and not shutil.which("setpriv"), "root may enter every directory")
     def test_directory_that_may_not_be_entered(self):

@@ -67,6 +67,9 @@ class Doctor(InScratch):
                 return
         self.fail(f"nobody says '{what}': {findings}")
 
+    def codes(self, findings):
+        return {one["code"] for one in findings if one["code"]}
+
     def check_all_is_well(self, findings, what):
         self.check(findings, "good", what)
         self.assertEqual({one["severity"] for one in findings}, {"good"}, findings)
@@ -93,7 +96,8 @@ class Light(Doctor):
 
     def test_laser_off(self):
         findings = self.findings(self.picture(grey(80, stripe(0))), 1)
-        self.check(findings, "bad", "no stripe; the surroundings are at 80", "or laser= is wrong")
+        self.check(findings, "bad", "is it on, is it in view, which axis\\? The surroundings are at 80", "or laser= is wrong")
+        self.assertIn("no_stripe", self.codes(findings))
 
     def test_out_of_focus(self):
         findings = self.findings(self.picture(grey(20, stripe(150, sigma=6.0))), 0)
@@ -106,7 +110,7 @@ class Light(Doctor):
 
     def test_for_people(self):
         done = striper("doctor", self.picture(grey(80, stripe(0))), code=1)
-        self.assertRegex(done.stdout, r"(?m)^bad +no stripe; .*\n +-> laser off or out of view")
+        self.assertRegex(done.stdout, r"(?m)^bad +no laser stripe in these pictures.*\n +-> laser off or out of view")
 
 
 class Colour(Doctor):
@@ -118,7 +122,15 @@ class Colour(Doctor):
 
     def test_laser_off(self):
         findings = self.findings(self.picture(green_on_white(30, stripe(0))), 1, "--channel", "green-red")
-        self.check(findings, "bad", "no stripe", "laser off")
+        self.check(findings, "bad", "no laser stripe in these pictures", "laser off")
+        self.assertIn("no_stripe", self.codes(findings))
+
+    def test_looked_for_in_the_wrong_channel(self):
+        source = self.picture(green_on_white(30, stripe(100)))
+        findings = self.findings(source, 1, "--channel", "blue")
+        self.check(findings, "bad", "no laser stripe along columns in channel blue, but a stripe along columns in channel",
+                   "say --channel green-red")
+        self.assertIn("other_channel", self.codes(findings))
 
     def test_saturated(self):
         source = self.picture(b"P6 %d %d 255\n" % (WIDTH, HEIGHT) + b"\xff" * (3 * WIDTH * HEIGHT))
@@ -130,10 +142,11 @@ class Axis(Doctor):
         source = self.picture(grey(20, stripe(150), along="rows"))
         findings = self.findings(source, 0, "--axis", "rows")
         self.check_all_is_well(findings, "a stripe in 100 % of the rows")
-        # Along the columns there is none, and both cures name the other axis.
+        # Along the columns there is none, and the cure names the other axis.
         findings = self.findings(source, 1)
-        self.check(findings, "bad", "no stripe", "--axis rows")
-        self.check(findings, "doubtful", "along the other axis: in 100 % of the rows", "--axis rows")
+        self.check(findings, "bad", "no laser stripe along columns in channel auto, but a stripe along rows in channel grey "
+                   "is seen in 100 % of the rows", "say --axis rows, and in the model stripe: {axis: rows")
+        self.assertIn("other_axis", self.codes(findings))
 
     def test_whose_columns_show_something_else(self):
         self.check(self.findings(CURB + "?frames=2", 0), "doubtful", "in 100 % of the rows", "say --axis rows")
@@ -191,7 +204,7 @@ class Fields(Doctor):
 
     def test_laser_that_the_address_gets_wrong(self):
         findings = self.findings(f"images:{self.woven.name}?fields=split-bottom&laser=dark,0", None)
-        self.check(findings, "bad|doubtful", "no stripe|could be scanned|the pictures show")
+        self.check(findings, "bad|doubtful", "no laser stripe|could be scanned|the pictures show")
 
 
 class Numbers(Doctor):

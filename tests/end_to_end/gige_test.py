@@ -212,6 +212,47 @@ class Devices(Gige):
             self.assertEqual(self.listed(camera)["access"], "free")
 
 
+class Lost(Gige):
+    def end_of(self, command, *options):
+        """What a command says, and how long after the camera was lost it ends."""
+        with VirtualCamera(self.write("small.yaml", small_scene())) as camera:
+            program = subprocess.Popen(
+                [STRIPER, command, camera.uri("reconnect=no"), *options],
+                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            )
+            self.addCleanup(program.kill)
+            self.assertIn("Striper VirtualStriper", self.line_with(program, "Mono8"))
+            time.sleep(1.0)
+            camera.program.kill()
+            lost_at = time.monotonic()
+            stdout, stderr = program.communicate(timeout=20)
+            return program.returncode, stdout, stderr, time.monotonic() - lost_at
+
+    def line_with(self, program, word):
+        for line in program.stderr:
+            if word in line:
+                return line
+        return self.fail(f"it ended without '{word}'")
+
+    def test_camera_that_is_not_to_be_opened_again(self):
+        scans = self.path("scans.csv")
+        code, stdout, stderr, seconds = self.end_of("capture", "-o", scans, "--json")
+        self.assertEqual(code, 1, stderr)
+        self.assertLess(seconds, 3.0)
+        self.assertRegex(stderr, r"error: camera Striper VirtualStriper \S+ is lost: .*; the stream ends")
+        self.assertIn("; the camera was lost", stderr)
+        self.assertTrue(json.loads(stdout)["lost"])
+        with open(scans, encoding="utf-8") as file:
+            self.assertTrue(file.read().endswith("ok\n"), "what was scanned is kept whole")
+
+    def test_record_too(self):
+        code, _, stderr, seconds = self.end_of("record", "-o", self.path("rec"))
+        self.assertEqual(code, 1, stderr)
+        self.assertLess(seconds, 3.0)
+        self.assertIn("the camera was lost", stderr)
+        striper("capture", "images:" + self.path("rec"), "-o", self.path("scans.csv"))
+
+
 class LaserOff(Gige):
     """Whatever ends a capture, the last thing that the camera hears of its laser is off."""
 

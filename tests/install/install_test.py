@@ -5,7 +5,8 @@
   install_test.py CASE --build DIR --source DIR --work DIR --components sdk,capture,... [--config CMAKE_OPTION...]
 
 Cases: install (puts the libraries into a folder and moves that to WORK/prefix; the others need it), sdk, sdk_and_capture,
-calibration, missing (asks for what is not there and reads the answer).
+calibration, missing (asks for what is not there and reads the answer), share (builds the installed examples, and looks whether
+every example, scene and plot script is there).
 """
 import argparse
 import pathlib
@@ -35,7 +36,7 @@ def install(options):
     first = options.work / "first"
     shutil.rmtree(first, ignore_errors=True)
     shutil.rmtree(options.prefix, ignore_errors=True)
-    for component in options.components:
+    for component in [*options.components, "share"]:
         must_run(["cmake", "--install", options.build, "--prefix", first, "--component", component])
     first.rename(options.prefix)
     for path in options.prefix.rglob("*.cmake"):
@@ -76,9 +77,32 @@ def missing(options):
             fail(f"expected '{expected}' in:\n{output}")
 
 
+def share(options):
+    installed = options.prefix / "share/striper"
+    for folder, pattern, part in (("apps/examples", "*.cpp", "examples"), ("apps/plot", "*.gp", "plot"),
+                                  ("data/scenes", "*", "scenes")):
+        files = sorted(path.relative_to(options.source / folder) for path in (options.source / folder).glob(pattern))
+        if not files:
+            fail(f"{folder} holds no {pattern}")
+        for file in files:
+            there = installed / part / file
+            if not there.is_file() or there.read_bytes() != (options.source / folder / file).read_bytes():
+                fail(f"{there} is not {options.source / folder / file}")
+    work = options.work / "build_examples"
+    shutil.rmtree(work, ignore_errors=True)
+    must_run(["cmake", "-S", installed / "examples", "-B", work, f"-DCMAKE_PREFIX_PATH={options.prefix}", *options.config])
+    must_run(["cmake", "--build", work])
+    for example in (options.source / "apps/examples").glob("*.cpp"):
+        if not (work / example.stem).is_file():
+            fail(f"the installed project does not build {example.stem}")
+    code, output = run([work / "01_stream_scans", f"sim:{installed}/scenes/room.yaml?frames=1", "none.yaml"])
+    if code == 0 or "none.yaml" not in output:
+        fail(f"01_stream_scans with a model that is not there ended with {code}:\n{output}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("case", choices=["install", "sdk", "sdk_and_capture", "calibration", "missing"])
+    parser.add_argument("case", choices=["install", "sdk", "sdk_and_capture", "calibration", "missing", "share"])
     parser.add_argument("--build", type=pathlib.Path, required=True)
     parser.add_argument("--source", type=pathlib.Path, required=True)
     parser.add_argument("--work", type=pathlib.Path, required=True)
@@ -91,6 +115,8 @@ def main():
         install(options)
     elif options.case == "missing":
         missing(options)
+    elif options.case == "share":
+        share(options)
     else:
         use(options, options.case.split("_and_"), options.case)
 

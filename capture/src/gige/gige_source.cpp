@@ -97,9 +97,9 @@ struct GigeSource::State {
   void look_after(Session& camera);
   void lay_to_rest(std::shared_ptr<Session> camera);
   bool try_reopen();
+  void end_stream(const Session& camera);
 
   bool give_next(Frame& frame);
-  bool has_ended() const;
   bool fill(Frame& frame, PoolSlot& slot);
   void describe(Frame& frame, PoolSlot& slot, std::uint64_t since_start);
   void fill_image(Frame& frame, PoolSlot& slot);
@@ -118,6 +118,7 @@ struct GigeSource::State {
   std::condition_variable news_came;
   std::uint64_t news = 0;
   std::atomic<bool> is_running = false;
+  std::atomic<bool> has_ended = false;  // A lost camera that is not to be opened again.
 
   mutable std::mutex mutex;          // of all that follows
   std::shared_ptr<Session> session;  // null while the camera is lost
@@ -176,6 +177,7 @@ void GigeSource::State::begin() {
   statistics = {};
   causes = {};
   session->start([this] { wake(); });
+  has_ended = false;
   is_running = true;
   supervisor = std::thread(&State::supervise, this);
 }
@@ -217,7 +219,7 @@ NextStatus GigeSource::next(Frame& frame, std::chrono::milliseconds timeout) {
       seen = s.news;
     }
     if (s.give_next(frame)) return NextStatus::kFrame;
-    if (s.has_ended()) return NextStatus::kEnd;
+    if (s.has_ended) return NextStatus::kEnd;
     if (!s.wait_for_news(seen, deadline)) {
       return s.is_running ? NextStatus::kTimeout : NextStatus::kStopped;
     }
@@ -232,12 +234,6 @@ bool GigeSource::State::give_next(Frame& frame) {
     if (fill(frame, *slot)) return true;
   }
   return false;
-}
-
-/// A lost camera that is not to be opened again gives nothing any more.
-bool GigeSource::State::has_ended() const {
-  const std::lock_guard lock(mutex);
-  return !options.reconnect && session && session->is_lost();
 }
 
 /// @return false for what is left of a picture that was given already, or given up.
@@ -369,6 +365,7 @@ void GigeSource::State::supervise() {
       retry_after = kRound;
       if (camera->is_lost()) camera->darken();
       if (camera->is_lost() && options.reconnect) lay_to_rest(camera);
+      if (camera->is_lost() && !options.reconnect) end_stream(*camera);
     } else if (!try_reopen()) {
       if (!pause(retry_after)) return;
       retry_after = std::min<std::chrono::milliseconds>(2 * retry_after, kLongestPause);
@@ -402,6 +399,14 @@ void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
   } catch (const std::system_error& failure) {  // no thread for it: it was closed here
     log(LogLevel::kDebug, fmt::format("closing the lost camera: {}", failure.what()));
   }
+}
+
+/// Its laser was commanded off, if it answers: whoever reads may leave now.
+void GigeSource::State::end_stream(const Session& camera) {
+  if (has_ended.exchange(true)) return;
+  log(LogLevel::kError,
+      fmt::format("camera {} is lost: {}; the stream ends", camera.description(), camera.loss()));
+  wake();
 }
 
 bool GigeSource::State::try_reopen() {

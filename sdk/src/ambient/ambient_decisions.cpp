@@ -253,8 +253,10 @@ void AmbientStage::State::say_nothing_is_taken_off(const CadenceFinder::Finding&
       options.method == AmbientMethod::kFields || options.method == AmbientMethod::kAlternate;
   if (finding.always_lit) {
     if (is_asked_for) warn(fmt::format(kAlwaysLit, to_string(options.method)));
-  } else if (finder.exposures() > 1 && (is_asked_for || options.method == AmbientMethod::kAuto)) {
+  } else if (finder.exposures() > 1 && is_asked_for) {
     warn(kNoDarkSeen);
+  } else if (finder.exposures() > 1 && options.method == AmbientMethod::kAuto) {
+    note(LogLevel::kInfo, kNoDarkSeen);  // A laser that is always on is nothing wrong.
   }
 }
 
@@ -291,9 +293,11 @@ void AmbientStage::State::settle(const Cadence& cadence, const char* how) {
   cadence_origin = how;
 }
 
-void AmbientStage::State::warn(const std::string& message) {
+void AmbientStage::State::warn(const std::string& message) { note(LogLevel::kWarning, message); }
+
+void AmbientStage::State::note(LogLevel level, const std::string& message) {
   if (std::find(warnings.begin(), warnings.end(), message) != warnings.end()) return;
-  log(LogLevel::kWarning, message);
+  log(level, message);
   warnings.push_back(message);
 }
 

@@ -9,6 +9,7 @@
 #include <striper/ambient/ambient_stage.hpp>
 #include <striper/ambient/cadence_finder.hpp>
 #include <striper/ambient/colour_difference.hpp>
+#include <striper/core/log.hpp>
 
 #include "ambient/background.hpp"
 #include "ambient/exposure_numbers.hpp"
@@ -57,6 +58,7 @@ struct AmbientStage::State {
   void check_rows(const detail::HeldExposure& unpaired_exposure);
   void settle(const Cadence& cadence, const char* how);
   void warn(const std::string& message);
+  void note(LogLevel level, const std::string& message);
 
   // ---- What goes out.
   detail::DarkChoice choice() const noexcept;

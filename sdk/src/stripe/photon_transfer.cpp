@@ -19,9 +19,13 @@ constexpr double kVarianceInGate = 0.998929;      // Of a normal distribution cu
 constexpr double kSigmaOfHalf = 1.0 / 1.3489795;  // Of the half in the middle.
 constexpr double kLeastInPair = 200.0;            // Pixels of a level.
 constexpr double kLeastInAll = 1000.0;
-// Successive differences share a picture.
-constexpr double kSharing = 1.5;
 constexpr double kMostMisfit = 0.15;
+// A curve where the line should be: misfit beyond what its pictures' number explains. Straight
+// lines give 1.0 and .03, a gamma of .45 in eight pictures of 320x200 2.5 and .09.
+constexpr double kMostScatter = 2.0;
+constexpr double kMostMisfitOfCurve = 0.06;
+// Scatter is beyond chance at so many standard deviations of its own.
+constexpr double kBeyondChance = 3.0;
 constexpr double kLeastContrast = 1.0 / 16.0;  // Of full scale,
 constexpr double kMostUncertain = 0.1;         // or the slope is known to this part.
 constexpr double kQuantisation = 1.0 / 12.0;
@@ -52,6 +56,8 @@ Run shortest_half(const std::uint32_t* counts, double total) {
 }
 
 struct Moments {
+  int first = 0;  // The gate: bins from here
+  int last = -1;  // to there.
   double count = 0.0;
   double mean = 0.0;      // Bins.
   double variance = 0.0;  // Bins^2.
@@ -72,6 +78,8 @@ Moments moments_within(const std::uint32_t* counts, double middle, double spread
     squares += x * x * counts[bin];
   }
   if (m.count < 2.0) return {};
+  m.first = first;
+  m.last = last;
   m.mean = middle + sum / m.count;
   m.variance = (squares - sum * sum / m.count) / (m.count - 1.0) / kVarianceInGate;
   return m;
@@ -87,8 +95,15 @@ Moments moments_in_gate(const std::uint32_t* counts, double total) {
 struct Point {
   double level_dn;
   double variance;
-  double count;
+  double count;  // Of differences that share no picture, which tell as much.
+
+  // One over the squared error of `variance`, where it is expected to be `expected`.
+  double weight(double expected) const { return count / (2.0 * expected * expected); }
 };
+
+// Successive differences share a picture: their squares have a correlation of 1/4 (Isserlis), so
+// that those of n pictures tell as much as this part of as many that share none.
+double independent_part(int pairs) { return 1.0 / (1.5 - 0.5 / std::max(1, pairs)); }
 
 // variance = at_black + slope * (level - black), weighted by how well each variance is known.
 struct Line {
@@ -109,7 +124,7 @@ Line fit_line(const std::vector<Point>& points, double black_dn) {
     for (const Point& p : points) {
       const double x = p.level_dn - black_dn;
       const double expected = std::max(line.at(x), 0.1 * p.variance + 1e-6);
-      const double w = p.count / (2.0 * kSharing * expected * expected);
+      const double w = p.weight(expected);
       s += w;
       sx += w * x;
       sxx += w * x * x;
@@ -125,6 +140,23 @@ Line fit_line(const std::vector<Point>& points, double black_dn) {
   return line;
 }
 
+// By how much the points scatter more than their weights say (Birge's ratio).
+double scatter_of(const std::vector<Point>& points, const Line& line, double black_dn) {
+  if (points.size() < 3) return 1.0;
+  double squares = 0.0;
+  for (const Point& p : points) {
+    const double expected = std::max(line.at(p.level_dn - black_dn), 0.1 * p.variance + 1e-6);
+    squares += std::pow(p.variance - expected, 2.0) * p.weight(expected);
+  }
+  return std::sqrt(squares / static_cast<double>(points.size() - 2));
+}
+
+// What widens the bars: scatter that chance does not explain.
+double widening(double scatter, std::size_t points) {
+  const double chance = std::sqrt(0.5 / static_cast<double>(std::max<std::size_t>(points, 3) - 2));
+  return scatter > 1.0 + kBeyondChance * chance ? scatter : 1.0;
+}
+
 double misfit_of(const std::vector<Point>& points, const Line& line, double black_dn) {
   double squares = 0.0;
   for (const Point& p : points) {
@@ -133,103 +165,14 @@ double misfit_of(const std::vector<Point>& points, const Line& line, double blac
   return std::sqrt(squares / static_cast<double>(points.size()));
 }
 
-}  // namespace
-
-void PhotonTransfer::add(const cv::Mat& image, int full_scale_dn, int stream) {
-  const auto index = static_cast<std::size_t>(stream);
-  if (index >= last_.size()) last_.resize(index + 1);
-  cv::Mat& last = last_[index];
-  if (!last.empty() && (image.size() != last.size() || image.type() != last.type() ||
-                        full_scale_dn != full_scale_dn_)) {
-    throw Error(ErrorKind::kBadValue,
-                fmt::format("a picture of {}x{} pixels after one of {}x{}: expected the same size "
-                            "and depth",
-                            image.cols, image.rows, last.cols, last.rows));
-  }
-  full_scale_dn_ = full_scale_dn;
-  step_ = std::max(1, (full_scale_dn + 1) / 4096);
-  ++pictures_;
-  if (!last.empty()) {
-    histogram_.assign(static_cast<std::size_t>(kLevels) * kDifferences, 0);
-    value_sums_.fill(0.0);
-    if (image.depth() == CV_8U) {
-      compare<std::uint8_t>(last, image);
-    } else {
-      compare<std::uint16_t>(last, image);
-    }
-    take_in_pair();
-  }
-  image.copyTo(last);
-}
-
-template <typename Pixel>
-void PhotonTransfer::compare(const cv::Mat& before, const cv::Mat& now) {
-  for (int row = 0; row < now.rows; ++row) {
-    const auto* const a = before.ptr<Pixel>(row);
-    const auto* const b = now.ptr<Pixel>(row);
-    for (int col = 0; col < now.cols; ++col) {
-      const int sum = a[col] + b[col];
-      if (std::max(a[col], b[col]) >= full_scale_dn_ || std::min(a[col], b[col]) == 0) continue;
-      // The sum does not depend on the difference: sorting by it does not choose among the noise.
-      const auto level = static_cast<std::size_t>(static_cast<std::int64_t>(sum) * kLevels /
-                                                  (2 * (full_scale_dn_ + 1)));
-      const int difference =
-          static_cast<int>(std::floor(static_cast<double>(b[col] - a[col]) / step_ + 0.5));
-      const int bin = std::clamp(difference + kReach, 0, kDifferences - 1);
-      ++histogram_[level * kDifferences + static_cast<std::size_t>(bin)];
-      value_sums_[level] += 0.5 * sum;
-    }
-  }
-}
-
-void PhotonTransfer::take_in_pair() {
-  for (std::size_t level = 0; level < kLevels; ++level) take_in_level(level);
-}
-
-void PhotonTransfer::take_in_level(std::size_t level) {
-  const std::uint32_t* const counts = &histogram_[level * kDifferences];
-  double total = 0.0;
-  for (int bin = 0; bin < kDifferences; ++bin) total += counts[bin];
-  if (total < kLeastInPair) return;
-  const Moments m = moments_in_gate(counts, total);
-  // Sheppard: bins wider than a DN add their own variance.
-  const double coarse = step_ > 1 ? (step_ * step_ - 1.0) / 12.0 : 0.0;
-  const double variance = 0.5 * std::max(0.0, m.variance * step_ * step_ - coarse);
-  levels_[level].count += m.count;
-  levels_[level].value_sum += value_sums_[level] / total * m.count;
-  levels_[level].variance_sum += variance * m.count;
-}
-
-PhotonTransferFit PhotonTransfer::fit(double black_level_dn) const {
-  if (pictures_ < kLeastPictures) {
-    refuse(fmt::format("{} dark pictures; at least {} are needed, {} are better", pictures_,
-                       kLeastPictures, 8 * kLeastPictures));
-  }
-  std::vector<Point> points;
-  double noise = 0.0;
-  bool any_level = false;
-  for (const Level& level : levels_) {
-    if (level.count < kLeastInAll) continue;
-    any_level = true;
-    const Point p{level.value_sum / level.count, level.variance_sum / level.count, level.count};
-    noise += p.variance;
-    const double reach = kGate * std::sqrt(p.variance) + 1.0;
-    if (p.level_dn - reach > 0.0 && p.level_dn + reach < full_scale_dn_) points.push_back(p);
-  }
-  if (any_level && !(noise > 0.0)) {
-    refuse("the pictures are all the same: copies of one picture, not exposures");
-  }
-  if (points.empty()) {
-    refuse(
-        "no brightness has enough pixels between black and white: change the exposure or the black "
-        "level, or take more pictures");
-  }
+// The line through the points, if they lie on one.
+PhotonTransferFit fit_points(const std::vector<Point>& points, double black_level_dn,
+                             int full_scale_dn) {
   const Line line = fit_line(points, black_level_dn);
   PhotonTransferFit fit;
-  fit.pictures = pictures_;
   fit.lowest_dn = points.front().level_dn;
   fit.highest_dn = points.back().level_dn;
-  const bool has_contrast = fit.highest_dn - fit.lowest_dn >= kLeastContrast * full_scale_dn_;
+  const bool has_contrast = fit.highest_dn - fit.lowest_dn >= kLeastContrast * full_scale_dn;
   if (!has_contrast && line.slope_sigma > kMostUncertain * line.slope) {
     refuse(
         fmt::format("the light is between {:.0f} and {:.0f} DN: too even to tell shot noise from "
@@ -237,7 +180,9 @@ PhotonTransferFit PhotonTransfer::fit(double black_level_dn) const {
                     fit.lowest_dn, fit.highest_dn));
   }
   fit.misfit = misfit_of(points, line, black_level_dn);
-  if (!(fit.misfit <= kMostMisfit)) {
+  const double scatter = scatter_of(points, line, black_level_dn);
+  const bool is_curve = fit.misfit > kMostMisfitOfCurve && scatter > kMostScatter;
+  if (is_curve || !(fit.misfit <= kMostMisfit)) {
     refuse(
         fmt::format("the noise is off its line by {:.0f} %: are the pictures compressed, gamma "
                     "corrected or of changing exposure?",
@@ -253,9 +198,126 @@ PhotonTransferFit PhotonTransfer::fit(double black_level_dn) const {
   fit.noise.read_noise_dn = std::sqrt(std::max(0.0, read2));
   fit.noise.dn_per_electron = std::max(0.0, line.slope);
   fit.noise.black_level_dn = black_level_dn;
-  fit.noise.bit_depth = std::bit_width(static_cast<unsigned>(full_scale_dn_));
-  fit.read_noise_sigma_dn = line.at_black_sigma / (2.0 * std::max(fit.noise.read_noise_dn, 0.1));
-  fit.dn_per_electron_sigma = line.slope_sigma;
+  fit.noise.bit_depth = std::bit_width(static_cast<unsigned>(full_scale_dn));
+  const double excess = widening(scatter, points.size());
+  fit.read_noise_sigma_dn =
+      excess * line.at_black_sigma / (2.0 * std::max(fit.noise.read_noise_dn, 0.1));
+  fit.dn_per_electron_sigma = excess * line.slope_sigma;
+  return fit;
+}
+
+}  // namespace
+
+void PhotonTransfer::add(const cv::Mat& image, int full_scale_dn, int stream) {
+  const auto index = static_cast<std::size_t>(stream);
+  if (index >= streams_.size()) streams_.resize(index + 1);
+  Stream& s = streams_[index];
+  require_same_kind(s, image, full_scale_dn);
+  full_scale_dn_ = full_scale_dn;
+  step_ = std::max(1, (full_scale_dn + 1) / 4096);
+  ++pictures_;
+  if (!s.before.empty()) {
+    if (image.depth() == CV_8U) {
+      take_in_pair<std::uint8_t>(s, image);
+    } else {
+      take_in_pair<std::uint16_t>(s, image);
+    }
+  }
+  std::swap(s.before, s.last);
+  image.copyTo(s.last);
+}
+
+void PhotonTransfer::require_same_kind(const Stream& stream, const cv::Mat& image,
+                                       int full_scale_dn) const {
+  const cv::Mat& last = stream.last;
+  const bool is_same =
+      last.empty() || (image.size() == last.size() && image.type() == last.type() &&
+                       full_scale_dn == full_scale_dn_);
+  if (is_same) return;
+  throw Error(ErrorKind::kBadValue,
+              fmt::format("a picture of {}x{} pixels after one of {}x{}: expected the same size "
+                          "and depth",
+                          image.cols, image.rows, last.cols, last.rows));
+}
+
+// Hands on level, bin of the difference and mean of every pixel that is neither black nor clipped.
+template <typename Pixel, typename OnPixel>
+void PhotonTransfer::compare(const Stream& stream, const cv::Mat& now,
+                             const OnPixel& on_pixel) const {
+  for (int row = 0; row < now.rows; ++row) {
+    const auto* const light = stream.before.ptr<Pixel>(row);
+    const auto* const a = stream.last.ptr<Pixel>(row);
+    const auto* const b = now.ptr<Pixel>(row);
+    for (int col = 0; col < now.cols; ++col) {
+      if (std::max(a[col], b[col]) >= full_scale_dn_ || std::min(a[col], b[col]) == 0) continue;
+      const auto level = static_cast<std::size_t>(std::min<int>(light[col], full_scale_dn_)) *
+                         kLevels / static_cast<std::size_t>(full_scale_dn_ + 1);
+      const int difference =
+          static_cast<int>(std::floor(static_cast<double>(b[col] - a[col]) / step_ + 0.5));
+      on_pixel(level, std::clamp(difference + kReach, 0, kDifferences - 1),
+               0.5 * (a[col] + b[col]));
+    }
+  }
+}
+
+template <typename Pixel>
+void PhotonTransfer::take_in_pair(const Stream& stream, const cv::Mat& now) {
+  histogram_.assign(static_cast<std::size_t>(kLevels) * kDifferences, 0);
+  compare<Pixel>(stream, now, [&](std::size_t level, int bin, double) {
+    ++histogram_[level * kDifferences + static_cast<std::size_t>(bin)];
+  });
+  std::array<Gate, kLevels> gates;
+  for (std::size_t level = 0; level < kLevels; ++level) gates[level] = take_in_level(level);
+  // What moves through a level is not of its brightness either.
+  compare<Pixel>(stream, now, [&](std::size_t level, int bin, double value) {
+    if (bin >= gates[level].first && bin <= gates[level].last) levels_[level].value_sum += value;
+  });
+}
+
+PhotonTransfer::Gate PhotonTransfer::take_in_level(std::size_t level) {
+  const std::uint32_t* const counts = &histogram_[level * kDifferences];
+  double total = 0.0;
+  for (int bin = 0; bin < kDifferences; ++bin) total += counts[bin];
+  if (total < kLeastInPair) return {};
+  const Moments m = moments_in_gate(counts, total);
+  // Sheppard: bins wider than a DN add their own variance.
+  const double coarse = step_ > 1 ? (step_ * step_ - 1.0) / 12.0 : 0.0;
+  const double variance = 0.5 * std::max(0.0, m.variance * step_ * step_ - coarse);
+  levels_[level].count += m.count;
+  levels_[level].variance_sum += variance * m.count;
+  return {m.first, m.last};
+}
+
+PhotonTransferFit PhotonTransfer::fit(double black_level_dn) const {
+  if (pictures_ < kLeastPictures) {
+    refuse(fmt::format("{} dark pictures; at least {} are needed, {} are better", pictures_,
+                       kLeastPictures, 8 * kLeastPictures));
+  }
+  const int streams = std::max(1, static_cast<int>(streams_.size()));
+  const double independent = independent_part(pictures_ / streams - 2);
+  std::vector<Point> points;
+  double noise = 0.0;
+  bool any_level = false;
+  for (const Level& level : levels_) {
+    if (level.count < kLeastInAll) continue;
+    any_level = true;
+    const Point p{level.value_sum / level.count, level.variance_sum / level.count,
+                  level.count * independent};
+    noise += p.variance;
+    // The pixels of a level differ by the noise of the picture that told it, too.
+    const double reach = kGate * std::sqrt(2.0 * p.variance) + 1.0;
+    if (p.level_dn - reach > 0.0 && p.level_dn + reach < full_scale_dn_) points.push_back(p);
+  }
+  if (any_level && !(noise > 0.0)) {
+    refuse("the pictures are all the same: copies of one picture, not exposures");
+  }
+  if (points.empty()) {
+    refuse(
+        "no brightness has enough pixels between black and white: change the exposure or the black "
+        "level, or take more pictures");
+  }
+  PhotonTransferFit fit = fit_points(points, black_level_dn, full_scale_dn_);
+  fit.pictures = pictures_;
   return fit;
 }
 

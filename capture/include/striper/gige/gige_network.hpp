@@ -40,7 +40,8 @@ struct Diagnosis {
   enum class Severity { kGood, kDoubtful, kBad };
   Severity severity = Severity::kGood;
   std::string what;
-  std::string cure;  ///< Empty where nothing need be done.
+  std::string cure;       ///< Empty where nothing need be done.
+  std::string code = {};  ///< A word for programs, `no_stripe`; empty where there is none.
 };
 
 /// Looks for what keeps a GigE Vision camera from being reached: nobody answers, another subnet,

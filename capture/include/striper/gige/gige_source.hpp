@@ -58,7 +58,8 @@ struct GigeStatistics {
 ///
 /// A camera that is lost (no answer, control lost or taken by another program) is noticed within
 /// 3 s and opened again with growing pauses, its settings put back; `next` times out meanwhile, the
-/// sequence goes on. With `reconnect=no` it ends: kEnd.
+/// sequence goes on. With `reconnect=no` that is logged and it ends: kEnd; to close it then takes
+/// seconds, since the camera is waited for.
 ///
 /// Mono8, Mono10 to 16 and BGR8 frames are the camera's buffers themselves, no copy; a Frame that
 /// is kept keeps its buffer, and when only three of `buffers` are left the next ones are copies.
