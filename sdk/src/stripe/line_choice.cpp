@@ -86,7 +86,7 @@ void put_firsts(const PeakList& firsts, Stripe& stripe) {
 
 void put_all_by_height(const PeakCandidates& candidates, const WidthModel& width, Stripe& stripe) {
   stripe.clear();
-  stripe.reserve(candidates.firsts.size() * ChunkMaxima::kBest);
+  stripe.reserve(candidates.firsts.size() * (Ridges::kMost + 1));
   for (int line = 0; line < static_cast<int>(candidates.firsts.size()); ++line) {
     const LinePeaks peaks = peaks_of_line(candidates, line, candidates.first_extra(line), width);
     if (peaks.count == 0) stripe.append(line);
@@ -194,7 +194,7 @@ class InOrder {
 void put_all_by_evidence(const StripeChoice& choice, Stripe& stripe) {
   const StripePieces& pieces = choice.pieces();
   stripe.clear();
-  stripe.reserve(static_cast<std::size_t>(pieces.lines()) * ChunkMaxima::kBest);
+  stripe.reserve(static_cast<std::size_t>(pieces.lines()) * (Ridges::kMost + 1));
   for (int line = 0; line < pieces.lines(); ++line) {
     const InOrder candidates(pieces, line);
     if (candidates.begin() == candidates.end()) stripe.append(line);

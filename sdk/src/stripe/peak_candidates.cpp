@@ -23,7 +23,8 @@ constexpr double kHopelessFirstProminence = 6.0;
 constexpr float kLeastOfRidge = 0.4F;
 
 // From line to line, pixels: a larger step is another thing's.
-constexpr std::int32_t kSteepest = 4;
+constexpr double kSteepest = 4.0;
+constexpr double kNowhere = -1e9;
 
 // Twice as far as a pixel rises above the brighter of its two sides, two pixels of each.
 template <typename Pixel>
@@ -68,6 +69,8 @@ void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima&
                             double noise_dn, const ProfilePlan& plan) {
   const auto count = static_cast<std::size_t>(chunks.lines());
   firsts.make_room(count);
+  first_rises_.reserve(count);
+  extra_rises_.reserve(count * Ridges::kMost);
   extras.make_room(count * Ridges::kMost);
   for (auto* some : {&hidden_, &weak_lines_}) {
     some->clear();
@@ -159,15 +162,22 @@ void PeakCandidates::merge_rivals() {
 
 std::size_t PeakCandidates::unclear_lines(float significance) const {
   std::size_t unclear = 0;
-  std::int32_t last = -1;
-  for (const PeakSeed& seed : extras.seeds) {
-    unclear += static_cast<std::size_t>(seed.line != last);
-    last = seed.line;
-  }
-  for (std::size_t i = 1; i < firsts.size(); ++i) {
-    const std::int32_t step = firsts.across[i] - firsts.across[i - 1];
-    const bool is_clear = firsts.significance[i] >= significance;
-    unclear += static_cast<std::size_t>(is_clear && std::abs(step) > kSteepest);
+  std::size_t extra = 0;
+  double last = kNowhere;
+  for (std::size_t line = 0; line < firsts.size(); ++line) {
+    const PeakList* highest = firsts.significance[line] >= significance ? &firsts : nullptr;
+    std::size_t at = line;
+    for (; extra < extras.size() && static_cast<std::size_t>(extras.seeds[extra].line) == line;
+         ++extra) {
+      if (!(extras.significance[extra] >= significance)) continue;
+      if (highest != nullptr && highest->amplitude[at] >= extras.amplitude[extra]) continue;
+      highest = &extras;
+      at = extra;
+    }
+    if (highest == nullptr) continue;
+    const double now = highest->position(at);
+    unclear += static_cast<std::size_t>(last != kNowhere && std::abs(now - last) > kSteepest);
+    last = now;
   }
   return unclear;
 }

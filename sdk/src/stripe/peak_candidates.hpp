@@ -40,7 +40,8 @@ class PeakCandidates {
   /// their ridge: at an edge, noise makes a small one, and a straight background a high peak.
   void blank_false_ridges();
 
-  /// How many lines have more than one candidate, or a first one that measured less than that.
+  /// How often the highest candidate of at least that significance is elsewhere than in the line
+  /// before.
   std::size_t unclear_lines(float significance) const;
 
   /// Lines without any contrast have a place among the firsts and nothing to be measured: this

@@ -39,7 +39,9 @@ constexpr float kHopelessSignificance = 2.5F;
 // line, since there are few places where noise may do so.
 constexpr double kLeastAboveEdge = 3.5;
 
-// Of a frame's lines may be unclear, before ridges are looked for.
+// So often the brightest thing of a frame's lines, no noise, may change before ridges are looked
+// for.
+constexpr float kClearSignificance = 8.0F;
 constexpr double kMostUnclear = 0.03;
 // Ridges are compared with pixels so many widths off, at least and at most so many pixels: in
 // pixels for a stripe of unknown width.
@@ -48,8 +50,9 @@ constexpr double kLeastRidgeReach = 3.0;
 constexpr double kMostRidgeReach = 24.0;
 constexpr double kLeastRidge = 3.0;  // Sigmas of noise.
 
-// Of the lines have a good return where a stripe is in view: six of 640.
-constexpr double kLeastSeen = 0.01;
+// Of the lines are surely the stripe where one is in view: six of 640.
+constexpr double kLeastSure = 0.01;
+constexpr float kSure = 0.99F;
 
 // Half of each is measured well enough to know it by.
 constexpr std::array kTriedWidths{0.8, 1.5, 3.0, 6.0};
@@ -167,6 +170,7 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   }
   stripe.resize(line_count(frame.lit, options_.axis));
 
+  ridges_.reserve(frame.lit.size(), options_.axis);
   chunks_.find(frame, options_.axis);
   chunks_.rank(ChunkMaxima::kFirst);
   detection_.prepare(length, options_.false_alarm_rate, options_.weak_false_alarm_rate);
@@ -283,7 +287,7 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, current.noise, refine, BackgroundReach::kUsual);
   candidates_.choose(current.frame, options_.axis, chunks_, current.noise_dn, plan);
-  const auto most = static_cast<std::size_t>(chunks_.lines()) * (ChunkMaxima::kBest - 1);
+  const auto most = static_cast<std::size_t>(chunks_.lines()) * Ridges::kMost;
   weak_.make_room(most);
   weak_index_.reserve(most);
   measure(current, width, plan, candidates_.firsts);
@@ -295,12 +299,11 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
   candidates_.blank_flat_lines();
 }
 
-// Whether so many lines show several things, or things that do not continue one another, that the
-// brightest pixels of a line may not have the stripe among them.
+// Whether the brightest thing of a line so often is another than that of the next that the stripe
+// may not be among the brightest pixels.
 bool ProfileExtractor::is_hidden_by_background(const LitFrame& frame) const {
   if (!frame.dark.empty()) return false;
-  const auto threshold = static_cast<float>(detection_.threshold());
-  const auto unclear = static_cast<double>(candidates_.unclear_lines(threshold));
+  const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));
   return unclear > kMostUnclear * chunks_.lines();
 }
 
@@ -428,18 +431,20 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
   mark_blind_lines(current.frame, stripe);
 }
 
-// What is good is the stripe with the probability that was asked for; and where fewer lines have
-// such returns than a stripe that is in view gives, the image has none.
+// What is good is the stripe with the probability that was asked for. And where fewer lines surely
+// have it than a stripe that is in view gives, the image has none.
 void ProfileExtractor::mark_outliers(Stripe& stripe) const {
   const auto least = static_cast<float>(options_.min_confidence);
   std::size_t good = 0;
+  std::size_t sure = 0;
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     if (stripe.status[i] != ReturnStatus::kOk) continue;
     if (stripe.confidence[i] < least) stripe.status[i] = ReturnStatus::kOutlier;
     good += static_cast<std::size_t>(stripe.status[i] == ReturnStatus::kOk);
+    sure += static_cast<std::size_t>(stripe.confidence[i] >= kSure);
   }
-  const double least_seen = choice_.is_plain() ? 0.0 : kLeastSeen * chunks_.lines();
-  stripe.is_seen = good > 0 && static_cast<double>(good) >= least_seen;
+  const double least_sure = choice_.is_plain() ? 0.0 : kLeastSure * chunks_.lines();
+  stripe.is_seen = good > 0 && static_cast<double>(sure) >= least_sure;
   if (stripe.is_seen) return;
   for (ReturnStatus& status : stripe.status) {
     if (status == ReturnStatus::kOk) status = ReturnStatus::kOutlier;

@@ -76,7 +76,7 @@ struct ExtractOptions {
   /// Contrast per pixel of noise proportional to the signal (speckle): it weights the fit.
   double speckle_contrast = 0.0;
   /// Returns that are the stripe with a smaller probability than this are kOutlier.
-  double min_confidence = 0.99;
+  double min_confidence = 0.8;
 
   /// An error that every return has besides the noise of its pixels (speckle, rough surfaces),
   /// pixels of the image; empty: measured from the scatter of the stripe along itself.

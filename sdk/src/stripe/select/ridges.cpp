@@ -100,13 +100,19 @@ constexpr std::int32_t kSameRidge = 2;
 
 }  // namespace
 
+void Ridges::reserve(const cv::Size& size, StripeAxis axis) {
+  const bool is_down = axis == StripeAxis::kColumns;
+  lines_.resize(static_cast<std::size_t>(is_down ? size.width : size.height));
+  hits_.resize(static_cast<std::size_t>(size.width) + 1);
+  rises_.resize(hits_.size());
+  if (!is_down) padded_.resize(2 * static_cast<std::size_t>(3 * size.width));
+}
+
 void Ridges::find(const cv::Mat& image, StripeAxis axis, int distance_px, int least_dn) {
   const bool is_down = axis == StripeAxis::kColumns;
-  lines_.resize(static_cast<std::size_t>(is_down ? image.cols : image.rows));
+  reserve(image.size(), axis);
   for (Line& line : lines_) line.count = 0;
   for (Line& line : lines_) line.latest = kMost;
-  hits_.resize(static_cast<std::size_t>(image.cols) + 1);
-  rises_.resize(hits_.size());
   if (image.depth() == CV_8U) {
     is_down ? find_down<std::uint8_t>(image, distance_px, least_dn)
             : find_along<std::uint8_t>(image, distance_px, least_dn);
@@ -133,11 +139,10 @@ void Ridges::find_down(const cv::Mat& image, int distance, int least_dn) {
 template <typename Pixel>
 void Ridges::find_along(const cv::Mat& image, int distance, int least_dn) {
   const auto reach = std::min(distance, image.cols - 1);
-  cv::Mat& padded = repeated_;
-  padded.create(1, image.cols + 2 * reach, image.type());
+  auto* const padded = reinterpret_cast<Pixel*>(padded_.data());
   for (int row = 0; row < image.rows; ++row) {
     const Pixel* const in = image.ptr<Pixel>(row);
-    Pixel* const out = padded.ptr<Pixel>();
+    Pixel* const out = padded;
     // Beyond a border stands the neighbour on the other side.
     std::copy_n(in, image.cols, out + reach);
     for (int k = 0; k < reach; ++k) {

@@ -32,6 +32,9 @@ class Ridges {
     std::int32_t rise_dn = 0;
   };
 
+  /// Makes room for images of this size.
+  void reserve(const cv::Size& size, StripeAxis axis);
+
   /// @param image CV_8UC1 or CV_16UC1. @param least_dn of a rise, 1 or more.
   void find(const cv::Mat& image, StripeAxis axis, int distance_px, int least_dn);
 
@@ -56,7 +59,7 @@ class Ridges {
   std::vector<Line> lines_;
   std::vector<std::uint32_t> hits_;   // Of a row: pixels that rise far enough,
   std::vector<std::uint16_t> rises_;  // and how far.
-  cv::Mat repeated_;
+  std::vector<std::uint8_t> padded_;  // A row with its ends repeated, of any pixels.
 };
 
 }  // namespace striper::detail

@@ -53,6 +53,7 @@ struct Evidence {
     kOwnEnd,         // and 1 over its distance from the piece's end,
     kOwnOffNear,     // and how far it lies off those beside it, pixels.
     kOwnOffFar,
+    kClippedBright,  // kClipped x kBright: a light source.
     kCount
   };
   std::array<float, kCount> of{};
@@ -76,9 +77,10 @@ class StripeChoice {
   void choose(const PeakCandidates& candidates, const ChoiceContext& context, float threshold,
               const StripePieces::Limits& limits);
 
-  /// Whether the frame is so plain that each line can tell by itself: the background is subtracted,
-  /// or does not hide the stripe, and the main pieces cover half of the lines. Then nothing was
-  /// chosen here: a line's highest peak is the stripe, with the probability that it is no noise.
+  /// Whether the frame is so plain that each line can tell by itself: its background is subtracted,
+  /// or nearly every line shows something and the highest things go on from line to line, or hardly
+  /// any shows more than noise may. Then nothing is chosen here: a line's highest peak is the
+  /// stripe, with the probability that it is no noise.
   bool is_plain() const noexcept { return is_plain_; }
 
   const StripePieces& pieces() const noexcept { return pieces_; }
@@ -88,8 +90,8 @@ class StripeChoice {
   float log_odds(std::size_t candidate) const noexcept { return log_odds_[candidate]; }
 
   /// By how much a candidate's position is off beyond its own sigma, as it lies beside its piece:
-  /// pixels, one sigma. What the texture of a surface does to a stripe, and the curve of one. 0 in a
-  /// plain frame.
+  /// pixels, one sigma. What the texture of a surface does to a stripe, and the curve of one. 0 in
+  /// a plain frame.
   float scatter_px(std::size_t candidate) const noexcept { return scatter_px_[candidate]; }
 
   /// The expected width as it was used: the context's, or that of the main pieces.
@@ -117,6 +119,7 @@ class StripeChoice {
   void weigh();
   Evidence evidence_of_piece(std::size_t piece) const noexcept;
   void add_own(std::size_t candidate, Evidence& evidence) const noexcept;
+  bool is_orderly() const noexcept;
   void choose_in_lines();
   void choose_highest();
   void measure_scatter();

@@ -70,6 +70,8 @@ class StripePieces {
             const Limits& limits);
 
   std::size_t size() const noexcept { return candidates_.size(); }
+  /// How many candidates and pieces a frame of this size can have.
+  std::size_t most() const noexcept { return candidates_.capacity(); }
   const Candidate& candidate(std::size_t i) const noexcept { return candidates_[i]; }
   const Link& link(std::size_t i) const noexcept { return links_[i]; }
   const std::vector<Piece>& pieces() const noexcept { return pieces_; }
