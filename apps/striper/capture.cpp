@@ -108,7 +108,7 @@ std::uint64_t misfits(const FrameLoopResult& result, const Scanner& scanner) {
 bool do_dark_exposures_matter(const CaptureArguments& arguments, const SourceInfo& source,
                               const Scanner& scanner, const ReturnCounts& returns) {
   constexpr double kMostIsFound = 0.5;  // Of the lines: half a view may show no stripe.
-  const bool is_asked = arguments.scanner.ambient || !source.cadence.is_automatic();
+  const bool is_asked = arguments.scanner.ambient || source.cadence.has_dark();
   const bool is_found = static_cast<double>(returns.of(ReturnStatus::kOk)) >=
                         kMostIsFound * static_cast<double>(returns.total());
   return is_asked || scanner.statistics().dark > 0 || !is_found;

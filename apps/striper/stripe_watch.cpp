@@ -88,7 +88,9 @@ void StripeWatch::say_where_it_is() {
   if (!elsewhere_) return say("no_stripe: nor along the other axis, nor in any other channel");
   const std::string options = options_for(*elsewhere_, options_);
   say(fmt::format("no_stripe: {}: {}", describe(*elsewhere_),
-                  options.empty() ? "where the model has none; is it this striper's?" : options));
+                  options.empty()
+                      ? "where the model has none: is it this striper's, the plane's sign right?"
+                      : options));
 }
 
 void StripeWatch::conclude() {
