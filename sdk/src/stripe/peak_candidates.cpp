@@ -164,6 +164,7 @@ std::size_t PeakCandidates::unclear_lines(float significance) const {
   std::size_t unclear = 0;
   std::size_t extra = 0;
   double last = kNowhere;
+  std::size_t last_line = 0;
   for (std::size_t line = 0; line < firsts.size(); ++line) {
     const PeakList* highest = firsts.significance[line] >= significance ? &firsts : nullptr;
     std::size_t at = line;
@@ -176,8 +177,10 @@ std::size_t PeakCandidates::unclear_lines(float significance) const {
     }
     if (highest == nullptr) continue;
     const double now = highest->position(at);
-    unclear += static_cast<std::size_t>(last != kNowhere && std::abs(now - last) > kSteepest);
+    const double most = kSteepest * static_cast<double>(line - last_line);
+    unclear += static_cast<std::size_t>(last != kNowhere && std::abs(now - last) > most);
     last = now;
+    last_line = line;
   }
   return unclear;
 }
