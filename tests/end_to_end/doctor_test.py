@@ -149,7 +149,7 @@ class Axis(Doctor):
         self.assertIn("other_axis", self.codes(findings))
 
     def test_whose_columns_show_something_else(self):
-        self.check(self.findings(CURB + "?frames=2", 0), "doubtful", "in 100 % of the rows", "say --axis rows")
+        self.check(self.findings(CURB + "?frames=2", 1), "bad", "in 100 % of the rows", "say --axis rows")
         self.check_all_is_well(self.findings(CURB + "?frames=2", 0, "--axis", "rows"), "a stripe in 100 % of the rows")
 
     def test_a_post_is_not_the_stripe(self):

@@ -136,6 +136,7 @@ TEST(RealPictures, RoverFindsItsStripeInNearlyEveryColumn) {
 struct AlwaysLitSet {
   const char* set;       // A folder of real data.
   const char* pictures;  // Within it.
+  StripeAxis axis = StripeAxis::kColumns;
 };
 void PrintTo(const AlwaysLitSet& set, std::ostream* out) { *out << set.set << '/' << set.pictures; }
 
@@ -153,6 +154,7 @@ ScannedSet scan_first(const AlwaysLitSet& set, const char* cadence, int stride) 
       open_source("images:" + (testing::real_data(set.set) / set.pictures).string());
   ScannerOptions options;
   options.ambient.cadence = Cadence::parse(cadence);
+  options.stripe.axis = set.axis;
   Scanner scanner(options);
   ScannedSet result;
   const auto count = [&](std::span<const PolarScan> scans) {
@@ -193,17 +195,18 @@ TEST_P(AlwaysLit, NoDarkExposureIsInvented) {
 
 INSTANTIATE_TEST_SUITE_P(
     RealPictures, AlwaysLit,
-    ::testing::Values(AlwaysLitSet{"blaser-cmu", "handheld_1280x720"},
-                      AlwaysLitSet{"anugrah-step-scans", "05.08_Pyramid"},
-                      AlwaysLitSet{"anugrah-step-scans", "1mm_no_object"},
-                      AlwaysLitSet{"anugrah-step-scans", "1mmscan_cube"},
-                      AlwaysLitSet{"anugrah-step-scans", "1mmscan_stairs"},
-                      AlwaysLitSet{"anugrah-step-scans", "New_3level_staris31-07"},
-                      AlwaysLitSet{"anugrah-step-scans", "Reference_31-07"},
-                      AlwaysLitSet{"b33-handheld-known-distance", "cal_theta_in"},
-                      AlwaysLitSet{"srv-green-laser-turntable", "laser_180717"},
-                      AlwaysLitSet{"srv-green-laser-turntable", "turntable_180717_subset"},
-                      AlwaysLitSet{"neil-rover-striper", "*.jpg"}));
+    ::testing::Values(
+        AlwaysLitSet{"blaser-cmu", "handheld_1280x720"},
+        AlwaysLitSet{"anugrah-step-scans", "05.08_Pyramid", StripeAxis::kRows},
+        AlwaysLitSet{"anugrah-step-scans", "1mm_no_object", StripeAxis::kRows},
+        AlwaysLitSet{"anugrah-step-scans", "1mmscan_cube", StripeAxis::kRows},
+        AlwaysLitSet{"anugrah-step-scans", "1mmscan_stairs", StripeAxis::kRows},
+        AlwaysLitSet{"anugrah-step-scans", "New_3level_staris31-07", StripeAxis::kRows},
+        AlwaysLitSet{"anugrah-step-scans", "Reference_31-07", StripeAxis::kRows},
+        AlwaysLitSet{"b33-handheld-known-distance", "cal_theta_in", StripeAxis::kRows},
+        AlwaysLitSet{"srv-green-laser-turntable", "laser_180717"},
+        AlwaysLitSet{"srv-green-laser-turntable", "turntable_180717_subset"},
+        AlwaysLitSet{"neil-rover-striper", "*.jpg"}));
 
 }  // namespace
 }  // namespace striper

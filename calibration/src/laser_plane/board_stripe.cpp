@@ -45,6 +45,7 @@ std::unique_ptr<StripeExtractor> fine_extractor(const StripeRecipe& recipe, doub
   options.noise = noise;
   options.method = ExtractMethod::kRefined;
   options.stripe_sigma_px = width_px;
+  options.each_line_by_itself = true;
   return make_extractor(options);
 }
 

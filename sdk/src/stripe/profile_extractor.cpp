@@ -153,6 +153,8 @@ LitFrame ProfileExtractor::searched_part(const LitFrame& frame, const ExpectedSt
     last = std::max(last, limits_.last[i]);
   }
   const int length = line_length(frame.lit, options_.axis);
+  const bool is_anywhere = first <= static_cast<float>(length) && last >= 0.0F && first <= last;
+  if (!is_anywhere) return frame;
   const int begin = std::clamp(static_cast<int>(first) - kBackgroundAbout, 0, length);
   const int end = std::clamp(static_cast<int>(last) + kBackgroundAbout, begin, length);
   if (end - begin < kLeastLength || end - begin > kNearlyAll * length) return frame;
@@ -296,13 +298,15 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
   measure(current, width, plan, candidates_.extras);
   is_hidden_ = is_hidden_by_background(current.frame);
   if (is_hidden_) look_for_ridges(current, width);
+  refuse_outside(candidates_.firsts);
+  refuse_outside(candidates_.extras);
   candidates_.blank_flat_lines();
 }
 
 // Whether the brightest thing of a line so often is another than that of the next that the stripe
 // may not be among the brightest pixels.
 bool ProfileExtractor::is_hidden_by_background(const LitFrame& frame) const {
-  if (!frame.dark.empty()) return false;
+  if (!frame.dark.empty() || is_by_itself()) return false;
   const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));
   return unclear > kMostUnclear * chunks_.lines();
 }
@@ -323,10 +327,15 @@ void ProfileExtractor::look_for_ridges(const Current& current, const WidthModel&
   candidates_.blank_false_ridges();
 }
 
+// The rule `continuous` has its own chain along the stripe.
+bool ProfileExtractor::is_by_itself() const noexcept {
+  return options_.each_line_by_itself || options_.peak == PeakRule::kContinuous;
+}
+
 void ProfileExtractor::choose(const Current& current, const WidthTracker& width) {
   const ChoiceContext context{width.model(), options_.stripe_sigma_px || width.is_trusted(),
-                              is_hidden_, !current.frame.dark.empty()};
-  choice_.choose(candidates_, context, static_cast<float>(detection_.threshold()), limits_);
+                              is_by_itself(), is_hidden_, !current.frame.dark.empty()};
+  choice_.choose(candidates_, context, static_cast<float>(detection_.threshold()));
 }
 
 void ProfileExtractor::measure(const Current& current, const WidthModel& width,
@@ -335,6 +344,17 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width,
                    peaks.measurements());
   measure_weak_again(current, width, plan.window, peaks);
   refuse_edges(current, width, plan, peaks);
+}
+
+// What lies where the stripe cannot be.
+void ProfileExtractor::refuse_outside(PeakList& peaks) const {
+  if (limits_.first.empty()) return;
+  for (std::size_t i = 0; i < peaks.size(); ++i) {
+    const auto line = static_cast<std::size_t>(peaks.seeds[i].line);
+    const auto across = static_cast<float>(peaks.across[i]);
+    if (across >= limits_.first[line] && across <= limits_.last[line]) continue;
+    peaks.significance[i] = peaks.snr[i] = peaks.amplitude[i] = peaks.clipped[i] = 0.0F;
+  }
 }
 
 // Of what is weak, or so near the border that the background is seen on one side only, whose slope
@@ -434,6 +454,9 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
 // What is good is the stripe with the probability that was asked for. And where fewer lines surely
 // have it than a stripe that is in view gives, the image has none.
 void ProfileExtractor::mark_outliers(Stripe& stripe) const {
+  stripe.is_seen = std::any_of(stripe.status.begin(), stripe.status.end(),
+                               [](ReturnStatus s) { return s == ReturnStatus::kOk; });
+  if (is_by_itself()) return;
   const auto least = static_cast<float>(options_.min_confidence);
   std::size_t good = 0;
   std::size_t sure = 0;

@@ -46,6 +46,11 @@ class ProfileExtractor : public StripeExtractor {
     ExcessScatter excess;
   };
 
+  // The first and last pixel across between which the stripe of each line can be; empty: anywhere.
+  struct Limits {
+    std::vector<float> first, last;
+  };
+
   // The frame at hand.
   struct Current {
     const LitFrame& frame;
@@ -65,12 +70,14 @@ class ProfileExtractor : public StripeExtractor {
   void choose(const Current& current, const WidthTracker& width);
   void try_widths(const Current& current, WidthTracker& width);
   void measure(const Current& current, const WidthModel& width);
+  bool is_by_itself() const noexcept;
   bool is_hidden_by_background(const LitFrame& frame) const;
   void look_for_ridges(const Current& current, const WidthModel& width);
   void measure(const Current& current, const WidthModel& width, const ProfilePlan& plan,
                PeakList& peaks);
   void measure_weak_again(const Current& current, const WidthModel& width, int border,
                           PeakList& peaks);
+  void refuse_outside(PeakList& peaks) const;
   void refuse_edges(const Current& current, const WidthModel& width, const ProfilePlan& plan,
                     PeakList& peaks);
   void refuse_edge(const Current& current, const WidthModel& width, std::size_t i, PeakList& peaks);
@@ -92,7 +99,7 @@ class ProfileExtractor : public StripeExtractor {
   std::vector<std::size_t> weak_index_;
   bool is_hidden_ = false;  // The stripe, by the background: candidates are ridges.
   Ridges ridges_;
-  StripePieces::Limits limits_;
+  Limits limits_;
   int searched_from_px_ = 0;
   StripeChoice choice_;
   WidthLearner width_learner_;

@@ -75,6 +75,10 @@ struct ExtractOptions {
 
   /// Contrast per pixel of noise proportional to the signal (speckle): it weights the fit.
   double speckle_contrast = 0.0;
+  /// Every line tells by itself which of its peaks is the stripe, whatever the rest of the image
+  /// shows: for who looks where nothing else is, or chooses along the stripe himself.
+  bool each_line_by_itself = false;
+
   /// Returns that are the stripe with a smaller probability than this are kOutlier.
   double min_confidence = 0.8;
 

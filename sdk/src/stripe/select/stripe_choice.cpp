@@ -21,6 +21,11 @@ constexpr float kLargestChange = 2.0F;
 // far.
 constexpr double kNearlyAll = 0.9;
 constexpr double kMostlyWeak = 0.7;
+constexpr double kFewClear = 0.3;
+// Or what is like a stripe covers so much, and there is hardly anything else: as kCoverage,
+// kClutter.
+constexpr float kAloneCoverage = 0.2F;
+constexpr float kAloneClutter = 0.02F;
 constexpr float kClearSignificance = 8.0F;
 constexpr double kLittle = 0.02;
 constexpr float kPlainLogOdds = 12.0F;
@@ -53,8 +58,8 @@ float logistic(float x) { return 1.0F / (1.0F + std::exp(-x)); }
 }  // namespace
 
 void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext& context,
-                          float threshold, const StripePieces::Limits& limits) {
-  pieces_.find(candidates, context.width, threshold, limits);
+                          float threshold) {
+  pieces_.find(candidates, context.width, threshold);
   traits_.reserve(pieces_.most());
   for (std::vector<float>* some : {&log_odds_, &scatter_px_, &backward_}) {
     some->reserve(pieces_.most());
@@ -64,7 +69,7 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
   sum_up(context);
   find_main_pieces(context);
   measure_frame();
-  is_plain_ = context.is_subtracted || (!context.is_hidden && is_orderly());
+  is_plain_ = context.is_subtracted || context.is_by_itself || (!context.is_hidden && is_orderly());
   if (is_plain_) {
     choose_highest();
     return;
@@ -120,7 +125,10 @@ bool StripeChoice::is_orderly() const noexcept {
   const auto all = static_cast<double>(pieces_.lines());
   if (static_cast<double>(clear) <= kLittle * all) return true;
   // A weak stripe is among noise, not among other things.
-  const bool is_weak = static_cast<double>(weak) >= kMostlyWeak * static_cast<double>(weak + clear);
+  const bool is_weak =
+      static_cast<double>(weak) >= kMostlyWeak * static_cast<double>(weak + clear) &&
+      static_cast<double>(clear) < kFewClear * all;
+  if (coverage_ >= kAloneCoverage && clutter_ <= kAloneClutter) return true;
   return is_weak || static_cast<double>(lines) >= kNearlyAll * all;
 }
 

@@ -15,6 +15,7 @@ struct ChoiceContext {
   WidthModel width;  // Expected, effective sigma, pixels of the image.
   bool is_width_known =
       false;                   // Given, or learnt from frames before; else from the frame's pieces.
+  bool is_by_itself = false;   // Each line is to tell by itself.
   bool is_hidden = false;      // The background is such that candidates are ridges.
   bool is_subtracted = false;  // An exposure without the laser has taken the background away.
 };
@@ -74,8 +75,7 @@ class StripeChoice {
   };
 
   /// Chooses among the candidates of a frame. @param threshold of significance.
-  void choose(const PeakCandidates& candidates, const ChoiceContext& context, float threshold,
-              const StripePieces::Limits& limits);
+  void choose(const PeakCandidates& candidates, const ChoiceContext& context, float threshold);
 
   /// Whether the frame is so plain that each line can tell by itself: its background is subtracted,
   /// or nearly every line shows something and the highest things go on from line to line, or hardly

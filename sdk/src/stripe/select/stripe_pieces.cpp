@@ -46,9 +46,9 @@ bool is_like(const Candidate& a, const Candidate& b) {
 
 }  // namespace
 
-void StripePieces::find(const PeakCandidates& candidates, const WidthModel& width, float threshold,
-                        const Limits& limits) {
-  gather(candidates, width, threshold, limits);
+void StripePieces::find(const PeakCandidates& candidates, const WidthModel& width,
+                        float threshold) {
+  gather(candidates, width, threshold);
   links_.assign(candidates_.size(), Link{});
   next_.assign(candidates_.size(), -1);
   next_distance_.resize(candidates_.size());
@@ -58,7 +58,7 @@ void StripePieces::find(const PeakCandidates& candidates, const WidthModel& widt
 }
 
 void StripePieces::gather(const PeakCandidates& candidates, const WidthModel& width,
-                          float threshold, const Limits& limits) {
+                          float threshold) {
   const std::size_t lines = candidates.firsts.size();
   const std::size_t most = lines + candidates.extras.seeds.capacity();
   candidates_.clear();
@@ -71,18 +71,11 @@ void StripePieces::gather(const PeakCandidates& candidates, const WidthModel& wi
   const std::vector<PeakSeed>& seeds = candidates.extras.seeds;
   std::size_t extra = 0;
   for (std::size_t line = 0; line < lines; ++line) {
-    const std::size_t first = candidates_.size();
-    first_of_line_[line] = static_cast<std::uint32_t>(first);
+    first_of_line_[line] = static_cast<std::uint32_t>(candidates_.size());
     add(candidates.firsts, line, width, threshold);
     for (; extra < seeds.size() && static_cast<std::size_t>(seeds[extra].line) == line; ++extra) {
       add(candidates.extras, extra, width, threshold);
     }
-    if (limits.first.empty()) continue;
-    const auto is_outside = [&](const Candidate& c) {
-      return !(c.across >= limits.first[line] && c.across <= limits.last[line]);
-    };
-    const auto begin = candidates_.begin() + static_cast<std::ptrdiff_t>(first);
-    candidates_.erase(std::remove_if(begin, candidates_.end(), is_outside), candidates_.end());
   }
   first_of_line_[lines] = static_cast<std::uint32_t>(candidates_.size());
 }

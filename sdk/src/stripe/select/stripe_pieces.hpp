@@ -60,14 +60,8 @@ struct Piece {
 /// first frame of a size.
 class StripePieces {
  public:
-  /// The first and last pixel across between which the stripe of each line can be; empty: anywhere.
-  struct Limits {
-    std::vector<float> first, last;
-  };
-
   /// @param threshold which significance a candidate must have.
-  void find(const PeakCandidates& candidates, const WidthModel& width, float threshold,
-            const Limits& limits);
+  void find(const PeakCandidates& candidates, const WidthModel& width, float threshold);
 
   std::size_t size() const noexcept { return candidates_.size(); }
   /// How many candidates and pieces a frame of this size can have.
@@ -83,8 +77,7 @@ class StripePieces {
   }
 
  private:
-  void gather(const PeakCandidates& candidates, const WidthModel& width, float threshold,
-              const Limits& limits);
+  void gather(const PeakCandidates& candidates, const WidthModel& width, float threshold);
   void add(const PeakList& list, std::size_t at, const WidthModel& width, float threshold);
   void link_line(int line);
   void link_candidate(std::size_t i);
