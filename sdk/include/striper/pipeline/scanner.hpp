@@ -11,6 +11,7 @@
 #include <striper/core/frame.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/model/striper_model.hpp>
+#include <striper/pipeline/scanner_status.hpp>
 #include <striper/scan/polar_scan.hpp>
 #include <striper/scan/scan_options.hpp>
 #include <striper/stripe/extractor.hpp>
@@ -26,19 +27,6 @@ struct ScannerOptions {
   /// The defaults with the axis and channel of a model: what an option does not say, the model
   /// does.
   static ScannerOptions for_model(const StriperModel& model);
-};
-
-/// Counts since the scanner was made.
-struct ScannerStatistics {
-  std::uint64_t frames = 0;          ///< Given to `process`.
-  std::uint64_t scans = 0;           ///< Returned.
-  std::uint64_t without_stripe = 0;  ///< Of them, those without any stripe in the image.
-  std::uint64_t dark = 0;            ///< Exposures without a laser.
-  std::uint64_t unpaired =
-      0;  ///< Lit exposures without a scan: no dark neighbour was left that fits.
-  /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3
-  /// channels of 8 or 16 bits), or that are of another sensor than the model's.
-  std::uint64_t refused = 0;
 };
 
 /// Turns frames into polar scans: the whole pipeline, a stage a line (pipeline/scanner.cpp).

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include <striper/ambient/ambient_status.hpp>
+#include <striper/core/stripe_axis.hpp>
+
+namespace striper {
+
+/// Counts since the scanner was made.
+struct ScannerStatistics {
+  std::uint64_t frames = 0;          ///< Given to `process`.
+  std::uint64_t scans = 0;           ///< Returned.
+  std::uint64_t without_stripe = 0;  ///< Of them, those without any stripe in the image.
+  std::uint64_t dark = 0;            ///< Exposures without a laser.
+  std::uint64_t unpaired =
+      0;  ///< Lit exposures without a scan: no dark neighbour was left that fits.
+  /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3
+  /// channels of 8 or 16 bits), or that are of another sensor than the model's.
+  std::uint64_t refused = 0;
+};
+
+/// The one form of how a scanner stands; programs make their sentences of it.
+struct ScannerStatus {
+  AmbientStatus ambient;
+  StripeAxis axis = StripeAxis::kColumns;
+  bool is_stripe_seen = false;  ///< In the last scan.
+  ScannerStatistics counts;
+};
+
+}  // namespace striper
