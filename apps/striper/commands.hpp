@@ -32,5 +32,6 @@ void add_diff(CLI::App& striper, Action& action);
 void add_simulate(CLI::App& striper, Action& action);
 void add_devices(CLI::App& striper, Action& action);
 void add_bench(CLI::App& striper, Action& action);
+void add_doctor(CLI::App& striper, Action& action);
 
 }  // namespace striper::program

@@ -26,7 +26,8 @@ constexpr std::array kCommands{
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_board,     striper::program::add_diff,
 #endif
-    striper::program::add_simulate,  striper::program::add_devices, striper::program::add_bench,
+    striper::program::add_simulate,  striper::program::add_devices,
+    striper::program::add_bench,     striper::program::add_doctor,
 };
 
 constexpr const char* kDescription =
@@ -52,7 +53,6 @@ int main(int argc, char** argv) {
   Action action;
   for (const auto add_command : kCommands) add_command(striper, action);
 #ifdef STRIPER_HAS_ARAVIS
-  striper::program::add_doctor(striper, action);
   striper::program::add_virtual_camera(striper, action);
 #endif
   return static_cast<int>(striper::program::run(striper, argc, argv, action));

@@ -134,7 +134,7 @@ RealScore RealScanner::score(const RealPicture& picture) {
   RealScore score;
   for (const PolarScan& scan : scanner_->process(frame)) score.add(scan, picture);
   if (score.pictures == 0) {
-    throw Error(ErrorKind::kBadFile, picture.file + ": no scan, " + scanner_->last_refusal());
+    throw Error(ErrorKind::kBadFile, picture.file + ": no scan");
   }
   return score;
 }

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "images/decode.hpp"
 
@@ -315,7 +315,7 @@ std::string format_frame_row(const FrameRow& row) {
 }
 
 std::vector<FrameRow> read_frame_table(const std::filesystem::path& path,
-                                       std::int64_t default_period_ns) {
+                                       std::int64_t default_period_ns, const EventPort& events) {
   const std::string text = read_text(path);
   const std::vector<Line> lines = split_lines(text);
   if (lines.empty()) {
@@ -328,7 +328,7 @@ std::vector<FrameRow> read_frame_table(const std::filesystem::path& path,
     const std::string where = fmt::format("'{}' line {}", path.string(), lines[i].number);
     const std::vector<std::string> fields = split_line(lines[i].text);
     if (!lines[i].is_whole && fields.size() < columns.size()) {
-      log(LogLevel::kWarning, where + " was cut off and is left out");
+      events.send({"recording_cut", where + " was cut off and is left out"});
       break;
     }
     if (fields.size() != columns.size()) {

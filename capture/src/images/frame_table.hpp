@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <striper/core/cadence.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
 
 namespace striper::detail {
@@ -27,10 +28,10 @@ std::string format_frame_row(const FrameRow& row);
 
 /// Reads a table. Columns are found by name; `file` must be there, every other may be missing (then
 /// it is as in a new Frame, with `sequence` counting up), unknown ones are ignored. A last line
-/// that was cut off (no line end, fields missing) is left out with a warning in the log.
+/// that was cut off (no line end, fields missing) is left out and `recording_cut` is sent.
 /// @param default_period_ns from picture to picture where the table has no times.
 /// @throws Error{kIo} where it cannot be read, Error{kBadFile} naming line, column and value.
 std::vector<FrameRow> read_frame_table(const std::filesystem::path& path,
-                                       std::int64_t default_period_ns);
+                                       std::int64_t default_period_ns, const EventPort& events);
 
 }  // namespace striper::detail

@@ -46,6 +46,7 @@ ScannerOptions with_cadence(ScannerOptions options, const Cadence& cadence) {
 AmbientOptions ambient_options(const ScannerOptions& options) {
   AmbientOptions ambient = with_axis(options.ambient, options.stripe.axis);
   ambient.noise = options.stripe.noise;
+  ambient.events = options.events;
   return ambient;
 }
 
@@ -86,6 +87,15 @@ std::string why_unreadable(const Frame& frame) {
   return {};
 }
 
+ExtractOptions extract_options(const ScannerOptions& options) {
+  ExtractOptions stripe = options.stripe;
+  stripe.events = options.events;
+  return stripe;
+}
+
+// So many scans in a row tell a laser that is off, or on again, from a gap in the stripe.
+constexpr int kScansToTell = 3;
+
 }  // namespace
 
 ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
@@ -101,14 +111,20 @@ ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
 
 struct Scanner::Stages {
   Stages(ScanProjector projector_in, const ScannerOptions& options)
-      : ambient(ambient_options(options)),
-        extractor(make_extractor(options.stripe)),
+      : events(options.events),
+        axis(options.stripe.axis),
+        ambient(ambient_options(options)),
+        extractor(make_extractor(extract_options(options))),
         projector(std::move(projector_in)) {}
 
   bool accepts(const Frame& frame);
+  std::string why_refused(const Frame& frame) const;
+  void note_stripe(bool is_seen);
   std::span<const PolarScan> scan_what_is_ready();
   PolarScan& next_scan(const LitFrame& lit);
 
+  EventPort events;
+  StripeAxis axis;
   AmbientStage ambient;
   std::unique_ptr<StripeExtractor> extractor;
   ScanProjector projector;
@@ -119,7 +135,9 @@ struct Scanner::Stages {
       scans;  // The first scan_count are this call's; the rest keep their memory.
   std::size_t scan_count = 0;
   ScannerStatistics statistics;
-  std::string refusal;
+  bool is_stripe_seen = false;  // In the last scan.
+  bool is_stripe_said = true;   // As events have it.
+  int scans_otherwise = 0;      // In a row.
 };
 
 // The whole product, a stage a line.
@@ -137,7 +155,7 @@ std::span<const PolarScan> Scanner::Stages::scan_what_is_ready() {
   while (const LitFrame* const lit = ambient.next()) {
     extractor->extract(*lit, stripe);
     projector.project(stripe, lit->laser, next_scan(*lit));
-    if (!stripe.is_seen) ++statistics.without_stripe;
+    note_stripe(stripe.is_seen);
   }
 
   statistics.dark = ambient.dark_exposures();
@@ -173,24 +191,48 @@ std::span<const PolarScan> Scanner::finish() {
 }
 
 const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->statistics; }
-const std::string& Scanner::last_refusal() const noexcept { return stages_->refusal; }
-std::string Scanner::decisions() const { return stages_->ambient.decisions(); }
+
+ScannerStatus Scanner::status() const {
+  const Stages& s = *stages_;
+  return {s.ambient.status(), s.axis, s.is_stripe_seen, s.statistics};
+}
+
+// Says once that no stripe is seen, and once that one is seen again.
+void Scanner::Stages::note_stripe(bool is_seen) {
+  is_stripe_seen = is_seen;
+  if (!is_seen) ++statistics.without_stripe;
+  scans_otherwise = is_seen == is_stripe_said ? 0 : scans_otherwise + 1;
+  if (scans_otherwise < kScansToTell) return;
+  scans_otherwise = 0;
+  is_stripe_said = is_seen;
+  events.send(is_seen
+                  ? Event("stripe_seen", "a laser's stripe is seen again")
+                  : Event("no_stripe", fmt::format("no laser's stripe along {}", to_string(axis)),
+                          "is the laser on, in view, along this axis and in this channel?"));
+}
 
 bool Scanner::Stages::accepts(const Frame& frame) {
-  refusal.clear();
-  if (frame.status != FrameStatus::kOk) {
-    refusal = frame.status_detail;
-  } else if (std::string reason = why_unreadable(frame); !reason.empty()) {
-    refusal = std::move(reason);
-  } else if (model_size && frame.sensor_size != *model_size) {
-    refusal = fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
-                          frame.sensor_size.width, frame.sensor_size.height, model_size->width,
-                          model_size->height);
-  } else {
-    return true;
-  }
+  std::string reason = why_refused(frame);
+  if (reason.empty()) return true;
   ++statistics.refused;
+  // Of a frame that its source calls bad the source, or who reads it, has told.
+  if (frame.status == FrameStatus::kOk) {
+    events.send({"frame_refused", fmt::format("frame {}: {}", frame.sequence, reason)});
+  }
   return false;
+}
+
+std::string Scanner::Stages::why_refused(const Frame& frame) const {
+  if (frame.status != FrameStatus::kOk) {
+    return frame.status_detail.empty() ? "its source says that it is bad" : frame.status_detail;
+  }
+  std::string reason = why_unreadable(frame);
+  if (reason.empty() && model_size && frame.sensor_size != *model_size) {
+    return fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
+                       frame.sensor_size.width, frame.sensor_size.height, model_size->width,
+                       model_size->height);
+  }
+  return reason;
 }
 
 PolarScan& Scanner::Stages::next_scan(const LitFrame& lit) {

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "stripe/line_choice.hpp"
 #include "stripe/line_view.hpp"
@@ -225,11 +225,12 @@ void ProfileExtractor::take_given_noise(const LitFrame& frame, const ProfileImag
   const double value_dn = cv::mean(frame.lit.row(frame.lit.rows / 2))[0];
   given_noise_ = options_.noise->at_likely_depth(depth, shown_dn * shown_dn, value_dn);
   if (options_.noise->bit_depth || !given_noise_.bit_depth) return;
-  log(LogLevel::kWarning,
-      fmt::format("the model's noise is taken to be that of 8-bit pictures: these, of {} bits, "
-                  "have {:.1f} DN where it says {:.1f}; noise.bit_depth in the model says which "
-                  "(striper noise writes it)",
-                  depth, shown_dn, std::sqrt(options_.noise->variance_dn2(value_dn))));
+  options_.events.send(
+      {"noise_depth_assumed",
+       fmt::format("the model's noise is taken to be that of 8-bit pictures: these, of {} bits, "
+                   "have {:.1f} DN where it says {:.1f}; noise.bit_depth in the model says which "
+                   "(striper noise writes it)",
+                   depth, shown_dn, std::sqrt(options_.noise->variance_dn2(value_dn)))});
 }
 
 // The caller's, the model's, or what the brightest pixels show.

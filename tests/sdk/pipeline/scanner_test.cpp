@@ -10,6 +10,7 @@
 
 #include "support/allocation_counter.hpp"
 #include "support/error_of.hpp"
+#include "support/heard.hpp"
 #include "support/models.hpp"
 #include "support/synthetic_stripe.hpp"
 
@@ -77,37 +78,49 @@ TEST(Scanner, CadenceDecidesWhichExposuresAreLit) {
 
 TEST(Scanner, FrameOfAnotherSizeIsRefusedWithBothSizes) {
   const StriperModel model = testing::paper_model();
-  Scanner scanner(model, paper_options());
+  const testing::Heard heard;
+  ScannerOptions options = paper_options();
+  options.events = heard.port();
+  Scanner scanner(model, options);
   Frame frame = picture_of_wall(model, 2.0);
   frame.sensor_size = {320, 240};
   EXPECT_TRUE(scanner.process(frame).empty());
   EXPECT_EQ(scanner.statistics().refused, 1U);
-  EXPECT_THAT(scanner.last_refusal(), HasSubstr("320x240"));
-  EXPECT_THAT(scanner.last_refusal(), HasSubstr("640x480"));
+  ASSERT_EQ(heard.events().size(), 1U);
+  EXPECT_EQ(heard.events()[0].code, EventCode("frame_refused"));
+  EXPECT_THAT(heard.events()[0].message, HasSubstr("320x240"));
+  EXPECT_THAT(heard.events()[0].message, HasSubstr("640x480"));
 }
 
-TEST(Scanner, CorruptFrameIsRefusedWithItsOwnReason) {
-  Scanner scanner(paper_options());
+// Its source has said so.
+TEST(Scanner, CorruptFrameIsRefusedWithoutAWord) {
+  const testing::Heard heard;
+  ScannerOptions options = paper_options();
+  options.events = heard.port();
+  Scanner scanner(options);
   Frame frame;
   frame.status = FrameStatus::kCorrupt;
   frame.status_detail = "img_3.png: truncated";
   EXPECT_TRUE(scanner.process(frame).empty());
-  EXPECT_EQ(scanner.last_refusal(), "img_3.png: truncated");
+  EXPECT_EQ(scanner.statistics().refused, 1U);
+  EXPECT_TRUE(heard.events().empty());
 }
 
 std::string refusal_of(const Frame& frame) {
+  const testing::Heard heard;
   ScannerOptions options;
   options.ambient.cadence = {};
+  options.events = heard.port();
   Scanner scanner(options);
   EXPECT_TRUE(scanner.process(frame).empty());
   EXPECT_TRUE(scanner.finish().empty());
   EXPECT_EQ(scanner.statistics().refused, 1U);
-  return scanner.last_refusal();
+  return heard.events().empty() ? "" : heard.events().front().message;
 }
 
 TEST(Scanner, WhatIsNoPictureIsRefusedSayingWhatIsExpected) {
   Frame frame;
-  EXPECT_EQ(refusal_of(frame), "the frame has no pixels");
+  EXPECT_THAT(refusal_of(frame), HasSubstr("the frame has no pixels"));
   for (const int type : {CV_32FC1, CV_8SC1, CV_8UC4, CV_16UC2}) {
     frame.image = cv::Mat::zeros(48, 64, type);
     EXPECT_THAT(refusal_of(frame), HasSubstr("expected 1 or 3 channels of 8 or 16 bits"));
@@ -122,7 +135,7 @@ TEST(Scanner, SingleRowIsNotTwoFields) {
   frame.image = cv::Mat::zeros(1, 640, CV_8UC1);
   frame.field = Field::kInterlacedTopFirst;
   frame.exposures_per_picture = 2;
-  EXPECT_EQ(refusal_of(frame), "one row is not two fields");
+  EXPECT_THAT(refusal_of(frame), HasSubstr("one row is not two fields"));
 }
 
 TEST(Scanner, PictureThatChangesItsSizeIsScannedAsItIs) {
@@ -204,7 +217,8 @@ TEST(Scanner, PicturesHeldForTheCadenceComeOutAtTheEnd) {
   ASSERT_EQ(scans.size(), 1U);
   EXPECT_EQ(scans[0].returns[320].status, ReturnStatus::kOk);
   EXPECT_EQ(scanner.statistics().scans, 1U);
-  EXPECT_THAT(scanner.decisions(), HasSubstr("cadence 0 (no dark exposure seen)"));
+  EXPECT_EQ(scanner.status().ambient.pattern, Cadence::parse("0"));
+  EXPECT_EQ(scanner.status().ambient.origin, PatternOrigin::kAssumed);
 }
 
 // What 8-bit pictures say of a camera's noise serves its 12-bit pictures: in those without a stripe

@@ -68,7 +68,7 @@ class GigeSource final : public FrameSource {
  public:
   /// Opens and sets up. @throws Error{kUsage, kNotFound, kUnsupported, kDevice} quoting feature,
   /// value and what is allowed.
-  explicit GigeSource(SourceUri uri);
+  explicit GigeSource(SourceUri uri, const EventPort& events = {});
   ~GigeSource() override;
 
   SourceInfo info() const override;

@@ -5,9 +5,9 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 
 #include <striper/ambient/ambient_options.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/model/striper_model.hpp>
@@ -23,6 +23,9 @@ struct ScannerOptions {
   AmbientOptions ambient;
   ExtractOptions stripe;
   ScanOptions scan;
+
+  /// Hears of the pattern, the stripe, refused frames and what does not fit; all stages send there.
+  EventPort events;
 
   /// The defaults with the axis and channel of a model: what an option does not say, the model
   /// does.
@@ -54,7 +57,8 @@ class Scanner {
   /// frames are held until the laser's cadence is known; two for two lit fields; more when held
   /// frames are released. The scans stay valid until the next call. No allocation after the first
   /// frames of a stream, but see AmbientStage. Never throws for what a frame is: one that cannot be
-  /// used is refused, see `last_refusal`.
+  /// used is refused and counted, and, unless its source had called it bad, `frame_refused` is
+  /// sent.
   std::span<const PolarScan> process(const Frame& frame);
 
   /// Gives what is still held, at the end of a stream.
@@ -62,11 +66,8 @@ class Scanner {
 
   const ScannerStatistics& statistics() const noexcept;
 
-  /// Why the last frame was refused, for people; empty if it was not.
-  const std::string& last_refusal() const noexcept;
-
-  /// What the stages decided by themselves (channel, cadence, method), for people; one line each.
-  std::string decisions() const;
+  /// How it stands: what the stages decided by themselves (pattern, channel, method), and counts.
+  ScannerStatus status() const;
 
  private:
   struct Stages;

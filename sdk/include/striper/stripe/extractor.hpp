@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <striper/core/event.hpp>
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/noise_model.hpp>
 #include <striper/core/stripe_axis.hpp>
@@ -88,6 +89,8 @@ struct ExtractOptions {
 
   /// @throws Error{kBadValue} naming the field and its bound.
   void validate() const;
+
+  EventPort events;  ///< Hears what is wrong with what was given.
 };
 
 /// Finds the stripe in lit frames. Holds its buffers and what it learnt from earlier frames, so one

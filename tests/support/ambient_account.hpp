@@ -3,19 +3,28 @@
 
 #include <cstdint>
 #include <functional>
-#include <string>
+#include <vector>
 
 #include <striper/ambient/ambient_stage.hpp>
 
+#include "support/heard.hpp"
 #include "support/street.hpp"
 
 namespace striper::testing {
 
-/// What an ambient stage says in the end of the first pictures of a street that is built, each
-/// changed beforehand; every lit exposure is taken as it comes.
-inline std::string decisions_on(
-    const Street& street, const AmbientOptions& options, std::uint64_t pictures,
+/// What an ambient stage said, and how it stands in the end.
+struct AmbientAccount {
+  AmbientStatus status;
+  std::vector<Event> events;
+};
+
+/// The account of the first pictures of a street that is built, each changed beforehand; every lit
+/// exposure is taken as it comes.
+inline AmbientAccount account_of(
+    const Street& street, AmbientOptions options, std::uint64_t pictures,
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
+  const Heard heard;
+  options.events = heard.port();
   AmbientStage stage(options);
   const auto take_all = [&stage] {
     while (stage.next() != nullptr) {
@@ -29,7 +38,7 @@ inline std::string decisions_on(
   }
   stage.finish();
   take_all();
-  return stage.decisions();
+  return {stage.status(), heard.events()};
 }
 
 }  // namespace striper::testing
