@@ -104,17 +104,17 @@ ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
   return images;
 }
 
-ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
-  return frame.lit.depth() == CV_8U ? images_of<std::uint8_t>(frame, axis)
-                                    : images_of<std::uint16_t>(frame, axis);
-}
-
 double noise_dn_of(const PlanNoise& noise) {
   return std::sqrt((1.0 + noise.dark_noise_gain) *
                    noise.model.variance_dn2(noise.model.black_level_dn));
 }
 
 }  // namespace
+
+ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
+  return frame.lit.depth() == CV_8U ? images_of<std::uint8_t>(frame, axis)
+                                    : images_of<std::uint16_t>(frame, axis);
+}
 
 void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   stripe.axis = options_.axis;
@@ -188,6 +188,7 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   if (!options_.excess_sigma_px) learnt.excess.update(stripe);
   edges_.correct(frame, noise, learnt.width.model(), stripe);
   add_other_errors(learnt.excess, step, stripe);
+  if (options_.can_explain) keep_for_explanation(frame, noise, learnt.width.model(), stripe);
 }
 
 ProfileExtractor::Learnt& ProfileExtractor::learnt_of(int laser) {

@@ -32,6 +32,7 @@ class ProfileExtractor : public StripeExtractor {
   explicit ProfileExtractor(const ExtractOptions& options) : options_(options) {}
 
   void extract(const LitFrame& frame, Stripe& stripe) override;
+  LineExplanation explain(int line) const override;
 
   /// What was decided of the last frame, for whoever fits the weights of the evidence.
   const StripeChoice& choice() const noexcept { return choice_; }
@@ -59,6 +60,18 @@ class ProfileExtractor : public StripeExtractor {
     double noise_dn;  // Of a dark pixel.
     double step;      // Sensor pixels per image pixel across.
   };
+
+  // Of the last frame, where it may have to be explained.
+  struct Kept {
+    LitFrame frame;
+    PlanNoise noise;
+    WidthModel width;
+    Stripe stripe;
+  };
+  void keep_for_explanation(const LitFrame& frame, const PlanNoise& noise, const WidthModel& width,
+                            const Stripe& stripe);
+  void explain_candidates(const AxisGrid& across, LineExplanation& why) const;
+  void explain_sigma(const AxisGrid& across, LineExplanation& why) const;
 
   const ExpectedStripe* expected_of(int laser) const;
   LitFrame searched_part(const LitFrame& frame, const ExpectedStripe* expected);
@@ -106,6 +119,10 @@ class ProfileExtractor : public StripeExtractor {
   LineFollower follower_;
   ReflectanceEdges edges_;
   std::vector<Learnt> learnt_;  // One per laser.
+  Kept kept_;
 };
+
+/// The pixels of a frame, as the kernel reads them.
+ProfileImages images_of(const LitFrame& frame, StripeAxis axis);
 
 }  // namespace striper::detail

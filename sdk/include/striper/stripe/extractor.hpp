@@ -10,6 +10,7 @@
 #include <striper/core/noise_model.hpp>
 #include <striper/core/stripe_axis.hpp>
 #include <striper/stripe/expected_stripe.hpp>
+#include <striper/stripe/line_explanation.hpp>
 #include <striper/stripe/stripe.hpp>
 
 namespace striper {
@@ -91,6 +92,9 @@ struct ExtractOptions {
   void validate() const;
 
   EventPort events;  ///< Hears what is wrong with what was given.
+
+  /// Keeps what `StripeExtractor::explain` needs: a copy of the last frame.
+  bool can_explain = false;
 };
 
 /// Finds the stripe in lit frames. Holds its buffers and what it learnt from earlier frames, so one
@@ -105,6 +109,11 @@ class StripeExtractor {
   /// Fills `stripe` with one element per column or row of `frame.lit`. No allocation after the
   /// first frame of a size.
   virtual void extract(const LitFrame& frame, Stripe& stripe) = 0;
+
+  /// Why a line of the last frame gave the return that it gave. For people: 50 us, allocates.
+  /// @throws Error{kUnsupported} for method `paper`, Error{kBadValue} where `can_explain` was not
+  ///         asked for or there is no such line.
+  virtual LineExplanation explain(int line) const;
 };
 
 /// @throws Error{kBadValue} where the options are not valid.
