@@ -60,7 +60,8 @@ bool wanted(const CsvOptions& options, ReturnStatus status) {
   const int error = errno;
   throw Error(ErrorKind::kIo,
               fmt::format("cannot {} '{}': {}", action, path == "-" ? "standard output" : path,
-                          std::strerror(error)));
+                          std::strerror(error)),
+              error);
 }
 
 }  // namespace
