@@ -2,7 +2,6 @@
 // striper capture: from a source of pictures to polar scans as CSV.
 #include <algorithm>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -164,7 +163,7 @@ ExitCode capture(const CaptureArguments& arguments) {
   std::optional<CsvSink> sink;  // From the first picture on: no old file gives way to nothing.
 
   ReturnCounts returns;
-  const auto keep = [&](std::span<const PolarScan> scans) {
+  const auto keep = [&](ScanSpan scans) {
     watch.look_at(scans);
     for (const PolarScan& scan : scans) {
       sink->write(scan);

@@ -284,7 +284,7 @@ ExitCode verify(const VerifyArguments& arguments) {
   Scanner scanner = make_scanner(setup);
   StripeWatch watch(arguments.scanner, setup);
   Verification verification;
-  const auto keep = [&](std::span<const PolarScan> scans) {
+  const auto keep = [&](ScanSpan scans) {
     watch.look_at(scans);
     for (const PolarScan& scan : scans) verification.add(scan);
   };

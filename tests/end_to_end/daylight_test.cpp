@@ -153,7 +153,7 @@ TEST(SeveralLasers, GiveOneScanEachAndDarkNone) {
   Simulator simulator(scene);
   Scanner scanner(simulator.model());
   std::array<int, 3> scans{};
-  const auto check = [&](std::span<const PolarScan> ready) {
+  const auto check = [&](ScanSpan ready) {
     for (const PolarScan& scan : ready) {
       ++scans.at(static_cast<std::size_t>(scan.laser));
       DaylightScore score;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -157,7 +156,7 @@ ScannedSet scan_first(const AlwaysLitSet& set, const char* cadence, int stride) 
   options.stripe.axis = set.axis;
   Scanner scanner(options);
   ScannedSet result;
-  const auto count = [&](std::span<const PolarScan> scans) {
+  const auto count = [&](ScanSpan scans) {
     for (const PolarScan& scan : scans) {
       ++result.scans;
       for (const Return& r : scan.returns) result.ok += r.status == ReturnStatus::kOk ? 1 : 0;

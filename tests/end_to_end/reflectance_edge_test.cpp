@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <iostream>
 #include <map>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -163,7 +162,7 @@ Errors scan(const Poster& poster, const Setting& setting) {
   Scanner scanner(model, options);
   const std::vector<TrueLine> truth = simulator.truth(0).front().lines;
   Errors errors;
-  const auto take = [&](std::span<const PolarScan> scans) {
+  const auto take = [&](ScanSpan scans) {
     for (const PolarScan& s : scans) {
       for (std::size_t i = 0; i < s.returns.size(); ++i) {
         const Return& r = s.returns[i];

@@ -25,9 +25,12 @@ SDK["stripe"] = {"core", "ambient"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
 SDK["pipeline"] = set(SDK) - {"pipeline"}
+SDK["stream"] = set(SDK)
 
 # What the folders of the other modules may include of sdk; None is everything.
 OF_SDK = {"capture": {"core", "model"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
+# ... and folders of theirs that may include more.
+OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"}}
 OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
 
 # Public headers may need only what the targets link publicly.
@@ -172,7 +175,7 @@ class Tree:
                 self.report(path, number, f"{inside} must not include {folder}: {target}")
             return
         if module == "sdk":
-            allowed = OF_SDK[own]
+            allowed = OF_SDK_IN.get((own, inside), OF_SDK[own])
             if allowed is not None and folder not in allowed:
                 self.report(path, number, f"{own} must not include {folder} of sdk: {target}")
             return

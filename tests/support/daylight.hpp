@@ -133,7 +133,7 @@ class DaylightTrial {
     return options;
   }
 
-  void keep(std::span<const PolarScan> scans) {
+  void keep(ScanSpan scans) {
     for (const PolarScan& scan : scans) {
       if (scan.sequence != 0) add_scan(scan, *simulator_, score_);
     }

@@ -30,9 +30,11 @@ CsvOutput::~CsvOutput() {
 }
 
 void CsvOutput::fail(const char* action, int error) const {
-  throw Error(ErrorKind::kIo, fmt::format("cannot {} {}: {}", action,
-                                          path_ == "-" ? "'standard output'" : "'" + path_ + "'",
-                                          std::generic_category().message(error)));
+  throw Error(ErrorKind::kIo,
+              fmt::format("cannot {} {}: {}", action,
+                          path_ == "-" ? "'standard output'" : "'" + path_ + "'",
+                          std::generic_category().message(error)),
+              error);
 }
 
 void CsvOutput::flush() {

@@ -9,6 +9,7 @@
 #include <striper/core/error.hpp>
 #include <striper/pipeline/expect_stripe.hpp>
 #include <striper/pipeline/scanner.hpp>
+#include <striper/scan/scan_pool.hpp>
 #include <striper/scan/scan_projector.hpp>
 
 namespace striper {
@@ -115,13 +116,15 @@ struct Scanner::Stages {
         axis(options.stripe.axis),
         ambient(ambient_options(options)),
         extractor(make_extractor(extract_options(options))),
-        projector(std::move(projector_in)) {}
+        projector(std::move(projector_in)),
+        head(options.head) {}
 
   bool accepts(const Frame& frame);
   std::string why_refused(const Frame& frame) const;
   void note_stripe(bool is_seen);
-  std::span<const PolarScan> scan_what_is_ready();
-  PolarScan& next_scan(const LitFrame& lit);
+  ScanSpan scan_what_is_ready();
+  std::shared_ptr<PolarScan> new_scan(const LitFrame& lit);
+  const std::shared_ptr<const ScanFrame>& frame_of(int laser);
 
   EventPort events;
   StripeAxis axis;
@@ -131,9 +134,11 @@ struct Scanner::Stages {
   std::optional<cv::Size> model_size;  // Empty without a model.
 
   Stripe stripe;
-  std::vector<PolarScan>
-      scans;  // The first scan_count are this call's; the rest keep their memory.
-  std::size_t scan_count = 0;
+  ScanPool pool;
+  std::vector<std::shared_ptr<const PolarScan>> scans;  // This call's.
+  std::string head;
+  std::shared_ptr<const StriperModel> model;             // Null without one.
+  std::vector<std::shared_ptr<const ScanFrame>> frames;  // One per laser that was seen.
   ScannerStatistics statistics;
   bool is_stripe_seen = false;  // In the last scan.
   bool is_stripe_said = true;   // As events have it.
@@ -141,9 +146,9 @@ struct Scanner::Stages {
 };
 
 // The whole product, a stage a line.
-std::span<const PolarScan> Scanner::process(const Frame& frame) {
+ScanSpan Scanner::process(const Frame& frame) {
   Stages& s = *stages_;
-  s.scan_count = 0;
+  s.scans.clear();
   ++s.statistics.frames;
   if (!s.accepts(frame)) return {};
 
@@ -151,17 +156,19 @@ std::span<const PolarScan> Scanner::process(const Frame& frame) {
   return s.scan_what_is_ready();
 }
 
-std::span<const PolarScan> Scanner::Stages::scan_what_is_ready() {
+ScanSpan Scanner::Stages::scan_what_is_ready() {
   while (const LitFrame* const lit = ambient.next()) {
     extractor->extract(*lit, stripe);
-    projector.project(stripe, lit->laser, next_scan(*lit));
+    const std::shared_ptr<PolarScan> scan = new_scan(*lit);
+    projector.project(stripe, lit->laser, *scan);
+    scans.push_back(scan);
     note_stripe(stripe.is_seen);
   }
 
   statistics.dark = ambient.dark_exposures();
   statistics.unpaired = ambient.unpaired_exposures();
-  statistics.scans += scan_count;
-  return {scans.data(), scan_count};
+  statistics.scans += scans.size();
+  return ScanSpan(scans);
 }
 
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions::for_model(model)) {}
@@ -174,6 +181,7 @@ Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
           ScanProjector(with_axis(model, options.stripe.axis), options.scan),
           with_expected_stripes(options, with_axis(model, options.stripe.axis)))) {
   require_lasers(options.ambient.cadence, model.lasers.size());
+  stages_->model = std::make_shared<const StriperModel>(with_axis(model, options.stripe.axis));
   stages_->model_size = cv::Size(model.camera.width(), model.camera.height());
 }
 
@@ -184,8 +192,8 @@ Scanner::Scanner(Scanner&&) noexcept = default;
 Scanner& Scanner::operator=(Scanner&&) noexcept = default;
 Scanner::~Scanner() = default;
 
-std::span<const PolarScan> Scanner::finish() {
-  stages_->scan_count = 0;
+ScanSpan Scanner::finish() {
+  stages_->scans.clear();
   stages_->ambient.finish();
   return stages_->scan_what_is_ready();
 }
@@ -235,14 +243,21 @@ std::string Scanner::Stages::why_refused(const Frame& frame) const {
   return reason;
 }
 
-PolarScan& Scanner::Stages::next_scan(const LitFrame& lit) {
-  if (scan_count == scans.size()) scans.emplace_back();
-  PolarScan& scan = scans[scan_count++];
-  scan.sequence = lit.sequence;
-  scan.time = lit.time;
-  scan.laser = lit.laser;
-  scan.field = lit.field;
+std::shared_ptr<PolarScan> Scanner::Stages::new_scan(const LitFrame& lit) {
+  std::shared_ptr<PolarScan> scan = pool.take();
+  scan->frame = frame_of(lit.laser);
+  scan->sequence = lit.sequence;
+  scan->time = lit.time;
+  scan->laser = lit.laser;
+  scan->field = lit.field;
   return scan;
+}
+
+const std::shared_ptr<const ScanFrame>& Scanner::Stages::frame_of(int laser) {
+  for (const auto& frame : frames) {
+    if (frame->laser == laser) return frame;
+  }
+  return frames.emplace_back(make_scan_frame(head, laser, model));
 }
 
 }  // namespace striper

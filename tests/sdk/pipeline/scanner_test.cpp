@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the stages are put together right: one scan per lit exposure, none for dark or
 // refused frames, fields triangulated with the full-sensor model, nothing allocated once warm.
+#include <array>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -267,6 +269,44 @@ TEST(Scanner, AllocatesNothingOnceWarm) {
   for (int i = 0; i < 6; ++i) scanner.process(frame);  // The cadence is looked at in so many.
   const testing::AllocationCounter counter;
   for (int i = 0; i < 10; ++i) scanner.process(frame);
+  EXPECT_EQ(counter.count(), 0U);
+}
+
+TEST(Scanner, ScansSayWhoseTheyAreAndWhere) {
+  ScannerOptions options = paper_options();
+  options.head = "left";
+  std::shared_ptr<const PolarScan> kept;
+  {
+    Scanner scanner(testing::paper_model(), options);
+    kept = scanner.process(picture_of_wall(testing::paper_model(), 2.0)).shared(0);
+  }
+  EXPECT_EQ(kept->head(), "left");
+  EXPECT_EQ(kept->frame->frame_id, "left_scan0");
+  EXPECT_NEAR(kept->frame->T_head_scan.translation().z(), -0.5, 1e-12);
+  ASSERT_NE(kept->frame->model, nullptr);
+  EXPECT_EQ(kept->frame->model->camera, testing::paper_model().camera);
+  EXPECT_EQ(kept->returns[320].status, ReturnStatus::kOk);
+}
+
+TEST(Scanner, ScanThatIsKeptStaysAsItIs) {
+  const StriperModel model = testing::paper_model();
+  Scanner scanner(model, paper_options());
+  const auto kept = scanner.process(picture_of_wall(model, 2.0)).shared(0);
+  const double range_m = kept->returns[320].range_m;
+  for (int i = 0; i < 4; ++i) scanner.process(picture_of_wall(model, 1.5));
+  EXPECT_EQ(kept->returns[320].range_m, range_m);
+}
+
+TEST(Scanner, AllocatesNothingOnceWarmWhereScansAreKeptAWhile) {
+  const StriperModel model = testing::paper_model();
+  Scanner scanner(model, paper_options());
+  const Frame frame = picture_of_wall(model, 2.0);
+  std::array<std::shared_ptr<const PolarScan>, 5> kept;
+  std::size_t n = 0;
+  const auto scan = [&] { kept[n++ % kept.size()] = scanner.process(frame).shared(0); };
+  for (int i = 0; i < 8; ++i) scan();
+  const testing::AllocationCounter counter;
+  for (int i = 0; i < 10; ++i) scan();
   EXPECT_EQ(counter.count(), 0U);
 }
 
