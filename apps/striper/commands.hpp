@@ -26,6 +26,7 @@ void add_capture(CLI::App& striper, Action& action);
 void add_record(CLI::App& striper, Action& action);
 void add_calibrate(CLI::App& striper, Action& action);
 void add_verify(CLI::App& striper, Action& action);
+void add_why(CLI::App& striper, Action& action);
 void add_noise(CLI::App& striper, Action& action);
 void add_board(CLI::App& striper, Action& action);
 void add_diff(CLI::App& striper, Action& action);

@@ -200,9 +200,15 @@ ScanSpan Scanner::finish() {
 
 const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->statistics; }
 
+ScanExplanation Scanner::explain(int line) const {
+  if (stages_->scans.empty())
+    throw Error(ErrorKind::kBadValue, "explain: the last frame gave no scan");
+  return explain_return(stages_->extractor->explain(line), *stages_->scans.back());
+}
+
 ScannerStatus Scanner::status() const {
   const Stages& s = *stages_;
-  return {s.ambient.status(), s.axis, s.is_stripe_seen, s.statistics};
+  return {s.head, s.ambient.status(), s.axis, s.is_stripe_seen, s.statistics};
 }
 
 // Says once that no stripe is seen, and once that one is seen again.

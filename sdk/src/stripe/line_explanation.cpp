@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include <striper/core/error.hpp>
 #include <striper/stripe/line_explanation.hpp>
 
@@ -74,8 +76,13 @@ void ProfileExtractor::keep_for_explanation(const LitFrame& frame, const PlanNoi
 
 LineExplanation ProfileExtractor::explain(int line) const {
   const LitFrame& frame = kept_.frame;
-  if (frame.lit.empty() || line < 0 || line >= line_count(frame.lit, options_.axis)) {
-    throw Error(ErrorKind::kBadValue, "explain: no such line in the last frame, or none was kept");
+  if (frame.lit.empty()) {
+    throw Error(ErrorKind::kBadValue, "explain: no frame was kept; set can_explain before");
+  }
+  const int lines = line_count(frame.lit, options_.axis);
+  if (line < 0 || line >= lines) {
+    throw Error(ErrorKind::kBadValue, fmt::format("line {} - expected 0 to {}, the picture's {}",
+                                                  line, lines - 1, to_string(options_.axis)));
   }
   const AxisGrid& across = grid_across(frame.grid, options_.axis);
   LineExplanation why;
@@ -107,7 +114,9 @@ void ProfileExtractor::explain_candidates(const AxisGrid& across, LineExplanatio
   const StripeChoice::Chosen& chosen = choice_.of_line(why.line);
   const auto add = [&](const PeakList& list, std::size_t i) {
     LineCandidate c;
-    c.across_px = across.sensor(list.position(i));
+    // What was refused before it was measured has no finer position than its pixel.
+    const double at = list.position(i);
+    c.across_px = across.sensor(std::isfinite(at) ? at : static_cast<double>(list.across[i]));
     c.sigma_px = across.step * static_cast<double>(list.sigma[i]);
     c.amplitude_dn = static_cast<double>(list.amplitude[i]);
     c.width_px = across.step * static_cast<double>(list.width[i]);
@@ -132,7 +141,7 @@ void ProfileExtractor::explain_candidates(const AxisGrid& across, LineExplanatio
     c.support = piece.support;
   }
   const auto is_listed = [&](const PeakList& list, std::size_t i) {
-    const double at_px = across.sensor(list.position(i));
+    const double at_px = across.sensor(list.position(i));  // NaN: not measured, not listed.
     return std::any_of(why.candidates.begin(), why.candidates.end(),
                        [&](const LineCandidate& c) { return c.across_px == at_px; });
   };

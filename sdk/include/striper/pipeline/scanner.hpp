@@ -11,6 +11,7 @@
 #include <striper/core/frame.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/model/striper_model.hpp>
+#include <striper/pipeline/scan_explanation.hpp>
 #include <striper/pipeline/scanner_status.hpp>
 #include <striper/scan/scan_options.hpp>
 #include <striper/scan/scan_span.hpp>
@@ -67,6 +68,14 @@ class Scanner {
   ScanSpan finish();
 
   const ScannerStatistics& statistics() const noexcept;
+
+  /// Why a line (column or row) of the image that the last scan came from gave what it gave. For
+  /// people: 50 us, allocates. Needs `options.stripe.can_explain`; of `peak = all` the element is
+  /// not told.
+  /// @throws Error{kBadValue} where there is no scan or no such line, Error{kUnsupported} for
+  /// method
+  ///         `paper`.
+  ScanExplanation explain(int line) const;
 
   /// How it stands: what the stages decided by themselves (pattern, channel, method), and counts.
   ScannerStatus status() const;
