@@ -131,8 +131,8 @@ struct Unpacker::Context {
 Unpacker::Unpacker() : context_(std::make_unique<Context>()) {}
 Unpacker::~Unpacker() = default;
 
-std::string Unpacker::unpack(McapCompression compression, ByteSpan packed,
-                             std::span<std::uint8_t> out) {
+std::string Unpacker::unpack(McapCompression compression, [[maybe_unused]] ByteSpan packed,
+                             [[maybe_unused]] std::span<std::uint8_t> out) {
   switch (compression) {
 #ifdef STRIPER_WITH_ZSTD
     case McapCompression::kZstd:

@@ -9,11 +9,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <striper/geometry/triangulator.hpp>
 #include <striper/stream/messages/scan_messages.hpp>
 #include <striper/wire/return_code.hpp>
 
 #include "support/allocation_counter.hpp"
 #include "support/error_of.hpp"
+#include "support/models.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -193,6 +195,55 @@ TEST(LaserScanMaker, HoldsOnEachBearingTheNearestReturn) {
   }
   for (const int count : kinds) EXPECT_GT(count, 50);
   EXPECT_FLOAT_EQ(message.angle_min + 199 * message.angle_increment, message.angle_max);
+}
+
+// What the inverse, from the plane to the pixel, says of the grid.
+TEST(MakeLaserScanGrid, SpansTheBearingsThatPixelsSee) {
+  for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
+    const StriperModel model = striper::testing::typical_model(axis);
+    // A corner of the sensor, every second pixel.
+    const PixelGrid pixels = PixelGrid::region(100, 60).then(PixelGrid::binned(2, 2));
+    const cv::Size size(200, 150);
+    const LaserScanGrid grid = make_laser_scan_grid(model, 0, pixels, size, 0.5, 4.0);
+    EXPECT_EQ(grid.bearings, axis == StripeAxis::kColumns ? 200 : 150);
+    const Triangulator triangulator(model, 0);
+    const auto is_seen = [&](double bearing_rad, double range_m) {
+      const Projection seen =
+          triangulator.project(range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad));
+      if (seen.status != CameraStatus::kOk) return false;
+      const double u = pixels.u.index(seen.pixel.x());
+      const double v = pixels.v.index(seen.pixel.y());
+      return u >= 0 && u <= size.width - 1 && v >= 0 && v <= size.height - 1;
+    };
+    const double margin = grid.increment_rad();
+    int seen = 0;
+    for (int trial = 0; trial < 20000; ++trial) {
+      const double bearing_rad = uniform(-1.5, 1.5);
+      if (!is_seen(bearing_rad, uniform(0.5, 4.0))) continue;
+      ++seen;
+      EXPECT_GT(bearing_rad, grid.angle_min_rad - margin);
+      EXPECT_LT(bearing_rad, grid.angle_max_rad + margin);
+    }
+    EXPECT_GT(seen, 100);
+    for (const double end_rad : {grid.angle_min_rad + margin, grid.angle_max_rad - margin}) {
+      bool is_any = false;
+      for (double range_m = 0.5; range_m <= 4.0; range_m += 0.002)
+        is_any = is_any || is_seen(end_rad, range_m);
+      EXPECT_TRUE(is_any) << end_rad;
+    }
+  }
+}
+
+TEST(MakeLaserScanGrid, WithoutAPixelWithinTheLimitsIsRefused) {
+  const StriperModel model = striper::testing::typical_model();
+  EXPECT_EQ(error_of([&] {
+              make_laser_scan_grid(model, 0, {}, {640, 480}, 0.01, 0.02);
+            }).kind(),
+            ErrorKind::kUntrustworthy);
+  EXPECT_EQ(error_of([&] {
+              make_laser_scan_grid(model, 1, {}, {640, 480});
+            }).kind(),
+            ErrorKind::kBadValue);
 }
 
 TEST(LaserScanMaker, OfTwoReturnsAsNearTakesTheCloser) {

@@ -3,7 +3,11 @@
 
 #include <vector>
 
+#include <opencv2/core/types.hpp>
+
 #include <striper/core/frame_time.hpp>
+#include <striper/core/pixel_grid.hpp>
+#include <striper/model/striper_model.hpp>
 #include <striper/scan/polar_scan.hpp>
 #include <striper/wire/ros_messages.hpp>
 #include <striper/wire/striper_messages.hpp>
@@ -38,6 +42,15 @@ struct LaserScanGrid {
 
   double increment_rad() const noexcept { return (angle_max_rad - angle_min_rad) / (bearings - 1); }
 };
+
+/// The grid of a laser's scans: from the least to the greatest bearing of the image's pixels whose
+/// range is within the limits, a bearing for each line. Looks at every pixel: .1 s at 640x480.
+/// @param pixels where the image's pixels are on the sensor. @param size of the image, pixels.
+/// @throws Error{kBadValue} where the model has no such laser, {kUntrustworthy} where no pixel sees
+/// its plane within the limits.
+LaserScanGrid make_laser_scan_grid(const StriperModel& model, int laser, const PixelGrid& pixels,
+                                   cv::Size size, double range_min_m = 0.1,
+                                   double range_max_m = 10.0);
 
 /// Puts scans on a grid of bearings: each holds the return nearest in bearing within one step, of
 /// two as near the closer one; +inf where there is none, NaN where it is doubtful.
