@@ -20,14 +20,14 @@ MODULES = ("sdk", "capture", "calibration", "apps")
 SDK = {"core": set()}
 SDK["model"] = {"core"}
 SDK["geometry"] = SDK["design"] = {"core", "model"}
-SDK["ambient"] = {"core"}
+SDK["ambient"] = SDK["wire"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
 SDK["pipeline"] = set(SDK) - {"pipeline"}
 
 # What the folders of the other modules may include of sdk; None is everything.
-OF_SDK = {"capture": {"core", "model"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
+OF_SDK = {"capture": {"core", "model", "wire"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
 OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
 
 # Public headers may need only what the targets link publicly.
