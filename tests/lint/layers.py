@@ -20,7 +20,7 @@ MODULES = ("sdk", "capture", "calibration", "apps")
 SDK = {"core": set()}
 SDK["model"] = {"core"}
 SDK["geometry"] = SDK["design"] = {"core", "model"}
-SDK["ambient"] = {"core"}
+SDK["ambient"] = SDK["wire"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
@@ -28,7 +28,7 @@ SDK["pipeline"] = set(SDK) - {"pipeline"}
 SDK["stream"] = set(SDK)
 
 # What the folders of the other modules may include of sdk; None is everything.
-OF_SDK = {"capture": {"core", "model"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
+OF_SDK = {"capture": {"core", "model", "wire"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
 # ... and folders of theirs that may include more.
 OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"}}
 OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
