@@ -20,7 +20,7 @@ MODULES = ("sdk", "capture", "calibration", "apps")
 SDK = {"core": set()}
 SDK["model"] = {"core"}
 SDK["geometry"] = SDK["design"] = {"core", "model"}
-SDK["ambient"] = {"core"}
+SDK["ambient"] = SDK["motion"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
