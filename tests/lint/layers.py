@@ -20,7 +20,7 @@ MODULES = ("sdk", "capture", "calibration", "apps")
 SDK = {"core": set()}
 SDK["model"] = {"core"}
 SDK["geometry"] = SDK["design"] = {"core", "model"}
-SDK["ambient"] = SDK["wire"] = {"core"}
+SDK["ambient"] = SDK["motion"] = SDK["wire"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
