@@ -5,6 +5,7 @@
 #include <memory>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/gige/gige_options.hpp>
 
