@@ -260,6 +260,7 @@ void ProfileExtractor::measure_and_learn(const Current& current, WidthTracker& w
     const double filter = filter_sigma(width.model(), current.noise, refine);
     measure(current, width.model());
     choose(current, width);
+    if (is_more_than_peaks(current.frame)) choose_among_ridges(current, width);
     if (options_.stripe_sigma_px) return;
     const double change = width_learner_.learn(current.frame, options_.axis, choice_, width);
     const double filter_change = filter_sigma(width.model(), current.noise, refine) / filter;
@@ -313,6 +314,20 @@ bool ProfileExtractor::is_hidden_by_background(const LitFrame& frame) const {
   return unclear > kMostUnclear * chunks_.lines();
 }
 
+// Whether the frame is not so plain that the highest peak of a line were the stripe.
+bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
+  return !is_hidden_ && frame.dark.empty() && !is_by_itself() && !choice_.is_plain();
+}
+
+void ProfileExtractor::choose_among_ridges(const Current& current, const WidthTracker& width) {
+  is_hidden_ = true;
+  look_for_ridges(current, width.model());
+  refuse_outside(candidates_.firsts);
+  refuse_outside(candidates_.extras);
+  candidates_.blank_flat_lines();
+  choose(current, width);
+}
+
 // Between surfaces: an edge is no ridge, and a wide background would have other surfaces in it.
 void ProfileExtractor::look_for_ridges(const Current& current, const WidthModel& width) {
   const double reach =
@@ -329,14 +344,18 @@ void ProfileExtractor::look_for_ridges(const Current& current, const WidthModel&
   candidates_.blank_false_ridges();
 }
 
-// The rule `continuous` has its own chain along the stripe.
-bool ProfileExtractor::is_by_itself() const noexcept {
-  return options_.each_line_by_itself || options_.peak == PeakRule::kContinuous;
-}
+bool ProfileExtractor::is_by_itself() const noexcept { return options_.each_line_by_itself; }
 
 void ProfileExtractor::choose(const Current& current, const WidthTracker& width) {
-  const ChoiceContext context{width.model(), options_.stripe_sigma_px || width.is_trusted(),
-                              is_by_itself(), is_hidden_, !current.frame.dark.empty()};
+  const ChoiceContext context{.width = width.model(),
+                              .is_width_known = options_.stripe_sigma_px || width.is_trusted(),
+                              .is_by_itself = is_by_itself(),
+                              .is_hidden = is_hidden_,
+                              .is_subtracted = !current.frame.dark.empty(),
+                              .black_dn = static_cast<float>(current.noise.model.black_level_dn),
+                              .frame = &current.frame,
+                              .axis = options_.axis,
+                              .expected = expected_of(current.frame.laser)};
   choice_.choose(candidates_, context, static_cast<float>(detection_.threshold()));
 }
 

@@ -85,6 +85,8 @@ class ProfileExtractor : public StripeExtractor {
   void measure(const Current& current, const WidthModel& width);
   bool is_by_itself() const noexcept;
   bool is_hidden_by_background(const LitFrame& frame) const;
+  bool is_more_than_peaks(const LitFrame& frame) const;
+  void choose_among_ridges(const Current& current, const WidthTracker& width);
   void look_for_ridges(const Current& current, const WidthModel& width);
   void measure(const Current& current, const WidthModel& width, const ProfilePlan& plan,
                PeakList& peaks);
