@@ -110,6 +110,7 @@ class EdgeTest {
         noise_(noise),
         has_dark_(!frame.dark.empty()),
         sides_(sides_of(frame, width)),
+        slope_part_(has_dark_ ? 0.0 : (sides_.near + 0.5) / (sides_.far + 0.5)),
         least_variance_(noise.model.variance_dn2(noise.model.black_level_dn)),
         shift_(kLargestShift * width) {}
 
@@ -121,8 +122,8 @@ class EdgeTest {
     const Pair near = pair(pixels, at, sides_.near);
     const Pair far = pair(pixels, at, sides_.far);
     // A slope of the daylight is no edge, and the dark exposure has taken it away.
-    const double part = has_dark_ ? 0.0 : (sides_.near + 0.5) / (sides_.far + 0.5);
-    return differs(near.difference - part * far.difference, 1.0 + part * part, near, sigma) ||
+    return differs(near.difference - slope_part_ * far.difference, 1.0 + slope_part_ * slope_part_,
+                   near, sigma) ||
            (has_dark_ && differs(far.difference, 1.0, far, sigma));
   }
 
@@ -155,6 +156,7 @@ class EdgeTest {
   const PlanNoise& noise_;
   bool has_dark_;
   Sides sides_;
+  double slope_part_;      // Of the farther difference, in the nearer one.
   double least_variance_;  // Of a pixel.
   double shift_;
 };
@@ -306,7 +308,7 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     const double sigma = static_cast<double>(stripe.sigma_px[i]) * per_step;
     if (verdict(stripe.status[i]) == Verdict::kMissing || !(sigma > 0.0)) continue;
-    const double position = across.index(stripe.across_px[i]);
+    const double position = (stripe.across_px[i] - across.offset) * per_step;
     const int at = static_cast<int>(position + 0.5);
     const int line = stripe.line[i];
     const double own =
