@@ -25,7 +25,7 @@ SDK["stripe"] = {"core", "ambient"}
 SDK["design"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
-SDK["pipeline"] = set(SDK) - {"pipeline"}
+SDK["pipeline"] = set(SDK) - {"pipeline", "wire"}
 SDK["stream"] = set(SDK)
 
 # What the folders of the other modules may include of sdk; None is everything.
