@@ -51,8 +51,8 @@ Requirement eye_safety(const StriperDesign& design) {
 
 Requirement angles(const DesignFigures& figures) {
   const double coverage_deg = figures.coverage_rad(2.0) / kDegree;
-  return {3, "a large range of angles", fmt::format("{:.0f} degrees at 2 m", coverage_deg),
-          met(coverage_deg >= 60.0)};
+  return {3, "a large range of angles (here: 60 degrees)",
+          fmt::format("{:.0f} degrees at 2 m", coverage_deg), met(coverage_deg >= 60.0)};
 }
 
 Requirement ranges(const DesignFigures& figures) {
