@@ -35,6 +35,7 @@ if(ARAVIS_FOUND)
       src/gige/ptp_clock.cpp
       src/gige/reverse_path.cpp
       src/gige/session.cpp
+      src/gige/source_controls.cpp
       src/gige/stream_path.cpp
       src/gige/stream_socket.cpp
       src/gige/udp_socket.cpp

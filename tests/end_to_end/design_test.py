@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves what `striper eyesafe` promises on the command line: JSON with the agreed members, the
+"""Proves what `striper eyesafe` and `striper design` promise on the command line: JSON with the agreed members, the
 paper's figures, exit code 2 with option, value and bound for what is out of bounds. The
-limits themselves are proved by eye_safety_tests.
+limits themselves are proved by eye_safety_tests, the figures of a design by design_tests.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 design_test.py
 """
 import json
 import unittest
 
-from program import InScratch, striper
+from program import InScratch, scene_path, striper
 
 FAN = ("--wavelength", 900, "--energy", 10.43, "--pulse", 1e-6, "--rate", 30, "--fan", 60, "--thickness", 0.4)
 
@@ -61,6 +61,69 @@ class Eyesafe(InScratch):
         refused(self, "eyesafe", beam + (1, "--scan-speed", 100), "--scan-speed", "--failsafe")
         refused(self, "eyesafe", ("--wavelength", 900), "--energy")
         refused(self, "eyesafe", ("--wavelength", 900, "--energy", 1), "--energy", "--pulse")
+
+
+PAPER = ("--fov", 55, "--columns", 640, "--rows", 480, "--interlaced", "--baseline", 0.5, "--tilt", 14, "--energy", 10.43)
+
+
+class Design(InScratch):
+    def figures(self, *arguments):
+        return json.loads(striper("design", *arguments, "--json").stdout)
+
+    def test_json_has_the_agreed_members(self):
+        figures = self.figures(*PAPER, "--range", 2, "--range", 3)
+        self.assertAlmostEqual(figures["angular_resolution_deg"], 55 / 640, delta=1e-5)
+        self.assertAlmostEqual(1 / figures["laser_to_sun"], 8e4, delta=400)
+        self.assertAlmostEqual(figures["shutter_factor"], 13333.3, delta=0.1)
+        self.assertAlmostEqual(figures["filter_factor"], 40)
+        self.assertIsNone(figures["far_m"])  # The horizon.
+        self.assertEqual((figures["false_alarm"], figures["detection"]), (0.001, 0.99))
+        self.assertGreater(figures["max_range_m"], 2)
+        self.assertEqual([at["range_m"] for at in figures["at"]], [2, 3])
+        at = figures["at"][0]
+        self.assertAlmostEqual(100 * at["step_out_m"], 2.6, delta=0.05)
+        self.assertAlmostEqual(at["signal_to_background"], 6.67, delta=0.01)
+        self.assertAlmostEqual(at["signal_dn"] / at["background_dn"], at["signal_to_background"], delta=1e-6)
+        self.assertNotAlmostEqual(at["snr"], at["signal_to_background"], delta=1)
+        self.assertGreater(at["sigma_m"], 0)
+        self.assertEqual(len(figures["requirements"]), 10)
+
+    def test_paper_is_beside_what_comes_out(self):
+        text = striper("design", "--paper").stdout
+        for word in ("0.16 degrees", "5.0 cm", "no reproduction", "13333", "6.67", "2.50"):
+            self.assertIn(word, text)
+
+    def test_a_scene_and_its_model_agree_on_geometry(self):
+        scene = self.figures("--from", scene_path("room.yaml"), "--range", 2)
+        striper("simulate", scene_path("room.yaml"), "-o", self.path("room"), "--frames", 1)
+        model = self.figures("--from", self.path("room/model.yaml"), "--range", 2)
+        for member in ("angular_resolution_deg", "near_m"):
+            self.assertAlmostEqual(scene[member], model[member], delta=1e-6)
+        for member in ("step_out_m", "step_derivative_m"):
+            self.assertAlmostEqual(scene["at"][0][member], model["at"][0][member], delta=1e-6)
+        # Both know how bright the stripe is: one by its optics, one by what it looks like.
+        self.assertAlmostEqual(scene["at"][0]["signal_dn"] / model["at"][0]["signal_dn"], 1, delta=0.03)
+
+    def test_an_option_goes_before_the_file(self):
+        room = ("--from", scene_path("room.yaml"), "--range", 2)
+        bright = self.figures(*room, "--energy", 20.8)["at"][0]["signal_dn"]
+        self.assertAlmostEqual(bright / self.figures(*room)["at"][0]["signal_dn"], 2, delta=1e-6)
+
+    def test_plot_is_a_picture(self):
+        striper("design", *PAPER, "--plot", self.path("design.svg"))
+        with open(self.path("design.svg")) as file:
+            svg = file.read()
+        self.assertTrue(svg.startswith("<svg xmlns="))
+        self.assertIn("signal to background", svg)
+        self.assertNotIn("nan", svg)
+
+    def test_refuses_what_is_out_of_bounds(self):
+        refused(self, "design", PAPER + ("--fan", 181), "--fan", "'181'", "180")
+        refused(self, "design", PAPER[:-2] + ("--power", -1), "--power", "'-1'", "0 or more")
+        refused(self, "design", PAPER + ("--reflectance", "nan"), "--reflectance", "'nan'", "to 1")
+        refused(self, "design", PAPER + ("--wavelength", 2000), "--wavelength", "'2000'", "to 1080")
+        refused(self, "design", ("--columns", 640, "--rows", 480, "--baseline", 0.5), "--fov")
+        refused(self, "design", PAPER + ("--from", scene_path("room.yaml")), "--from", "--fov")
 
 
 if __name__ == "__main__":

@@ -19,11 +19,12 @@ MODULES = ("sdk", "capture", "calibration", "apps")
 # Folder of sdk -> the folders that it may include, itself aside.
 SDK = {"core": set()}
 SDK["model"] = {"core"}
-SDK["geometry"] = SDK["design"] = {"core", "model"}
-SDK["ambient"] = SDK["wire"] = {"core"}
+SDK["geometry"] = {"core", "model"}
+SDK["ambient"] = SDK["motion"] = SDK["wire"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
+SDK["design"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
-SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
+SDK["compare"] = SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
 SDK["pipeline"] = set(SDK) - {"pipeline", "wire"}
 SDK["stream"] = set(SDK)
 

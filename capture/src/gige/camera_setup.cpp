@@ -58,13 +58,6 @@ void set_region(const FeatureAccess& features, const cv::Rect& region) {
   features.set_integer("OffsetY", region.y);
 }
 
-void set_exposure(const FeatureAccess& features, double exposure_us) {
-  features.try_set("ExposureAuto", "Off");
-  features.set_number(
-      features.need_one_of("exposure", {"ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"}),
-      exposure_us);
-}
-
 void set_rate(const FeatureAccess& features, double rate_hz) {
   if (features.has("AcquisitionFrameRateEnable")) features.set("AcquisitionFrameRateEnable", "yes");
   features.set_number(
@@ -74,11 +67,7 @@ void set_rate(const FeatureAccess& features, double rate_hz) {
 
 void set_light(const FeatureAccess& features, const GigeOptions& options) {
   if (options.exposure_us) set_exposure(features, *options.exposure_us);
-  if (options.gain) {
-    features.try_set("GainAuto", "Off");
-    features.set_number(features.need_one_of("gain", {"Gain", "GainAbs", "GainRaw"}),
-                        *options.gain);
-  }
+  if (options.gain) set_gain(features, *options.gain);
   if (options.black_level) {
     features.try_set("BlackLevelAuto", "Off");
     features.set_number(features.need_one_of("black level", {"BlackLevel", "BlackLevelRaw"}),
@@ -191,7 +180,52 @@ void set_action_keys(const FeatureAccess& features, const ActionKeys& keys,
   features.set_integer(features.need_one_of(kActionKeys, {"ActionGroupMask"}), keys.group_mask);
 }
 
+/// Where a camera keeps what a wheel's encoder shows, by the Standard Features Naming Convention
+/// (GenICam SFNC 2.7, 18 Chunk Data Control).
+struct EncoderChunk {
+  const char* kind;      // How its sources are called: Encoder0, Counter1.
+  const char* entry;     // Of ChunkSelector.
+  const char* selector;  // Which encoder or counter.
+  const char* value;
+};
+constexpr EncoderChunk kEncoderChunks[] = {
+    {"Encoder", "EncoderValue", "ChunkEncoderSelector", "ChunkEncoderValue"},
+    {"Counter", "CounterValue", "ChunkCounterSelector", "ChunkCounterValue"},
+};
+
 }  // namespace
+
+void set_exposure(const FeatureAccess& features, double exposure_us) {
+  features.try_set("ExposureAuto", "Off");
+  features.set_number(
+      features.need_one_of("exposure", {"ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"}),
+      exposure_us);
+}
+
+void set_gain(const FeatureAccess& features, double gain) {
+  features.try_set("GainAuto", "Off");
+  features.set_number(features.need_one_of("gain", {"Gain", "GainAbs", "GainRaw"}), gain);
+}
+
+const char* enable_encoder_chunk(const FeatureAccess& features, const GigeOptions& options) {
+  if (options.encoder.empty()) return nullptr;
+  features.need_one_of("encoder", {"ChunkModeActive"});
+  features.set("ChunkModeActive", "yes");
+  for (const EncoderChunk& chunk : kEncoderChunks) {
+    const bool is_meant = options.encoder == "yes" || options.encoder.starts_with(chunk.kind);
+    if (!is_meant || !features.has_entry("ChunkSelector", chunk.entry)) continue;
+    features.set("ChunkSelector", chunk.entry);
+    features.set("ChunkEnable", "yes");
+    if (options.encoder != "yes") features.set(chunk.selector, options.encoder);
+    return chunk.value;
+  }
+  throw Error(
+      ErrorKind::kUnsupported,
+      fmt::format("{}: encoder={}: its pictures come without EncoderValue and CounterValue; "
+                  "ChunkSelector has {}",
+                  features.device_name(), options.encoder,
+                  fmt::join(features.entries("ChunkSelector"), ", ")));
+}
 
 PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options) {
   features.try_set("AcquisitionMode", "Continuous");

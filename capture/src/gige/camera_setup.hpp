@@ -27,6 +27,16 @@ struct PictureSetup {
 /// @throws Error quoting the feature, the value and what is allowed.
 PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options);
 
+/// Sets a fixed exposure, or gain in the camera's unit (dB but for GainRaw); automatic modes go
+/// off.
+void set_exposure(const FeatureAccess& features, double exposure_us);
+void set_gain(const FeatureAccess& features, double gain);
+
+/// Has each picture bring what the encoder shows, where the options ask for it.
+/// @return the feature that holds it, static; null where it is not asked for.
+/// @throws Error{kUnsupported} naming the chunks that the camera has.
+const char* enable_encoder_chunk(const FeatureAccess& features, const GigeOptions& options);
+
 /// Free-running, or triggered by what the options name. @param by_host each frame is triggered by
 /// software.
 void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, bool by_host);

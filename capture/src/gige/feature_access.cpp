@@ -100,6 +100,23 @@ double FeatureAccess::checked_number(const char* name, const std::string& value)
   return number;
 }
 
+std::optional<std::pair<double, double>> FeatureAccess::find_bounds(const char* name) const {
+  CallError error;
+  double low = 0.0;
+  double high = 0.0;
+  if (ARV_IS_GC_FLOAT(arv_device_get_feature(device_, name))) {
+    arv_device_get_float_feature_bounds(device_, name, &low, &high, error.slot());
+  } else {
+    gint64 least = 0;
+    gint64 most = 0;
+    arv_device_get_integer_feature_bounds(device_, name, &least, &most, error.slot());
+    low = static_cast<double>(least);
+    high = static_cast<double>(most);
+  }
+  if (error) return std::nullopt;
+  return std::pair{low, high};
+}
+
 void FeatureAccess::set_number(const char* name, double value) const {
   if (!ARV_IS_GC_FLOAT(arv_device_get_feature(device_, name))) {
     return set_integer(name, std::llround(value));

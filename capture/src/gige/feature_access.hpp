@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <striper/core/event.hpp>
@@ -53,6 +54,9 @@ class FeatureAccess {
   std::string text(const char* name) const;
   std::optional<std::int64_t> find_integer(const char* name) const;
   std::optional<double> find_number(const char* name) const;
+
+  /// What a number can be set to now: least and most; empty where the device does not say.
+  std::optional<std::pair<double, double>> find_bounds(const char* name) const;
 
   /// Entries of an enumeration that can be chosen now.
   std::vector<std::string> entries(const char* name) const;

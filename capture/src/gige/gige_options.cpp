@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::string_view kKnown =
     "pixel_format, roi, binning, exposure_us, gain, black_level, fps, strobe, switching, trigger, "
-    "action, packet_size, packet_delay_us, resend, frame_timeout_ms, buffers, socket_buffer_mb, "
+    "action, encoder, packet_size, packet_delay_us, resend, frame_timeout_ms, buffers, "
+    "socket_buffer_mb, "
     "heartbeat_ms, reconnect, "
     "ptp, laser, fields, feature.NAME, and the camera's own features by name, such as "
     "ExposureTime";
@@ -98,6 +99,13 @@ std::optional<ActionKeys> take_action(SourceUri& uri) {
   return ActionKeys{keys[0], keys[1], keys[2]};
 }
 
+std::string take_encoder(SourceUri& uri) {
+  const auto word = uri.take("encoder");
+  if (!word || *word == "no") return {};
+  if (*word == "yes" || word->starts_with("Encoder") || word->starts_with("Counter")) return *word;
+  refuse(uri.text(), "encoder", *word, "yes, no, or which one: Encoder0, Counter1");
+}
+
 LaserSwitching take_switching(SourceUri& uri) {
   const auto word = uri.take("switching");
   if (!word || *word == "auto") return LaserSwitching::kAuto;
@@ -141,6 +149,7 @@ GigeOptions GigeOptions::take(SourceUri& uri) {
   options.switching = take_switching(uri);
   options.trigger = uri.take("trigger").value_or("");
   options.action = take_action(uri);
+  options.encoder = take_encoder(uri);
   options.packet_bytes = static_cast<int>(uri.take_integer("packet_size", 0, 65535).value_or(0));
   options.packet_delay_us = uri.take_number("packet_delay_us", 0.0, 1e6);
   options.resend = uri.take_bool("resend").value_or(options.resend);

@@ -18,6 +18,7 @@
 #include "gige/frame_numbers.hpp"
 #include "gige/host_clock.hpp"
 #include "gige/session.hpp"
+#include "gige/source_controls.hpp"
 
 namespace striper {
 namespace {
@@ -90,6 +91,9 @@ void say_what_keys_mean(const CommonKeys& common, const GigeOptions& options) {
 struct GigeSource::State {
   State(SourceUri given, const EventPort& events);
 
+  Controls make_controls();
+  std::shared_ptr<Session> open_session();
+
   void begin();
   void end();
   void wake();
@@ -131,6 +135,9 @@ struct GigeSource::State {
   std::int64_t completed_ns = 0;
   SourceStatistics statistics;
   GigeStatistics causes;
+  detail::KeptSettings kept;
+
+  Controls controls;
 
   std::thread supervisor;  // and what only it uses
   std::future<void> burial;
@@ -157,6 +164,39 @@ GigeSource::State::State(SourceUri given, const EventPort& events)
   info.has_clock = true;
   info.picture_rate_hz = setup.rate_hz;
   common.apply(info);
+  controls = make_controls();
+}
+
+Controls GigeSource::State::make_controls() {
+  detail::ControlledCamera camera;
+  camera.session = [this] {
+    const std::lock_guard lock(mutex);
+    if (session && !session->is_lost()) return session;
+    throw Error(ErrorKind::kDevice,
+                fmt::format("source '{}': the camera is lost: nothing can be read or set until it "
+                            "is back",
+                            options.uri));
+  };
+  camera.keep = [this](const auto& change) {
+    const std::lock_guard lock(mutex);
+    change(kept);
+  };
+  return detail::make_controls(options.uri, camera);
+}
+
+/// With what was set by hand since it was opened first.
+std::shared_ptr<Session> GigeSource::State::open_session() {
+  GigeOptions as_set = options;
+  bool lasers_on = true;
+  {
+    const std::lock_guard lock(mutex);
+    if (kept.exposure_us) as_set.exposure_us = kept.exposure_us;
+    if (kept.gain_db) as_set.gain = kept.gain_db;
+    lasers_on = kept.lasers_on;
+  }
+  auto opened = std::make_shared<Session>(as_set);
+  if (!lasers_on) opened->switch_lasers(false);
+  return opened;
 }
 
 GigeSource::GigeSource(SourceUri uri, const EventPort& events)
@@ -174,7 +214,7 @@ void GigeSource::State::begin() {
   const std::lock_guard one_at_a_time(lifecycle);
   if (is_running) return;
   if (session && session->is_lost()) session.reset();
-  if (!session) session = std::make_shared<Session>(options);
+  if (!session) session = open_session();
   numbers = detail::FrameNumbers(std::max<std::size_t>(common.cadence.pattern().size(), 1));
   next_arrival = 0;
   epoch = 0;
@@ -275,11 +315,13 @@ void GigeSource::State::describe(Frame& frame, PoolSlot& slot, std::uint64_t sin
   frame.exposures_per_picture = 1;
   frame.field = Field::kProgressive;
   frame.field_period_ns = 0;
-  frame.exposure_ns = setup.exposure_ns;
+  frame.exposure_ns = session->exposure_ns();
   const std::int64_t start_ns = session->exposure_start_ns(slot);
-  frame.time.monotonic_ns = start_ns + setup.exposure_ns / 2;
+  frame.time.monotonic_ns = start_ns + frame.exposure_ns / 2;
   frame.time.utc_offset_ns = session->utc_offset_ns(slot, start_ns);
   frame.epoch = epoch;
+  frame.encoder_counts.reset();
+  if (frame.status == FrameStatus::kOk) frame.encoder_counts = session->encoder_counts(slot);
   frame.illumination = Illumination::unknown();
   const double period_ns = setup.rate_hz > 0.0 ? 1e9 / setup.rate_hz : 0.0;
   common.apply(frame, static_cast<std::int64_t>(period_ns));
@@ -337,6 +379,8 @@ SourceStatistics GigeSource::statistics() const {
   if (state_->session) result.overrun += state_->session->overrun();
   return result;
 }
+
+Controls& GigeSource::controls() { return state_->controls; }
 
 GigeStatistics GigeSource::stream_statistics() const {
   const std::lock_guard lock(state_->mutex);
@@ -415,7 +459,7 @@ void GigeSource::State::end_stream(const Session& camera) {
 
 bool GigeSource::State::try_reopen() {
   try {
-    auto camera = std::make_shared<Session>(options);
+    auto camera = open_session();
     if (!is_same_stream(camera->setup(), info)) {
       throw Error(ErrorKind::kDevice,
                   fmt::format("camera {} came back with {} and was {}", camera->description(),

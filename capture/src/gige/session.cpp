@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -59,15 +60,18 @@ Session::Session(const GigeOptions& options)
       clock_(features_, features_mutex_, opened_.address, options.ptp) {
   try {
     setup_ = set_up_pictures(features_, options);
+    exposure_ns_ = setup_.exposure_ns;
     is_triggered_by_host_ = lasers_.is_host_switched() || options.trigger == "software";
     set_up_trigger(features_, options, is_triggered_by_host_);
     has_line_chunk_ = lasers_.enable_line_chunk();
+    encoder_value_ = enable_encoder_chunk(features_, options);
     packet_bytes_ = set_up_transport(opened_.camera.get(), features_, options);
   } catch (...) {
     lasers_.try_off();
     throw;
   }
-  if (has_line_chunk_) chunks_.reset(arv_camera_create_chunk_parser(opened_.camera.get()));
+  const bool has_chunks = has_line_chunk_ || encoder_value_ != nullptr;
+  if (has_chunks) chunks_.reset(arv_camera_create_chunk_parser(opened_.camera.get()));
   control_lost_handler_ = g_signal_connect(features_.device(), "control-lost",
                                            G_CALLBACK(&Session::on_control_lost), this);
 }
@@ -151,7 +155,11 @@ void Session::begin_streaming() {
   }
   pool_->attach(stream_.get());
   clock_.start();
-  lasers_.arm();
+  {
+    const std::lock_guard one_at_a_time(features_mutex_);
+    if (lasers_on_) lasers_.arm();
+    is_armed_ = true;
+  }
   arv_camera_start_acquisition(opened_.camera.get(), error.slot());
   if (error) {
     throw Error(ErrorKind::kDevice,
@@ -208,6 +216,8 @@ void Session::stop() noexcept {
     // Both are tried whatever becomes of the other: no exposure, and no line that follows one.
     CallError error;
     if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), error.slot());
+    const std::lock_guard one_at_a_time(features_mutex_);
+    is_armed_ = false;
     is_off = lasers_.try_off();
   }
   if (!is_off) darken();  // lost, or it is now seen to be
@@ -342,7 +352,7 @@ void Session::check_alive() {
 }
 
 std::int64_t Session::exposure_start_ns(const PoolSlot& slot) {
-  return clock_.exposure_start_ns(device_time_ns(slot), slot.arrival_ns, setup_.exposure_ns);
+  return clock_.exposure_start_ns(device_time_ns(slot), slot.arrival_ns, exposure_ns_);
 }
 
 std::int64_t Session::utc_offset_ns(const PoolSlot& slot, std::int64_t start_ns) const {
@@ -356,12 +366,39 @@ Illumination Session::illumination(const PoolSlot& slot, std::uint64_t since_sta
                                                             "ChunkLineStatusAll", error.slot());
     if (!error) return lasers_.from_line_status(lines);
   }
-  return lasers_.is_host_switched() ? slot.commanded : lasers_.at(since_start);
+  if (lasers_.is_host_switched()) return slot.commanded;
+  return were_switched_ ? Illumination::unknown() : lasers_.at(since_start);
+}
+
+std::optional<std::int64_t> Session::encoder_counts(const PoolSlot& slot) const {
+  if (encoder_value_ == nullptr) return std::nullopt;
+  CallError error;
+  const gint64 counts = arv_chunk_parser_get_integer_value(chunks_.get(), slot.buffer.get(),
+                                                           encoder_value_, error.slot());
+  if (error) return std::nullopt;
+  return counts;
+}
+
+void Session::set_exposure_us(double exposure_us) {
+  const std::lock_guard one_at_a_time(features_mutex_);
+  set_exposure(features_, exposure_us);
+  if (const char* const name = features_.first_of({"ExposureTime", "ExposureTimeAbs"})) {
+    exposure_ns_ = std::llround(1e3 * features_.number(name));
+  }
+}
+
+void Session::switch_lasers(bool on) {
+  const std::lock_guard one_at_a_time(features_mutex_);
+  if (lasers_on_ == on) return;
+  lasers_on_ = on;
+  were_switched_ = true;
+  if (!on) lasers_.off();
+  if (on && is_armed_) lasers_.arm();
 }
 
 void Session::trigger_once(std::uint64_t number) {
-  const Illumination light = options_.cadence.at(number);
   const std::lock_guard one_at_a_time(features_mutex_);
+  const Illumination light = lasers_on_ ? options_.cadence.at(number) : Illumination::dark();
   if (is_lost_) return;  // the lasers may have been turned off for good
   if (lasers_.is_host_switched()) lasers_.command(light);
   {
@@ -380,7 +417,7 @@ std::chrono::nanoseconds Session::picture_patience(std::size_t payload_bytes) co
   const double packets = bytes / std::max(packet_bytes_, 576);
   const double pauses_s = 1e-6 * packets * options_.packet_delay_us.value_or(0.0);
   const std::chrono::duration<double> transfer(bytes / kSlowestLink_bytes_s + pauses_s);
-  return std::chrono::nanoseconds(setup_.exposure_ns) + kPictureBegins + options_.frame_timeout +
+  return std::chrono::nanoseconds(exposure_ns_) + kPictureBegins + options_.frame_timeout +
          std::chrono::duration_cast<std::chrono::nanoseconds>(transfer);
 }
 

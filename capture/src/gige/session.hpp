@@ -38,6 +38,22 @@ class Session {
   const PictureSetup& setup() const noexcept { return setup_; }
   const std::string& description() const noexcept { return opened_.description; }
 
+  /// For the controls, from any thread, while it streams too.
+  template <typename Action>
+  auto with_features(Action action) {
+    const std::lock_guard lock(features_mutex_);
+    return action(features_);
+  }
+  void set_exposure_us(double exposure_us);  ///< @throws Error{kUsage, kDevice}.
+  std::int64_t exposure_ns() const noexcept { return exposure_ns_; }
+  bool has_lasers() const noexcept { return lasers_.is_used(); }
+  bool are_lasers_on() const noexcept { return lasers_on_; }
+  /// Off: dark whatever the cadence says, until they are on again. @throws Error{kDevice}.
+  void switch_lasers(bool on);
+
+  /// What the encoder showed at a picture; empty where it was not asked for.
+  std::optional<std::int64_t> encoder_counts(const PoolSlot& slot) const;
+
   /// Begins to stream. @param wake is called when a buffer is ready or the camera is lost, from
   /// any thread. @throws Error.
   void start(std::function<void()> wake);
@@ -106,6 +122,7 @@ class Session {
   PictureSetup setup_;
   bool is_triggered_by_host_ = false;
   bool has_line_chunk_ = false;
+  const char* encoder_value_ = nullptr;  // the chunk's feature
   int packet_bytes_ = 0;
   gulong control_lost_handler_ = 0;
   int tries_to_darken_ = 3;  // so often a camera that answers may refuse to
@@ -134,6 +151,10 @@ class Session {
   std::chrono::nanoseconds picture_within_{};  // after a software trigger
   std::string loss_;
 
+  std::atomic<std::int64_t> exposure_ns_ = 0;
+  std::atomic<bool> lasers_on_ = true;
+  std::atomic<bool> were_switched_ = false;  // by hand: the sequencer's phase is lost
+  bool is_armed_ = false;                    // between start and stop; of `features_mutex_`
   std::atomic<bool> is_lost_ = false;
   std::atomic<std::uint64_t> overrun_ = 0;
   std::atomic<std::int64_t> last_arrival_ns_ = 0;

@@ -192,6 +192,8 @@ constexpr std::array kColumns{
            }),
     column(
         "detail", [](auto& r) -> auto& { return r.frame.status_detail; }),
+    column(
+        "encoder_counts", [](auto& r) -> auto& { return r.frame.encoder_counts; }),
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <striper/simulator/simulated_source.hpp>
 
 #include "common_keys.hpp"
+#include "simulator/simulated_controls.hpp"
 
 namespace striper {
 namespace {
@@ -76,7 +77,13 @@ void apply_query(SourceUri& uri, Scene& scene, SimulatedSourceOptions& options) 
   }
   if (const auto fields = uri.take("fields")) scene.timing.scan = scan_mode(uri, *fields);
   options.realtime = uri.take_bool("realtime").value_or(false);
-  uri.refuse_unused("frames, fps, seed, noise, laser, illumination, fields, realtime");
+  options.encoder_counts_per_m = uri.take_number("encoder", 1e-3, 1e9).value_or(0.0);
+  const long bits = uri.take_integer("encoder_bits", 8, 32).value_or(options.encoder_bits);
+  if (bits != 8 && bits != 16 && bits != 32)
+    refuse(uri, "encoder_bits", std::to_string(bits), "8, 16 or 32");
+  options.encoder_bits = static_cast<int>(bits);
+  uri.refuse_unused(
+      "frames, fps, seed, noise, laser, illumination, fields, realtime, encoder, encoder_bits");
 }
 
 Field field_of(ScanMode scan) {
@@ -96,17 +103,23 @@ Field field_of(ScanMode scan) {
 
 }  // namespace
 
-SimulatedSource::SimulatedSource(Simulator simulator, SimulatedSourceOptions options)
-    : simulator_(std::move(simulator)), options_(options), uri_("sim:" + simulator_.scene().name) {}
+SimulatedSource::SimulatedSource(Simulator simulator, SimulatedSourceOptions options,
+                                 std::string uri)
+    : simulator_(std::move(simulator)),
+      options_(options),
+      uri_(uri.empty() ? "sim:" + simulator_.scene().name : std::move(uri)),
+      controls_(std::make_unique<detail::SimulatedControls>(uri_, simulator_.scene())) {}
+
+SimulatedSource::~SimulatedSource() = default;
+
+Controls& SimulatedSource::controls() { return controls_->controls(); }
 
 std::unique_ptr<SimulatedSource> SimulatedSource::open(SourceUri uri) {
   Scene scene = load_scene(uri.path());
   SimulatedSourceOptions options;
   apply_query(uri, scene, options);
   try {
-    auto source = std::make_unique<SimulatedSource>(Simulator(std::move(scene)), options);
-    source->uri_ = uri.text();
-    return source;
+    return std::make_unique<SimulatedSource>(Simulator(std::move(scene)), options, uri.text());
   } catch (const Error& error) {
     throw Error(ErrorKind::kUsage, fmt::format("source '{}': {}", uri.text(), error.what()));
   }
@@ -155,12 +168,23 @@ NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds /*timeo
       if (!running_) return NextStatus::kStopped;
     }
   }
+  controls_->apply_to(simulator_);
   frame = simulator_.render(picture, part);
+  frame.encoder_counts = encoder_counts(picture, part);
   if (!options_.illumination_known) frame.illumination = Illumination::unknown();
   ++next_frame_;
   const std::lock_guard lock(mutex_);
   ++statistics_.delivered;
   return NextStatus::kFrame;
+}
+
+// The length of the device's path: its velocity is constant.
+std::optional<std::int64_t> SimulatedSource::encoder_counts(std::uint64_t picture, int part) const {
+  if (options_.encoder_counts_per_m == 0.0) return std::nullopt;
+  const double speed_m_s = simulator_.scene().device_motion.velocity_m_s.norm();
+  const double path_m = speed_m_s * simulator_.time_s(picture, part);
+  const auto counts = static_cast<std::int64_t>(std::floor(options_.encoder_counts_per_m * path_m));
+  return counts & ((std::int64_t{1} << options_.encoder_bits) - 1);
 }
 
 void SimulatedSource::stop() {

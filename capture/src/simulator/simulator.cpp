@@ -74,6 +74,20 @@ class Simulator::Impl {
 
   const Scene& scene() const noexcept { return scene_; }
 
+  void apply(const SceneSettings& settings) {
+    Scene changed = scene_;
+    changed.imager.shutter_s = settings.shutter_s;
+    changed.imager.dn_per_electron = settings.dn_per_electron;
+    for (std::size_t i = 0; i < changed.objects.size(); ++i) {
+      changed.objects[i].T_world_object = settings.T_world_object.at(i);
+    }
+    changed.validate();
+    scene_ = std::move(changed);
+    lasers_on_ = settings.lasers_on;
+    model_.reset();
+    for (auto& [number, moment] : moments_) moment.reset();
+  }
+
   int exposures_per_picture() const noexcept { return is_interlaced(scene_.timing.scan) ? 2 : 1; }
   int frames_per_picture() const noexcept { return comes_by_field(scene_.timing.scan) ? 2 : 1; }
 
@@ -82,6 +96,7 @@ class Simulator::Impl {
            static_cast<std::uint64_t>(exposure);
   }
   Illumination illumination(std::uint64_t picture, int exposure) const noexcept {
+    if (!lasers_on_) return Illumination::dark();
     return scene_.timing.cadence.at(exposure_number(picture, exposure));
   }
   double time_s(std::uint64_t picture, int exposure) const noexcept {
@@ -270,6 +285,7 @@ class Simulator::Impl {
   Scene scene_;
   detail::RayGrid rays_;
   bool is_static_;
+  bool lasers_on_ = true;
   cv::Mat gains_;
   std::vector<Beam> beams_;
   std::optional<StriperModel> model_;  // Once it has been asked for.
@@ -278,12 +294,23 @@ class Simulator::Impl {
   std::array<std::pair<std::uint64_t, std::unique_ptr<Moment>>, 2> moments_;
 };
 
+SceneSettings SceneSettings::of(const Scene& scene) {
+  SceneSettings settings;
+  settings.shutter_s = scene.imager.shutter_s;
+  settings.dn_per_electron = scene.imager.dn_per_electron;
+  for (const SceneObject& object : scene.objects) {
+    settings.T_world_object.push_back(object.T_world_object);
+  }
+  return settings;
+}
+
 Simulator::Simulator(Scene scene) : impl_(std::make_unique<Impl>(std::move(scene))) {}
 Simulator::Simulator(Simulator&&) noexcept = default;
 Simulator& Simulator::operator=(Simulator&&) noexcept = default;
 Simulator::~Simulator() = default;
 
 const Scene& Simulator::scene() const noexcept { return impl_->scene(); }
+void Simulator::apply(const SceneSettings& settings) { impl_->apply(settings); }
 int Simulator::exposures_per_picture() const noexcept { return impl_->exposures_per_picture(); }
 int Simulator::frames_per_picture() const noexcept { return impl_->frames_per_picture(); }
 Frame Simulator::render(std::uint64_t picture, int part) { return impl_->render(picture, part); }

@@ -14,8 +14,6 @@
 namespace striper::v4l2 {
 namespace {
 
-constexpr double kExposureUnitUs = 100.0;  // V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us.
-
 // v4l2-ctl's rule: letters and digits in lower case, everything between them one underscore.
 std::string plain_name(const std::string& name) {
   std::string plain;

@@ -14,6 +14,8 @@
 
 namespace striper::v4l2 {
 
+inline constexpr double kExposureUnitUs = 100.0;  ///< V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us.
+
 /// One entry of a menu control.
 struct MenuEntry {
   std::int64_t index = 0;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <atomic>
 #include <ctime>
 #include <mutex>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "v4l2/names.hpp"
 #include "v4l2/negotiate.hpp"
 #include "v4l2/picture_queue.hpp"
+#include "v4l2/source_controls.hpp"
 #include "v4l2/streamer.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
@@ -53,6 +55,7 @@ class V4l2Source final : public FrameSource {
   NextStatus next(Frame& frame, std::chrono::milliseconds timeout) override;
   void stop() override;
   SourceStatistics statistics() const override { return counters_.snapshot(); }
+  Controls& controls() override { return controls_; }
 
  private:
   void take_in_hand();
@@ -68,6 +71,8 @@ class V4l2Source final : public FrameSource {
   std::unique_ptr<VideoDevice> device_;  ///< The streamer's while it streams.
   std::string card_;
   Agreement agreement_;
+  std::atomic<std::int64_t> exposure_ns_ = 0;  ///< Of the device now.
+  Controls controls_;
 
   Counters counters_;
   PictureQueue queue_;
@@ -83,6 +88,9 @@ V4l2Source::V4l2Source(V4l2Options options, std::shared_ptr<VideoCalls> calls)
   keys_.fields = options_.fields;
   device_ = std::make_unique<VideoDevice>(calls_, options_.device);
   agreement_ = negotiate(*device_, options_);
+  exposure_ns_ = agreement_.exposure_ns;
+  controls_ = make_controls(*device_, agreement_.picture_size(),
+                            [this](std::int64_t exposure_ns) { exposure_ns_ = exposure_ns; });
   card_ = fmt::format("{} ({}, {})", device_->card(), device_->driver(), device_->bus());
   if (options_.fields && agreement_.is_sequential()) {
     device_->fail(
@@ -125,6 +133,7 @@ void V4l2Source::start() {
   if (!device_) {
     device_ = std::make_unique<VideoDevice>(calls_, options_.device);
     agreement_ = negotiate(*device_, options_);
+    exposure_ns_ = agreement_.exposure_ns;
   }
   counters_.reset();
   in_hand_ = {};
@@ -197,7 +206,7 @@ void V4l2Source::fill_place(Frame& frame, int part) const {
   frame.exposures_per_picture = exposures_per_picture(agreement_);
   frame.exposure_in_picture = picture.place.exposure_in_picture + part;
   frame.field_period_ns = frame.exposures_per_picture == 2 ? period_ns / 2 : 0;
-  frame.exposure_ns = agreement_.exposure_ns;
+  frame.exposure_ns = exposure_ns_;
   frame.time.monotonic_ns = picture.place.midpoint_ns + part * frame.field_period_ns;
   frame.time.utc_offset_ns = utc_offset_ns();
   frame.illumination = Illumination::unknown();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <striper/stripe/candidates.hpp>
@@ -17,6 +18,7 @@
 #include "stripe/reflectance_edge.hpp"
 #include "stripe/select/ridges.hpp"
 #include "stripe/select/stripe_choice.hpp"
+#include "stripe/texture_scatter.hpp"
 #include "stripe/width_learner.hpp"
 
 namespace striper::detail {
@@ -79,12 +81,15 @@ class ProfileExtractor : public StripeExtractor {
   Learnt& learnt_of(int laser);
   PlanNoise noise_of(const LitFrame& frame, const ProfileImages& images);
   void take_given_noise(const LitFrame& frame, const ProfileImages& images, double exposures);
+  std::optional<WidthModel> known_width(const LitFrame& frame) const;
   void begin_width(const Current& current, WidthTracker& width) const;
   void choose(const Current& current, const WidthTracker& width);
   void try_widths(const Current& current, WidthTracker& width);
   void measure(const Current& current, const WidthModel& width);
   bool is_by_itself() const noexcept;
   bool is_hidden_by_background(const LitFrame& frame) const;
+  bool is_more_than_peaks(const LitFrame& frame) const;
+  void choose_among_ridges(const Current& current, const WidthTracker& width);
   void look_for_ridges(const Current& current, const WidthModel& width);
   void measure(const Current& current, const WidthModel& width, const ProfilePlan& plan,
                PeakList& peaks);
@@ -118,6 +123,7 @@ class ProfileExtractor : public StripeExtractor {
   WidthLearner width_learner_;
   LineFollower follower_;
   ReflectanceEdges edges_;
+  TextureScatter texture_;
   std::vector<Learnt> learnt_;  // One per laser.
   Kept kept_;
 };

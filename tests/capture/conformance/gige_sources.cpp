@@ -23,6 +23,7 @@ class SourceWithCamera : public FrameSource {
   }
   void stop() override { source_->stop(); }
   SourceStatistics statistics() const override { return source_->statistics(); }
+  Controls& controls() override { return source_->controls(); }
 
  private:
   std::shared_ptr<VirtualStriper> striper_;

@@ -19,6 +19,9 @@ SourceUnderTest stand_in(const std::string& name, const StandInCamera::Setup& se
     std::shared_ptr<StandInCamera> camera = shared->lock();
     if (!camera) {
       camera = std::make_shared<StandInCamera>(setup);
+      camera->add_control(V4L2_CID_EXPOSURE_ABSOLUTE, "Exposure Time, Absolute",
+                          V4L2_CTRL_TYPE_INTEGER, 1, 300, 20);
+      camera->add_control(V4L2_CID_HFLIP, "Horizontal Flip", V4L2_CTRL_TYPE_BOOLEAN, 0, 1, 0);
       const bool is_field = setup.field == V4L2_FIELD_ALTERNATE;
       const double period_us = setup.standard != 0 ? 1e6 * 1001 / 30000 : 8000.0;
       camera->run(

@@ -62,6 +62,7 @@ void expect_same(const Frame& a, const Frame& b) {
   EXPECT_EQ(a.field_period_ns, b.field_period_ns);
   EXPECT_EQ(a.exposure_ns, b.exposure_ns);
   EXPECT_EQ(a.illumination, b.illumination);
+  EXPECT_EQ(a.encoder_counts, b.encoder_counts);
   EXPECT_EQ(a.field, b.field);
   EXPECT_EQ(a.status, b.status);
   EXPECT_EQ(a.status_detail, b.status_detail);
@@ -109,6 +110,7 @@ TEST(Recorder, EveryMemberOfAFrameReplaysExactly) {
   frame.time = {123456789012345678, 1700000000000000000};
   frame.exposure_ns = 2500;
   frame.illumination = Illumination::laser(3);
+  frame.encoder_counts = -9'000'000'000'000'000'000;
   Frame dark = frame;
   dark.sequence += 5;  // A gap.
   dark.epoch = 2;

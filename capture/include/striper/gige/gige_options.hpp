@@ -59,6 +59,9 @@ struct GigeOptions {
   std::string trigger;
   std::optional<ActionKeys> action;  ///< Those that the camera shall act on.
   Cadence cadence;                   ///< From `laser=`.
+  /// Whose counts come with each picture: `Encoder0`, `Counter1`, `yes` for what the camera has;
+  /// empty: none.
+  std::string encoder;
 
   int packet_bytes = 0;  ///< With IP and UDP headers; 0: the largest that arrives.
   std::optional<double> packet_delay_us;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/gige/gige_options.hpp>
 
@@ -44,6 +45,9 @@ struct GigeStatistics {
 ///   does; that is logged as a warning.
 /// - `trigger=off|software|Line1|Action`; with an action also `action=DEVICE_KEY,GROUP_KEY,MASK`,
 ///   the keys of the commands that it shall act on (`trigger_gige_action`)
+/// - `encoder=yes|Encoder0|Counter1` frames carry what the camera's encoder or counter shows, from
+///   the picture's chunk data. To expose by it: `trigger=Encoder0`, or the name that the camera has
+///   among its trigger sources, and its own features (`EncoderSourceA=Line0`, `EncoderDivider=10`).
 /// - `packet_size`, `packet_delay_us`, `resend`, `frame_timeout_ms`, `buffers`, `socket_buffer_mb`,
 ///   `heartbeat_ms`, `reconnect`, `ptp`
 ///
@@ -76,6 +80,9 @@ class GigeSource final : public FrameSource {
   NextStatus next(Frame& frame, std::chrono::milliseconds timeout) override;
   void stop() override;
   SourceStatistics statistics() const override;
+  /// `exposure_us`, `gain_db`, `laser` where `strobe=` names a line, `region` (read only). What was
+  /// set stays set when the camera is lost and comes back.
+  Controls& controls() override;
 
   /// The network's side of it. Thread-safe.
   GigeStatistics stream_statistics() const;

@@ -24,6 +24,7 @@ struct VirtualCameraOptions {
   double link_mbit_s = 1000.0;  ///< A picture is spread over the time that this link would take.
   double clock_skew = 0.0;      ///< Device seconds per second, minus one.
   std::int64_t clock_offset_ns = 0;
+  double encoder_counts_per_s = 1000.0;  ///< Of its encoder, whose counts a chunk can bring.
   std::int64_t ptp_offset_ns = 0;  ///< Of the network's PTP time against this machine's UTC as TAI.
   std::set<std::string> stuck;     ///< Features that take every value and keep what they have.
   std::set<std::string> lacking;   ///< GenICam features that this model does not have.

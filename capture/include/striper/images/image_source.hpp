@@ -4,6 +4,7 @@
 #include <memory>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 
 namespace striper {

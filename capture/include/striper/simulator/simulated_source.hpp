@@ -22,7 +22,14 @@ struct SimulatedSourceOptions {
       true;                    ///< Frames and info say which laser fired; else one must find out.
   bool cadence_given = false;  ///< Info says the cadence even where the frames do not.
   bool realtime = false;       ///< `next` waits until the picture is due.
+  /// Frames carry what an encoder on a wheel of the device shows; 0: there is none.
+  double encoder_counts_per_m = 0.0;
+  int encoder_bits = 32;  ///< After which it wraps.
 };
+
+namespace detail {
+class SimulatedControls;
+}
 
 /// The simulated striper as a source of frames:
 ///
@@ -36,9 +43,17 @@ struct SimulatedSourceOptions {
 ///   one first), `alternate-top`, `alternate-bottom` (each field a frame)
 /// - `realtime=yes` frames come when they are due, not when they are ready: `next` waits for that,
 ///   whatever its timeout, until `stop`
+/// - `encoder=100` frames carry the counts of a wheel's encoder, so many for each metre of the
+///   device's own motion; `encoder_bits=8|16|32` it wraps after
+///
+/// Controls: exposure_us, gain_db (over the scene's), laser, region (read only), and
+/// `sim.pose.NAME` for each object whose name no other has. They hold from the next frame on, for
+/// the truth as well; `start` does not put them back.
 class SimulatedSource : public FrameSource {
  public:
-  explicit SimulatedSource(Simulator simulator, SimulatedSourceOptions options = {});
+  explicit SimulatedSource(Simulator simulator, SimulatedSourceOptions options = {},
+                           std::string uri = {});
+  ~SimulatedSource() override;
 
   /// Loads the scene that the address names and applies its query.
   /// @throws Error as `load_scene` does, and Error{kUsage} quoting a key that is wrong.
@@ -49,14 +64,18 @@ class SimulatedSource : public FrameSource {
   NextStatus next(Frame& frame, std::chrono::milliseconds timeout) override;
   void stop() override;
   SourceStatistics statistics() const override;
+  Controls& controls() override;
 
   /// For the truth and the model of what is served. Not while another thread is in `next`.
   Simulator& simulator() noexcept { return simulator_; }
 
  private:
+  std::optional<std::int64_t> encoder_counts(std::uint64_t picture, int part) const;
+
   Simulator simulator_;
   SimulatedSourceOptions options_;
   std::string uri_;
+  std::unique_ptr<detail::SimulatedControls> controls_;
   std::uint64_t next_frame_ = 0;
 
   mutable std::mutex mutex_;  // Guards what follows.

@@ -15,6 +15,16 @@
 
 namespace striper {
 
+/// What of a scene may change from one picture to the next.
+struct SceneSettings {
+  double shutter_s = 0.0;
+  double dn_per_electron = 0.0;
+  bool lasers_on = true;  ///< Off: every exposure is dark, whatever the cadence says.
+  std::vector<Eigen::Isometry3d> T_world_object;  ///< Of each object, at time zero.
+
+  static SceneSettings of(const Scene& scene);
+};
+
 /// Renders what a striper's camera sees in a scene, and tells the truth about it.
 ///
 /// Every picture can be asked for in any order and is always the same: the noise is a function of
@@ -38,6 +48,10 @@ class Simulator {
   ~Simulator();
 
   const Scene& scene() const noexcept;
+
+  /// Changes the scene for all that is asked for from now on. @param settings one pose an object.
+  /// @throws Error{kBadValue} where the scene would not be valid; then it stays as it was.
+  void apply(const SceneSettings& settings);
 
   /// 1, or 2 where the scan is interlaced.
   int exposures_per_picture() const noexcept;

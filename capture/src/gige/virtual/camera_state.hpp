@@ -66,6 +66,7 @@ struct CameraState {
   bool chunk_mode = false;
   std::uint32_t chunk = 0;
   bool line_chunk = false;
+  bool encoder_chunk = false;
 
   /// The lines' state during an exposure with these sources, bit n for Line n.
   std::uint32_t line_status(const LineSources& at) const noexcept {

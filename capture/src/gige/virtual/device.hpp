@@ -17,6 +17,7 @@
 #include <striper/gige/virtual_camera.hpp>
 
 #include "gige/gvcp.hpp"
+#include "gige/host_clock.hpp"
 #include "gige/virtual/camera_state.hpp"
 #include "gige/virtual/feature_registers.hpp"
 #include "gige/virtual/register_log.hpp"
@@ -106,6 +107,7 @@ class Device {
   Illumination light_of(const Exposure& exposure) const;
   void take_and_send(const Exposure& exposure);
   void fill_payload(const Exposure& exposure, const cv::Mat& sensor, SentPicture& picture);
+  std::uint32_t encoder_counts(std::int64_t time_ns) const noexcept;
   std::int64_t device_time_ns(const CameraState& state, std::int64_t host_ns) const;
 
   std::shared_ptr<VirtualScene> scene_;
@@ -129,6 +131,7 @@ class Device {
   std::uint64_t next_number_ = 0;
   std::uint32_t sequencer_at_ = 0;
   std::int64_t due_ns_ = 0;
+  const std::int64_t born_ns_ = monotonic_now_ns();
   std::uint64_t pictures_ = 0;
 
   int control_fd_ = -1;

@@ -198,10 +198,22 @@ void Device::fill_payload(const Exposure& exposure, const cv::Mat& sensor, SentP
   std::uint8_t* at = picture.payload.data() + image_bytes;
   gvcp::put32(at, kImageChunk);
   gvcp::put32(at + 4, static_cast<std::uint32_t>(image_bytes));
-  if (!state.line_chunk) return;
-  gvcp::put32(at + 8, exposure.line_status);
-  gvcp::put32(at + 12, kLineChunk);
-  gvcp::put32(at + 16, 4);
+  at += 8;
+  const auto put_word = [&at](std::uint32_t id, std::uint32_t value) {
+    gvcp::put32(at, value);
+    gvcp::put32(at + 4, id);
+    gvcp::put32(at + 8, 4);
+    at += 12;
+  };
+  if (state.line_chunk) put_word(kLineChunk, exposure.line_status);
+  if (state.encoder_chunk) put_word(kEncoderChunk, encoder_counts(exposure.begin_ns));
+}
+
+/// Of a wheel that turns evenly, since the camera was made; 32 bits, it wraps.
+std::uint32_t Device::encoder_counts(std::int64_t time_ns) const noexcept {
+  const double elapsed_s = 1e-9 * static_cast<double>(time_ns - born_ns_);
+  const auto counts = std::llround(std::floor(options_.encoder_counts_per_s * elapsed_s));
+  return static_cast<std::uint32_t>(counts);
 }
 
 }  // namespace striper::detail

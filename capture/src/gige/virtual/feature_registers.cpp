@@ -180,8 +180,13 @@ void add_chunk_registers(Registers& registers, CameraState& s) {
                                 s.chunk_mode = wanted != 0;
                                 return true;
                               }};
-  registers[kRegChunkSelector] = fixed(0);
-  registers[kRegChunkEnable] = flag(s.line_chunk);
+  registers[kRegChunkSelector] = plain(s.chunk, 0, 1);
+  const auto selected = [&s]() -> bool& { return s.chunk == 0 ? s.line_chunk : s.encoder_chunk; };
+  registers[kRegChunkEnable] = {[selected] { return selected() ? 1U : 0U; },
+                                [selected](std::uint32_t wanted) {
+                                  selected() = wanted != 0;
+                                  return wanted <= 1;
+                                }};
 }
 
 void add_ptp_registers(Registers& registers, CameraState& s) {
@@ -210,7 +215,10 @@ std::uint32_t payload_bytes(const CameraState& state) {
       layout.row_bytes(state.region.width) * static_cast<std::size_t>(state.region.height);
   constexpr std::size_t kChunkTail = 8;
   std::size_t chunks = 0;
-  if (state.chunk_mode) chunks = kChunkTail + (state.line_chunk ? 4 + kChunkTail : 0);
+  constexpr std::size_t kWord = 4 + kChunkTail;
+  if (state.chunk_mode) {
+    chunks = kChunkTail + (state.line_chunk ? kWord : 0) + (state.encoder_chunk ? kWord : 0);
+  }
   return static_cast<std::uint32_t>(picture + chunks);
 }
 

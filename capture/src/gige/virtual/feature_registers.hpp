@@ -59,6 +59,7 @@ enum FeatureRegister : std::uint32_t {
 inline constexpr std::uint32_t kXmlAddress = 0x100000;
 inline constexpr std::uint32_t kImageChunk = 0x00000001;
 inline constexpr std::uint32_t kLineChunk = 0x00000011;
+inline constexpr std::uint32_t kEncoderChunk = 0x00000012;
 
 /// A register's behaviour. An absent `set` is read-only; `set` answers false to a value that it
 /// does not take.

@@ -115,7 +115,9 @@ class Description {
     return xml + nodes_ +
            "<Port Name=\"Device\"/>\n"
            "<Port Name=\"LineStatusChunk\"><ChunkID>" +
-           fmt::format("{:08x}", kLineChunk) + "</ChunkID></Port>\n</RegisterDescription>\n";
+           fmt::format("{:08x}", kLineChunk) +
+           "</ChunkID></Port>\n<Port Name=\"EncoderChunk\"><ChunkID>" +
+           fmt::format("{:08x}", kEncoderChunk) + "</ChunkID></Port>\n</RegisterDescription>\n";
   }
 
  private:
@@ -235,14 +237,18 @@ void add_sequencer(Description& d) {
 void add_chunks(Description& d) {
   d.category("ChunkDataControl");
   d.boolean("ChunkModeActive", kRegChunkMode);
-  d.choice("ChunkSelector", kRegChunkSelector, {{"LineStatusAll", 0}});
+  d.choice("ChunkSelector", kRegChunkSelector, {{"LineStatusAll", 0}, {"EncoderValue", 1}},
+           "<pSelected>ChunkEnable</pSelected>");
   d.boolean("ChunkEnable", kRegChunkEnable);
-  d.raw("ChunkLineStatusAll",
-        "<Integer Name=\"ChunkLineStatusAll\"><pValue>ChunkLineStatusAllReg</pValue></Integer>\n"
-        "<IntReg Name=\"ChunkLineStatusAllReg\"><Address>0x0</Address><Length>4</Length>"
-        "<AccessMode>RO</AccessMode><pPort>LineStatusChunk</pPort>"
-        "<Cachable>NoCache</Cachable><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess>"
-        "</IntReg>\n");
+  for (const auto& [name, port] : {std::pair{"ChunkLineStatusAll", "LineStatusChunk"},
+                                   std::pair{"ChunkEncoderValue", "EncoderChunk"}}) {
+    d.raw(name,
+          fmt::format("<Integer Name=\"{0}\"><pValue>{0}Reg</pValue></Integer>\n"
+                      "<IntReg Name=\"{0}Reg\"><Address>0x0</Address><Length>4</Length>"
+                      "<AccessMode>RO</AccessMode><pPort>{1}</pPort><Cachable>NoCache</Cachable>"
+                      "<Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>\n",
+                      name, port));
+  }
 }
 
 void add_transport(Description& d) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <opencv2/core/mat.hpp>
@@ -53,6 +54,10 @@ struct Frame {
   FrameTime time;  ///< Exposure midpoint (of the first field where two are woven).
   std::int64_t field_period_ns = 0;  ///< From the first to the second field; 0 for progressive.
   std::int64_t exposure_ns = 0;      ///< How long the shutter was open; 0 if unknown.
+
+  /// What a wheel's counter showed at the exposure, where the camera has one (odometer, encoder);
+  /// as it was read, so it may wrap.
+  std::optional<std::int64_t> encoder_counts;
 
   /// What the source knows to have lit it: the light that it commanded, a simulation's truth, a
   /// recording of either. What a person says of all frames is `SourceInfo::cadence`.

@@ -9,6 +9,7 @@
 #include <opencv2/core/types.hpp>
 
 #include <striper/core/cadence.hpp>
+#include <striper/core/controls.hpp>
 #include <striper/core/frame.hpp>
 
 namespace striper {
@@ -86,6 +87,12 @@ class FrameSource {
   virtual void stop() = 0;
 
   virtual SourceStatistics statistics() const = 0;
+
+  /// What can be set while it runs; none for files. From any thread, as long as the source lives.
+  virtual Controls& controls() { return no_controls_; }
+
+ private:
+  Controls no_controls_;
 };
 
 }  // namespace striper

@@ -82,7 +82,7 @@ struct ExtractOptions {
   bool each_line_by_itself = false;
 
   /// Returns that are the stripe with a smaller probability than this are kOutlier.
-  double min_confidence = 0.8;
+  double min_confidence = 0.99;
 
   /// An error that every return has besides the noise of its pixels (speckle, rough surfaces),
   /// pixels of the image; empty: measured from the scatter of the stripe along itself.

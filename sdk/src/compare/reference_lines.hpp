@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <striper/compare/scan_comparison.hpp>
+
+namespace striper::detail {
+
+/// How far from straight a surface may be and still count as such, besides rounding and noise: what
+/// plaster and edges that are not sharp have. Over neighbours it is one error, not many.
+inline constexpr double kStraight_m = 0.003;
+
+/// The surface that a reference sees about one bearing: a straight line.
+struct ReferenceLine {
+  enum class Status { kFound, kNotVisible, kNoSegment } status = Status::kNoSegment;
+  Eigen::Vector2d point = Eigen::Vector2d::Zero();   // On the line.
+  Eigen::Vector2d normal = Eigen::Vector2d::Zero();  // Unit length, towards the reference.
+  Eigen::Vector2d ray = Eigen::Vector2d::Zero();     // Unit length, from the reference.
+  double sigma_m = 0.0;                              // Random, along the ray.
+  double sigma_normal_rad = 0.0;                     // Of the normal's direction.
+  double roundings = 1.0;  // Over how many independent ones the reference's rounding is averaged.
+};
+
+/// A reference's scan as lines between neighbouring returns.
+class ReferenceLines {
+ public:
+  /// @throws Error{kUntrustworthy} where it has too few returns.
+  ReferenceLines(const PolarScan& reference, const CompareOptions& options);
+
+  /// What the reference sees in the direction of a point of its own frame.
+  /// @param gate_m how far behind or before it a point may lie to be of the same surface.
+  ReferenceLine about(const Eigen::Vector2d& p_reference, double gate_m) const;
+
+ private:
+  struct Beam {
+    double bearing_rad;
+    double range_m;
+    double sigma_m;
+    Eigen::Vector2d point;
+  };
+
+  bool is_joined(std::size_t first) const;
+  void split(std::size_t first, std::size_t last);
+  void add_lines(std::size_t first, std::size_t last);
+  ReferenceLine line_through(std::size_t first, std::size_t last) const;
+  double independent_roundings(std::size_t first, std::size_t last) const;
+
+  std::vector<Beam> beams_;           // Rising bearing.
+  std::vector<ReferenceLine> lines_;  // Element i through beams i and i + 1.
+  CompareOptions options_;
+  double usual_step_rad_ = 0.0;
+};
+
+}  // namespace striper::detail
