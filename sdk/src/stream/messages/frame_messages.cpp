@@ -109,8 +109,8 @@ void to_message(const Frame& frame, const Cadence& cadence, wire::FrameInfo& mes
   message.epoch = frame.epoch;
   message.status = static_cast<std::uint8_t>(frame.status);
   message.detail = frame.status_detail;
-  message.has_encoder = false;
-  message.encoder_counts = 0;
+  message.has_encoder = frame.encoder_counts.has_value();
+  message.encoder_counts = frame.encoder_counts.value_or(0);
 }
 
 void from_message(const wire::FrameInfo& message, Frame& frame, Cadence& cadence) {
@@ -134,6 +134,8 @@ void from_message(const wire::FrameInfo& message, Frame& frame, Cadence& cadence
   frame.epoch = message.epoch;
   frame.status = static_cast<FrameStatus>(message.status);
   frame.status_detail = message.detail;
+  frame.encoder_counts.reset();
+  if (message.has_encoder) frame.encoder_counts = message.encoder_counts;
 }
 
 void to_message(const Frame& frame, std::string_view frame_id, wire::Image& message) {

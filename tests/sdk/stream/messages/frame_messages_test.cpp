@@ -53,6 +53,7 @@ Frame any_frame(int type) {
   frame.field = Field::kInterlacedBottomFirst;
   frame.status = FrameStatus::kIncomplete;
   frame.status_detail = "3 packets never came";
+  frame.encoder_counts = -77;
   return frame;
 }
 
@@ -76,9 +77,10 @@ TEST(FrameInfoMessage, ComesBackToTheBit) {
     Frame frame = any_frame(CV_8UC1);
     frame.illumination = light;
     if (light.is_dark()) frame.time.utc_offset_ns.reset();
+    if (light.is_unknown()) frame.encoder_counts.reset();
     wire::FrameInfo message;
     to_message(frame, Cadence::parse("0,dark"), message);
-    Frame back;
+    Frame back = any_frame(CV_8UC1);
     Cadence cadence;
     from_message(message, back, cadence);
     EXPECT_EQ(cadence, Cadence::parse("0,dark"));
@@ -97,6 +99,7 @@ TEST(FrameInfoMessage, ComesBackToTheBit) {
     EXPECT_EQ(back.field, frame.field);
     EXPECT_EQ(back.status, frame.status);
     EXPECT_EQ(back.status_detail, frame.status_detail);
+    EXPECT_EQ(back.encoder_counts, frame.encoder_counts);
   }
 }
 

@@ -13,7 +13,7 @@
 // where texts grow.
 namespace striper {
 
-/// What a frame has beside its pixels. @param cadence the source's. Encoder counts are left out.
+/// What a frame has beside its pixels. @param cadence the source's.
 void to_message(const Frame& frame, const Cadence& cadence, wire::FrameInfo& message);
 
 /// A frame's pixels, lossless: mono8, mono16, bgr8 or bgr16, rows one after another.
