@@ -23,7 +23,9 @@ SDK["geometry"] = SDK["design"] = {"core", "model"}
 SDK["ambient"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
-SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
+SDK["sinks"] = SDK["scan"] | {"scan"}
+SDK["profile"] = {"core", "model", "geometry", "scan"}
+SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan", "profile"}
 SDK["pipeline"] = set(SDK) - {"pipeline"}
 SDK["stream"] = set(SDK)
 
