@@ -24,7 +24,8 @@ SDK["ambient"] = SDK["motion"] = SDK["wire"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
 SDK["design"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
-SDK["compare"] = SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
+SDK["profile"] = {"core", "model", "geometry", "scan"}
+SDK["compare"] = SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan", "profile"}
 SDK["pipeline"] = set(SDK) - {"pipeline", "wire"}
 SDK["stream"] = set(SDK)
 

@@ -43,7 +43,7 @@ ControlRow exposure_row(const Device& device) {
   return {"exposure_us", ControlType::kNumber, "us",
           [device] { return state_of(device.open(), V4L2_CID_EXPOSURE_ABSOLUTE, kExposureUnitUs); },
           [device](const ControlValue& value) {
-            device.on_exposure(set_exposure(device.open(), value[0]));
+            device.on_exposure(set_exposure(device.open(), value[0], {}));
           }};
 }
 

@@ -21,13 +21,14 @@ constexpr std::array<Row, kReturnStatusCount> kRows{{
     {ReturnStatus::kWide, Verdict::kDoubtful, "wide"},
     {ReturnStatus::kNarrow, Verdict::kDoubtful, "narrow"},
     {ReturnStatus::kWeak, Verdict::kDoubtful, "weak"},
-    {ReturnStatus::kOutlier, Verdict::kDoubtful, "outlier"},
     {ReturnStatus::kEdge, Verdict::kDoubtful, "edge"},
     {ReturnStatus::kOutOfRange, Verdict::kDoubtful, "out_of_range"},
     {ReturnStatus::kNoStripe, Verdict::kMissing, "no_stripe"},
     {ReturnStatus::kBlind, Verdict::kMissing, "blind"},
     {ReturnStatus::kBehind, Verdict::kMissing, "behind"},
     {ReturnStatus::kOutsideModel, Verdict::kMissing, "outside_model"},
+    {ReturnStatus::kFilled, Verdict::kDoubtful, "filled"},
+    {ReturnStatus::kOutlier, Verdict::kDoubtful, "outlier"},
 }};
 
 constexpr bool rows_are_in_order() {

@@ -25,8 +25,19 @@ TEST(ReturnStatus, VerdictSeparatesGoodDoubtfulAndMissing) {
   EXPECT_EQ(verdict(ReturnStatus::kOk), Verdict::kGood);
   EXPECT_EQ(verdict(ReturnStatus::kSaturated), Verdict::kDoubtful);
   EXPECT_EQ(verdict(ReturnStatus::kOutOfRange), Verdict::kDoubtful);
+  EXPECT_EQ(verdict(ReturnStatus::kFilled), Verdict::kDoubtful);
+  EXPECT_EQ(verdict(ReturnStatus::kOutlier), Verdict::kDoubtful);
   EXPECT_EQ(verdict(ReturnStatus::kNoStripe), Verdict::kMissing);
   EXPECT_EQ(verdict(ReturnStatus::kBlind), Verdict::kMissing);
+}
+
+// They stand in recordings and messages.
+TEST(ReturnStatus, NumbersStayWhatTheyWere) {
+  const char* const words[] = {"ok",     "saturated",     "ambiguous",    "wide",      "narrow",
+                               "weak",   "edge",          "out_of_range", "no_stripe", "blind",
+                               "behind", "outside_model", "filled",       "outlier"};
+  for (int i = 0; i < kReturnStatusCount; ++i)
+    EXPECT_EQ(to_string(static_cast<ReturnStatus>(i)), words[i]);
 }
 
 }  // namespace

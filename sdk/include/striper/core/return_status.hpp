@@ -7,27 +7,32 @@
 
 namespace striper {
 
-/// Why a column's return is good, doubtful or missing: the CSV's `status` column.
+/// Why a column's return is good, doubtful or missing: the CSV's `status` column. The numbers are
+/// those of messages and point files and never change; new ones are appended.
 enum class ReturnStatus : std::uint8_t {
   // Good.
-  kOk,
+  kOk = 0,
   // Doubtful: the values are there, and there is a reason to distrust them.
-  kSaturated,   ///< So many clipped pixels that the centre is not known to a pixel.
-  kAmbiguous,   ///< Another peak is about as likely.
-  kWide,        ///< Wider than the stripe is: a lamp, a glint, a bright surface.
-  kNarrow,      ///< Narrower than the stripe can be: a hot pixel.
-  kWeak,        ///< Below the signal-to-noise gate.
-  kOutlier,     ///< Probably something else than the stripe: its confidence is too low.
-  kEdge,        ///< So near the image's border that part of the stripe is outside.
-  kOutOfRange,  ///< Triangulates to a range outside the limits that were set.
+  kSaturated = 1,   ///< So many clipped pixels that the centre is not known to a pixel.
+  kAmbiguous = 2,   ///< Another peak is about as likely.
+  kWide = 3,        ///< Wider than the stripe is: a lamp, a glint, a bright surface.
+  kNarrow = 4,      ///< Narrower than the stripe can be: a hot pixel.
+  kWeak = 5,        ///< Below the signal-to-noise gate.
+  kEdge = 6,        ///< So near the image's border that part of the stripe is outside.
+  kOutOfRange = 7,  ///< Triangulates to a range outside the limits that were set.
   // Missing: there is no range.
-  kNoStripe,      ///< Nothing above the threshold.
-  kBlind,         ///< Ambient light saturates pixels where the stripe may hide.
-  kBehind,        ///< The ray does not meet the laser plane in front of the camera.
-  kOutsideModel,  ///< The camera model is not defined at this pixel.
+  kNoStripe = 8,       ///< Nothing above the threshold.
+  kBlind = 9,          ///< Ambient light saturates pixels where the stripe may hide.
+  kBehind = 10,        ///< The ray does not meet the laser plane in front of the camera.
+  kOutsideModel = 11,  ///< The camera model is not defined at this pixel.
+  // Doubtful again.
+  kFilled = 12,  ///< Nothing was measured here: between the ends of a gap that was filled.
+  kOutlier =
+      13,  ///< Probably something else than the stripe: its confidence is too low, or nothing
+           ///< beside it supports it.
 };
 
-inline constexpr int kReturnStatusCount = 13;
+inline constexpr int kReturnStatusCount = 14;
 
 enum class Verdict { kGood, kDoubtful, kMissing };
 

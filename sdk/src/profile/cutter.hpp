@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <striper/profile/segments.hpp>
+
+#include "profile/inverse_ranges.hpp"
+#include "profile/joints.hpp"
+#include "profile/outlier_gate.hpp"
+#include "profile/partition.hpp"
+#include "profile/texture.hpp"
+
+namespace striper::detail {
+
+/// How a Segmenter works, for what builds on its pieces: the steps of `cut` in order, with what
+/// they leave behind.
+class Cutter {
+ public:
+  /// Allocates only while scans grow.
+  void cut(const PolarScan& scan, const SegmentOptions& options, Segmentation& out);
+
+  InverseRanges ranges;   // Without speckle, the texture in the weights.
+  std::vector<Run> runs;  // One per piece.
+
+ private:
+  void leave_out_speckle(Segmentation& out);
+  void take_runs(const std::vector<std::size_t>& cuts);
+  static void judge_roughness(Run& run, double penalty);
+  void report_pieces(const PolarScan& scan, Segmentation& out) const;
+  void report_joints(Segmentation& out) const;
+
+  OutlierGate gate;
+  Texture texture;
+  Partition partition;
+  CornerSearch corners;
+};
+
+}  // namespace striper::detail

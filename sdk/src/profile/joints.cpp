@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "profile/joints.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "profile/partition.hpp"
+
+namespace striper::detail {
+namespace {
+
+// By how much a broken line may fit worse than two lines, which have one parameter more and their
+// choice of dozens of places: 4 sigmas.
+constexpr double kMostGrowth = 16.0;
+// How far from the cut the knot is looked for, returns: four sigmas of a corner that is just found
+// in 640.
+constexpr std::size_t kReach = 240;
+// The cut settles in one or two rounds, or moves to and fro between neighbours.
+constexpr int kRounds = 5;
+
+// The angle from `from` to `to`, small ones.
+double turn(const Eigen::Vector2d& from, const Eigen::Vector2d& to) noexcept {
+  return from.x() * to.y() - from.y() * to.x();
+}
+
+Eigen::Vector2d direction_of(const InverseRanges& ranges, std::size_t i) noexcept {
+  return {ranges.cosine[i], ranges.sine[i]};
+}
+
+// The first element of the right run if the cut is at a direction; 0 where that leaves one of them
+// too little.
+std::size_t cut_at(const InverseRanges& ranges, const Run& left, const Run& right,
+                   const Eigen::Vector2d& direction) noexcept {
+  const double sense = ranges.turn(left.to - 1, right.from) > 0.0 ? 1.0 : -1.0;
+  const auto is_left = [&](std::size_t i) {
+    return sense * turn(direction_of(ranges, i), direction) > 0.0;
+  };
+  std::size_t cut = left.to;
+  while (cut > left.from && !is_left(cut - 1)) --cut;
+  while (cut < right.to && is_left(cut)) ++cut;
+  const bool is_enough = cut >= left.from + kFewestOfPiece && cut + kFewestOfPiece <= right.to;
+  return is_enough ? cut : 0;
+}
+
+// The sums in coordinates turned by an angle.
+LineSums turned(const LineSums& sums, double cosine, double sine) noexcept {
+  LineSums out = sums;
+  out.ff = sums.ff * cosine * cosine + 2.0 * sums.fg * cosine * sine + sums.gg * sine * sine;
+  out.gg = sums.gg * cosine * cosine - 2.0 * sums.fg * cosine * sine + sums.ff * sine * sine;
+  out.fg = sums.fg * (cosine * cosine - sine * sine) + (sums.gg - sums.ff) * cosine * sine;
+  out.fz = sums.fz * cosine + sums.gz * sine;
+  out.gz = sums.gz * cosine - sums.fz * sine;
+  return out;
+}
+
+// chi2 of the best line with a bend where g is 0.
+double chi2_of_bent(const LineSums& left, const LineSums& right) noexcept {
+  Eigen::Matrix3d normal;
+  normal << left.ff + right.ff, left.fg + right.fg, right.fg,  //
+      left.fg + right.fg, left.gg + right.gg, right.gg,        //
+      right.fg, right.gg, right.gg;
+  const Eigen::Vector3d z(left.fz + right.fz, left.gz + right.gz, right.gz);
+  return left.zz + right.zz - z.dot(normal.inverse() * z);
+}
+
+// Cuts near the knot, where the lines meet.
+bool settle_at(const InverseRanges& ranges, std::size_t knot, Run& left, Run& right) noexcept {
+  Run l = left;
+  Run r = right;
+  for (int round = 0; round < kRounds; ++round) {
+    l.to = r.from = knot;
+    l.fit = fit_run(ranges, l.from, knot);
+    r.fit = fit_run(ranges, knot, r.to);
+    const Meeting meeting = meet(ranges, l, r);
+    const std::size_t cut = meeting.exists ? cut_at(ranges, l, r, meeting.direction) : 0;
+    if (cut == 0) return false;
+    if (cut == knot) break;
+    knot = cut;
+  }
+  left = l;
+  right = r;
+  return true;
+}
+
+}  // namespace
+
+LineFit fit_run(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept {
+  const std::size_t about = from + (to - from) / 2;
+  LineSums sums;
+  for (std::size_t i = from; i < to; ++i) ranges.add_rotated(sums, i, about);
+  LineFit fit = sums.solve();
+  Eigen::Matrix2d turned;
+  turned << ranges.cosine[about], -ranges.sine[about], ranges.sine[about], ranges.cosine[about];
+  fit.parameters = turned * fit.parameters;
+  fit.covariance = turned * fit.covariance * turned.transpose();
+  return fit;
+}
+
+// On both lines (l - r) . v = 0; the distance there is 1 / (l . v).
+Meeting meet(const InverseRanges& ranges, const Run& left, const Run& right) noexcept {
+  Meeting meeting;
+  const Eigen::Vector2d& l = left.fit.parameters;
+  const Eigen::Vector2d& r = right.fit.parameters;
+  const Eigen::Vector2d bend = l - r;
+  if (!(bend.squaredNorm() > 0.0)) return meeting;
+  Eigen::Vector2d v = Eigen::Vector2d(-bend.y(), bend.x()).normalized();
+  if (v.dot(direction_of(ranges, left.to - 1)) < 0.0) v = -v;
+  const double q = l.dot(v);
+  if (!(q > 0.0)) return meeting;
+  const Eigen::Vector2d across(-v.y(), v.x());
+  const double kink = across.dot(bend);
+  Eigen::Matrix<double, 1, 4> d_angle;
+  d_angle << -v.transpose() / kink, v.transpose() / kink;
+  Eigen::Matrix<double, 1, 4> d_q = across.dot(l) * d_angle;
+  d_q.head<2>() += v.transpose();
+  const Eigen::Matrix<double, 2, 4> d_point = across * d_angle / q - v * d_q / (q * q);
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  covariance.topLeftCorner<2, 2>() = left.scale * left.scale * left.fit.covariance;
+  covariance.bottomRightCorner<2, 2>() = right.scale * right.scale * right.fit.covariance;
+  meeting.direction = v;
+  meeting.sigma_rad = std::sqrt((d_angle * covariance * d_angle.transpose()).value());
+  meeting.point_m = v / q;
+  meeting.covariance = d_point * covariance * d_point.transpose();
+  meeting.exists = true;
+  return meeting;
+}
+
+bool CornerSearch::settle(const InverseRanges& ranges, Run& left, Run& right) {
+  const std::size_t about = right.from;
+  before_.resize(std::max(before_.size(), right.to - left.from + 1));
+  before_[0] = {};
+  for (std::size_t i = left.from; i < right.to; ++i) {
+    before_[i + 1 - left.from] = before_[i - left.from];
+    ranges.add_rotated(before_[i + 1 - left.from], i, about);
+  }
+  const std::size_t from =
+      std::max(left.from + kFewestOfPiece, about > kReach ? about - kReach : 0);
+  const std::size_t to = std::min(right.to - kFewestOfPiece, about + kReach);
+  std::size_t knot = about;
+  double least = left.fit.chi2 + right.fit.chi2 + kMostGrowth;
+  bool is_bent = false;
+  for (std::size_t cut = from; cut <= to; ++cut) {
+    const double sine = ranges.turn(about, cut);
+    const double cosine = std::sqrt(1.0 - sine * sine);
+    LineSums beyond = before_[right.to - left.from];
+    beyond -= before_[cut - left.from];
+    const double chi2 =
+        chi2_of_bent(turned(before_[cut - left.from], cosine, sine), turned(beyond, cosine, sine));
+    if (!(chi2 < least)) continue;
+    least = chi2;
+    knot = cut;
+    is_bent = true;
+  }
+  return is_bent && settle_at(ranges, knot, left, right);
+}
+
+}  // namespace striper::detail

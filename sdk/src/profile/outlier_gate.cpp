@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "profile/outlier_gate.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace striper::detail {
+namespace {
+
+// A return that lies this many sigmas of the difference off the straight line between its two
+// neighbours is looked at closely; 1.2 % of good ones are.
+constexpr double kSuspectSigmas = 2.5;
+// Farther than this from where a line predicts it, sigmas of the prediction: one good return in
+// 16000 on each side, and both sides have to refuse it.
+constexpr double kGateSigmas = 4.0;
+// The same of a line through the nearest three, which no one vouches for.
+constexpr double kNarrowGateSigmas = 3.0;
+// A line that predicts goes through three neighbours at least, where it checks itself, and through
+// eight at most, as long as an edge of a curb is at 3 m.
+constexpr int kFewestNeighbours = 3;
+constexpr int kMostNeighbours = 8;
+// The neighbours are looked for among this many; more than that away they tell nothing here.
+constexpr int kReach = 16;
+// chi2 beyond which these neighbours are on no line themselves: one in 1000 for one degree of
+// freedom, and three sigmas of chi2's own scatter for each further.
+constexpr double kWorstOfOne = 10.8;
+constexpr double kWorstOfMore = 2.5;
+// Where this part of the returns around is suspect the surface is rough.
+// Scatter of five sigmas makes 60 %; eight gross outliers among forty do too, one in 1e6 where 2 %
+// are.
+constexpr int kRoughReach = 20;
+constexpr double kRoughPart = 0.6;
+// A short line predicts badly, which must not let everything pass: the sigma of a prediction counts
+// for that of eight neighbours at most, as a part of the return's own variance.
+constexpr double kMostPredictionVariance = 0.61;
+
+enum class Opinion { kNone, kFits, kRefuses };
+
+// What a line through neighbours, in coordinates about element i, says of this element.
+Opinion opinion(const LineSums& neighbours, const InverseRanges& ranges, std::size_t i,
+                double gate_sigmas) noexcept {
+  const LineFit fit = neighbours.solve();
+  if (!fit.is_determined || fit.chi2 > kWorstOfOne + kWorstOfMore * (fit.dof() - 1))
+    return Opinion::kNone;
+  const double e = ranges.q[i] - fit.at(1.0, 0.0);
+  const double own = 1.0 / ranges.weight[i];
+  const double variance = own + std::min(fit.variance_at(1.0, 0.0), kMostPredictionVariance * own);
+  return e * e < gate_sigmas * gate_sigmas * variance ? Opinion::kFits : Opinion::kRefuses;
+}
+
+}  // namespace
+
+const std::vector<char>& OutlierGate::mark(const InverseRanges& ranges) {
+  const std::size_t n = ranges.size();
+  suspect_.resize(n);
+  suspects_before_.assign(n + 1, 0);
+  marked_.assign(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    suspect_[i] = is_between_neighbours(ranges, i) ? 0 : 1;
+    suspects_before_[i + 1] = suspects_before_[i] + suspect_[i];
+  }
+  mark_suspects(ranges);
+  // Once more without the speckle that let other speckle pass, of two beside each other one half
+  // way to the other.
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!marked_[i]) continue;
+    if (i > 0) suspect_[i - 1] = 1;
+    if (i + 1 < n) suspect_[i + 1] = 1;
+  }
+  mark_suspects(ranges);
+  return marked_;
+}
+
+void OutlierGate::mark_suspects(const InverseRanges& ranges) {
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    if (!suspect_[i] || marked_[i] || is_rough_around(i)) continue;
+    marked_[i] = is_predicted(ranges, i, -1) || is_predicted(ranges, i, 1) ? 0 : 1;
+  }
+}
+
+// On a straight line q0 sin(b2 - b1) - q1 sin(b2 - b0) + q2 sin(b1 - b0) = 0.
+bool OutlierGate::is_between_neighbours(const InverseRanges& ranges, std::size_t i) const noexcept {
+  if (i == 0 || i + 1 >= ranges.size()) return false;
+  const double k0 = ranges.turn(i, i + 1);
+  const double k1 = ranges.turn(i - 1, i + 1);
+  const double k2 = ranges.turn(i - 1, i);
+  const double e = k0 * ranges.q[i - 1] - k1 * ranges.q[i] + k2 * ranges.q[i + 1];
+  const double variance =
+      k0 * k0 / ranges.weight[i - 1] + k1 * k1 / ranges.weight[i] + k2 * k2 / ranges.weight[i + 1];
+  return e * e < kSuspectSigmas * kSuspectSigmas * variance;
+}
+
+// By the longest line through neighbours on one side that are not suspect; where these are on no
+// line, by the nearest three whatever they are: all that a narrow object has.
+bool OutlierGate::is_predicted(const InverseRanges& ranges, std::size_t i,
+                               int side) const noexcept {
+  const auto n = static_cast<std::ptrdiff_t>(ranges.size());
+  LineSums solid;
+  LineSums nearest;
+  Opinion of_nearest = Opinion::kNone;
+  Opinion of_solid = Opinion::kNone;
+  for (int step = 1; step <= kReach && solid.points < kMostNeighbours; ++step) {
+    const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + side * step;
+    if (j < 0 || j >= n) break;
+    const auto at = static_cast<std::size_t>(j);
+    if (marked_[at]) continue;
+    if (nearest.points < kFewestNeighbours) {
+      ranges.add_rotated(nearest, at, i);
+      if (nearest.points == kFewestNeighbours)
+        of_nearest = opinion(nearest, ranges, i, kNarrowGateSigmas);
+    }
+    if (suspect_[at]) continue;
+    ranges.add_rotated(solid, at, i);
+    if (solid.points < kFewestNeighbours) continue;
+    const Opinion now = opinion(solid, ranges, i, kGateSigmas);
+    if (now != Opinion::kNone) of_solid = now;
+  }
+  return (of_solid == Opinion::kNone ? of_nearest : of_solid) == Opinion::kFits;
+}
+
+bool OutlierGate::is_rough_around(std::size_t i) const noexcept {
+  const std::size_t n = suspect_.size();
+  const std::size_t from = i > kRoughReach ? i - kRoughReach : 0;
+  const std::size_t to = std::min<std::size_t>(n, i + kRoughReach + 1);
+  return suspects_before_[to] - suspects_before_[from] >
+         kRoughPart * static_cast<double>(to - from);
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include <striper/profile/segments.hpp>
+
+#include "profile/cutter.hpp"
+#include "profile/scan_line.hpp"
+
+namespace striper {
+namespace {
+
+using detail::InverseRanges;
+using detail::Run;
+
+// What a variance of its own has to gain for a piece, besides the piece's penalty: one scan of a
+// straight line in 1e5 is called rough (chi2 of one degree of freedom beyond 20).
+constexpr double kRoughPenalty = 20.0;
+
+// A piece's begin or end: half the spacing beyond its outermost return.
+struct Edge {
+  Eigen::Vector2d at_m;
+  double sigma_m;
+};
+
+Edge edge_beyond(const InverseRanges& ranges, const Run& run, std::size_t outer,
+                 std::size_t inner) {
+  const Eigen::Vector2d v(ranges.cosine[outer], ranges.sine[outer]);
+  const double half = 0.5 * ranges.turn(inner, outer);
+  const Eigen::Vector2d direction = (v + half * Eigen::Vector2d(-v.y(), v.x())).normalized();
+  const double q = run.fit.parameters.dot(direction);
+  const double slope = run.fit.parameters.dot(Eigen::Vector2d(-direction.y(), direction.x()));
+  const double per_radian = std::hypot(q, slope) / (q * q);  // Metres along the line.
+  return {ranges.pivot + direction / q, 2.0 * std::abs(half) * per_radian / std::sqrt(12.0)};
+}
+
+}  // namespace
+
+struct Segmenter::Impl {
+  SegmentOptions options;
+  detail::Cutter cutter;
+};
+
+Segmenter::Segmenter(const SegmentOptions& options) : impl_(std::make_unique<Impl>()) {
+  options.validate();
+  impl_->options = options;
+}
+Segmenter::Segmenter(Segmenter&&) noexcept = default;
+Segmenter& Segmenter::operator=(Segmenter&&) noexcept = default;
+Segmenter::~Segmenter() = default;
+
+const SegmentOptions& Segmenter::options() const noexcept { return impl_->options; }
+
+void Segmenter::segment(const PolarScan& scan, Segmentation& out) {
+  impl_->cutter.cut(scan, impl_->options, out);
+}
+
+namespace detail {
+
+void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentation& out) {
+  ranges.take(scan, options.pivot_m);
+  out.texture_m = options.estimate_texture ? texture.estimate_m(ranges) : 0.0;
+  const bool is_textured = out.texture_m > 0.0;
+  if (is_textured) texture.apply(out.texture_m, ranges);
+  leave_out_speckle(out);
+  if (is_textured) {  // Speckle made it look rougher.
+    out.texture_m = texture.estimate_m(ranges);
+    texture.apply(out.texture_m, ranges);
+  }
+  out.penalty = piece_penalty(options.false_split_rate, ranges.size());
+  take_runs(partition.cut(ranges, {out.penalty, kRoughPenalty}));
+  for (Run& run : runs) judge_roughness(run, kRoughPenalty);
+  for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
+    runs[k].meets_next =
+        !runs[k].is_rough && !runs[k + 1].is_rough && corners.settle(ranges, runs[k], runs[k + 1]);
+  }
+  report_pieces(scan, out);
+  report_joints(out);
+}
+
+void Cutter::leave_out_speckle(Segmentation& out) {
+  const std::vector<char>& marked = gate.mark(ranges);
+  out.outliers.clear();
+  for (std::size_t i = 0; i < ranges.size(); ++i)
+    if (marked[i]) out.outliers.push_back(ranges.index[i]);
+  if (!out.outliers.empty()) ranges.remove_marked(marked);
+}
+
+void Cutter::take_runs(const std::vector<std::size_t>& cuts) {
+  runs.clear();
+  for (std::size_t k = 0; k < cuts.size(); ++k) {
+    const std::size_t to = k + 1 < cuts.size() ? cuts[k + 1] : ranges.size();
+    runs.push_back({cuts[k], to, fit_run(ranges, cuts[k], to), false, 1.0, false});
+  }
+}
+
+// By the same rule as the partition's costs.
+void Cutter::judge_roughness(Run& run, double penalty) {
+  const auto m = static_cast<double>(run.to - run.from);
+  const double ratio = run.fit.chi2 / m;
+  run.is_rough =
+      m >= kFewestOfRough && ratio > 1.0 && run.fit.chi2 - m - m * std::log(ratio) > penalty;
+  if (run.is_rough) run.scale = std::sqrt(run.fit.chi2 / run.fit.dof());
+}
+
+void Cutter::report_pieces(const PolarScan& scan, Segmentation& out) const {
+  out.pieces.resize(runs.size());
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const Run& run = runs[k];
+    Piece& piece = out.pieces[k] = Piece{};
+    piece.is_rough = run.is_rough;
+    piece.first = ranges.index[run.from];
+    piece.last = ranges.index[run.to - 1];
+    piece.points = static_cast<int>(run.to - run.from);
+    piece.line = scan_line(run.fit, run.scale, ranges.pivot);
+    piece.chi2 = run.fit.chi2;
+    piece.dof = run.fit.dof();
+    piece.scale = run.scale;
+    const Edge begin = edge_beyond(ranges, run, run.from, run.from + 1);
+    const Edge end = edge_beyond(ranges, run, run.to - 1, run.to - 2);
+    piece.begin_m = begin.at_m;
+    piece.sigma_begin_m = begin.sigma_m;
+    piece.end_m = end.at_m;
+    piece.sigma_end_m = end.sigma_m;
+    piece.is_begin_seen = piece.first > 0;
+    piece.is_end_seen = piece.last + 1 < scan.returns.size();
+  }
+}
+
+void Cutter::report_joints(Segmentation& out) const {
+  out.joints.resize(runs.empty() ? 0 : runs.size() - 1);
+  for (std::size_t k = 0; k < out.joints.size(); ++k) {
+    Joint& joint = out.joints[k] = Joint{};
+    Piece& left = out.pieces[k];
+    Piece& right = out.pieces[k + 1];
+    const LineFit both = fit_run(ranges, runs[k].from, runs[k + 1].to);
+    joint.evidence = both.chi2 - left.chi2 - right.chi2;
+    for (Piece* piece : {&left, &right})
+      piece->evidence = std::fmin(piece->evidence, joint.evidence);
+    if (!runs[k].meets_next) continue;
+    const Meeting meeting = meet(ranges, runs[k], runs[k + 1]);
+    joint.kind = JointKind::kCorner;
+    joint.corner_m = ranges.pivot + meeting.point_m;
+    joint.covariance = meeting.covariance;
+    left.end_m = right.begin_m = joint.corner_m;
+    const Eigen::Vector2d along = left.line.direction();
+    left.sigma_end_m = std::sqrt(along.dot(meeting.covariance * along));
+    const Eigen::Vector2d other = right.line.direction();
+    right.sigma_begin_m = std::sqrt(other.dot(meeting.covariance * other));
+  }
+}
+
+}  // namespace detail
+
+void mark_outliers(const Segmentation& segmentation, PolarScan& scan) {
+  for (const std::size_t i : segmentation.outliers) scan.returns[i].status = ReturnStatus::kOutlier;
+}
+
+}  // namespace striper

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include <striper/profile/smooth.hpp>
+
+#include "profile/curve_filter.hpp"
+#include "profile/cutter.hpp"
+
+namespace striper {
+namespace {
+
+using detail::InverseRanges;
+using detail::Run;
+
+// What a bend has to gain over a straight line, in -2 log likelihood: one scan of a straight line
+// in fifty is bent a little (the strength is on its bound, so half of chi2 of one degree of
+// freedom).
+constexpr double kLeastGain = 4.0;
+// Pieces of fewer returns than this, beside each other, may be one curved surface even where their
+// lines do not meet.
+constexpr std::size_t kShort = 16;
+// The kernel of a cubic smoothing spline is 2 sqrt(2) of its scale wide.
+constexpr double kKernelWidth = 2.83;
+constexpr double kHopeless = 100.0;
+
+}  // namespace
+
+struct Smoother::Impl {
+  void smooth_pieces(PolarScan& scan);
+  bool may_continue(std::size_t k) const;
+  std::size_t smooth_from(std::size_t k, PolarScan& scan);
+  void smooth_line(const Run& run, PolarScan& scan);
+  void smooth_curve(std::size_t from, std::size_t to, double strength, PolarScan& scan);
+  void put(std::size_t i, double q, double variance, PolarScan& scan);
+
+  SegmentOptions options;
+  detail::Cutter cutter;
+  detail::CurveFilter filter;
+  detail::CurveSmoother curve;
+  Segmentation segmentation;
+  std::vector<SmoothedReturn> returns;
+};
+
+Smoother::Smoother(const SegmentOptions& options) : impl_(std::make_unique<Impl>()) {
+  options.validate();
+  impl_->options = options;
+}
+Smoother::Smoother(Smoother&&) noexcept = default;
+Smoother& Smoother::operator=(Smoother&&) noexcept = default;
+Smoother::~Smoother() = default;
+
+const std::vector<SmoothedReturn>& Smoother::returns() const noexcept { return impl_->returns; }
+const Segmentation& Smoother::segmentation() const noexcept { return impl_->segmentation; }
+
+void Smoother::smooth(PolarScan& scan) {
+  impl_->cutter.cut(scan, impl_->options, impl_->segmentation);
+  mark_outliers(impl_->segmentation, scan);
+  impl_->returns.assign(scan.returns.size(), {});
+  impl_->smooth_pieces(scan);
+}
+
+void Smoother::Impl::smooth_pieces(PolarScan& scan) {
+  for (std::size_t k = 0; k < cutter.runs.size();) k = smooth_from(k, scan);
+}
+
+// Whether piece k + 1 may be on the same surface as piece k.
+bool Smoother::Impl::may_continue(std::size_t k) const {
+  if (k + 1 >= cutter.runs.size() || cutter.runs[k + 1].is_rough) return false;
+  const Run& run = cutter.runs[k];
+  const Run& next = cutter.runs[k + 1];
+  return run.meets_next || (run.to - run.from < kShort && next.to - next.from < kShort);
+}
+
+// Smooths piece k, and those after it that are with it one curved surface more likely than pieces;
+// returns the piece to go on with.
+std::size_t Smoother::Impl::smooth_from(std::size_t k, PolarScan& scan) {
+  const Run& first = cutter.runs[k];
+  if (first.is_rough) return k + 1;
+  double of_pieces = 0.0;
+  double best_gain = kLeastGain;
+  double best_strength = 0.0;
+  std::size_t best_end = k + 1;
+  filter.begin(cutter.ranges, first.from);
+  for (std::size_t end = k + 1;; ++end) {
+    const Run& last = cutter.runs[end - 1];
+    of_pieces += last.fit.chi2 + (end > k + 1 ? segmentation.penalty : 0.0);
+    filter.extend(last.to);
+    const LineFit line =
+        end == k + 1 ? first.fit : detail::fit_run(cutter.ranges, first.from, last.to);
+    const auto best = filter.best(line);
+    const double gain = of_pieces - (line.chi2 + best.beyond_line);
+    if (gain > best_gain) {
+      best_gain = gain;
+      best_strength = best.strength;
+      best_end = end;
+    }
+    if (gain < best_gain - kHopeless || !may_continue(end - 1)) break;
+  }
+  if (best_strength > 0.0) {
+    smooth_curve(first.from, cutter.runs[best_end - 1].to, best_strength, scan);
+  } else {
+    smooth_line(first, scan);
+  }
+  return best_end;
+}
+
+void Smoother::Impl::smooth_line(const Run& run, PolarScan& scan) {
+  const InverseRanges& ranges = cutter.ranges;
+  const double width =
+      std::abs(std::asin(std::clamp(ranges.turn(run.from, run.to - 1), -1.0, 1.0)));
+  for (std::size_t i = run.from; i < run.to; ++i) {
+    put(i, run.fit.at(ranges.cosine[i], ranges.sine[i]),
+        run.fit.variance_at(ranges.cosine[i], ranges.sine[i]), scan);
+    returns[ranges.index[i]].correlation_rad = width;
+  }
+}
+
+void Smoother::Impl::smooth_curve(std::size_t from, std::size_t to, double strength,
+                                  PolarScan& scan) {
+  const InverseRanges& ranges = cutter.ranges;
+  const auto& estimates = curve.smooth(ranges, from, to, strength);
+  const double spacing = std::abs(ranges.turn(from, from + 1));
+  for (std::size_t i = from; i < to; ++i) {
+    put(i, estimates[i - from].q, estimates[i - from].variance, scan);
+    returns[ranges.index[i]].correlation_rad = kKernelWidth * spacing / std::pow(strength, 0.25);
+  }
+}
+
+// The new distance from the pivot, as a new range along the bearing.
+void Smoother::Impl::put(std::size_t i, double q, double variance, PolarScan& scan) {
+  if (!(q > 0.0)) return;
+  const InverseRanges& ranges = cutter.ranges;
+  Return& r = scan.returns[ranges.index[i]];
+  const double old_sigma_q = std::sqrt(ranges.noise[i]);
+  const double cosine = r.x_m / r.range_m;
+  const double sine = r.y_m / r.range_m;
+  const double x = ranges.pivot.x() + ranges.cosine[i] / q;
+  const double y = ranges.pivot.y() + ranges.sine[i] / q;
+  r.sigma_m *= std::sqrt(variance) / old_sigma_q * (ranges.q[i] * ranges.q[i]) / (q * q);
+  r.range_m = std::hypot(x, y);
+  r.x_m = r.range_m * cosine;
+  r.y_m = r.range_m * sine;
+  returns[ranges.index[i]].sigma_m = r.sigma_m;
+}
+
+}  // namespace striper
