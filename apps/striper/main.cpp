@@ -18,7 +18,7 @@ using striper::program::ExitCode;
 
 // One line per subcommand, in the order of `striper --help`.
 constexpr std::array kCommands{
-    striper::program::add_capture,   striper::program::add_record,
+    striper::program::add_capture,   striper::program::add_serve,    striper::program::add_record,
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_calibrate,
 #endif
@@ -26,9 +26,8 @@ constexpr std::array kCommands{
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_board,     striper::program::add_diff,
 #endif
-    striper::program::add_eyesafe,   striper::program::add_simulate,
-    striper::program::add_devices,   striper::program::add_bench,
-    striper::program::add_doctor,
+    striper::program::add_eyesafe,   striper::program::add_simulate, striper::program::add_devices,
+    striper::program::add_bench,     striper::program::add_doctor,
 };
 
 constexpr const char* kDescription =

@@ -202,7 +202,7 @@ const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->
 
 ScannerStatus Scanner::status() const {
   const Stages& s = *stages_;
-  return {s.ambient.status(), s.axis, s.is_stripe_seen, s.statistics};
+  return {s.head, s.ambient.status(), s.axis, s.is_stripe_seen, s.statistics};
 }
 
 // Says once that no stripe is seen, and once that one is seen again.
