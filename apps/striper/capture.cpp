@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// striper capture: from a source of pictures to polar scans as CSV.
+// striper capture: from a source of pictures to polar scans in files.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -13,7 +13,8 @@
 
 #include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
-#include <striper/sinks/csv_sink.hpp>
+#include <striper/stream/head.hpp>
+#include <striper/stream/open_sink.hpp>
 
 #include "frame_loop.hpp"
 #include "program.hpp"
@@ -28,10 +29,11 @@ namespace {
 
 struct CaptureArguments {
   std::string source;
-  std::string output = "-";
+  std::vector<std::string> outputs;
   ScannerArguments scanner;
   FrameLimits limits;
-  CsvOptions csv;
+  bool doubtful = false;
+  bool missing = false;
   bool json = false;
 };
 
@@ -59,59 +61,86 @@ void define(CLI::App& command, CaptureArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
   command
-      .add_option("-o,--output", arguments.output,
-                  "Where the scans go; '-', the default, is the standard output")
-      ->type_name("FILE");
+      .add_option("-o,--output", arguments.outputs,
+                  "Where the scans go: a file .csv or .jsonl, several times if you like; '-', the "
+                  "default, is CSV on the standard output")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   add_frame_limits(command, arguments.limits);
-  command.add_flag("--doubtful", arguments.csv.doubtful,
+  command.add_flag("--doubtful", arguments.doubtful,
                    "Also write returns that are not to be trusted");
   command.add_flag(
-      "--missing", arguments.csv.missing,
+      "--missing", arguments.missing,
       "Write a line for every column (or row), with the reason where nothing is there");
   command.add_flag("--json", arguments.json,
                    "A summary for programs on the standard output (needs -o FILE)");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
 
-nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
-                         const StripeWatch& watch, const ReturnCounts& returns, std::uint64_t lines,
-                         const std::string& output, const TerminalEvents& events) {
-  nlohmann::json summary = to_json(result);
-  summary["output"] = output;
-  summary["lines"] = lines;
-  summary["scans"] = scanner.statistics().scans;
-  summary["dark"] = scanner.statistics().dark;
-  summary["refused"] = scanner.statistics().refused;
+// What a run came to.
+struct Capture {
+  FrameReport read;
+  SourceInfo source;
+  ScannerStatus scanner;
+  ReturnCounts returns;
+  std::vector<SinkReport> sinks;
+};
+
+bool is_csv(const SinkUri& uri) { return uri.scheme() == "csv"; }
+
+// Lines that a CSV of all the scans has.
+std::uint64_t lines_of(const SinkUri& uri, const ReturnCounts& returns) {
+  const bool missing = uri.says_yes("missing");
+  const bool doubtful = missing || uri.says_yes("doubtful");
+  std::uint64_t lines = 0;
+  for (int i = 0; i < kReturnStatusCount; ++i) {
+    const auto status = static_cast<ReturnStatus>(i);
+    const Verdict value = verdict(status);
+    const bool is_written = value == Verdict::kGood || (value == Verdict::kDoubtful && doubtful) ||
+                            (value == Verdict::kMissing && missing);
+    if (is_written) lines += returns.of(status);
+  }
+  return lines;
+}
+
+nlohmann::json summarize(const Capture& done, const StripeWatch& watch,
+                         const std::vector<SinkUri>& outputs, const TerminalEvents& events) {
+  nlohmann::json summary = to_json(done.read);
+  summary["output"] = outputs.front().text();
+  summary["outputs"] = to_json(done.sinks);
+  summary["lines"] = lines_of(outputs.front(), done.returns);
+  summary["scans"] = done.scanner.counts.scans;
+  summary["dark"] = done.scanner.counts.dark;
+  summary["refused"] = done.scanner.counts.refused;
   watch.add_to(summary);
-  summary["returns"] = returns.to_json();
-  summary["decisions"] = decisions(scanner.status().ambient);
-  summary["status"] = to_json(scanner.status());
+  summary["returns"] = done.returns.to_json();
+  summary["decisions"] = decisions(done.scanner.ambient);
+  summary["status"] = to_json(done.scanner);
   summary["events"] = to_json(events.heard());
   return summary;
 }
 
 // Frames that are good for the source and not for the scanner.
-std::uint64_t misfits(const FrameLoopResult& result, const Scanner& scanner) {
-  const SourceStatistics& source = result.statistics;
+std::uint64_t misfits(const Capture& done) {
+  const SourceStatistics& source = done.read.statistics;
   const std::uint64_t bad = source.corrupt + source.incomplete + source.wrong_size;
-  return scanner.statistics().refused - std::min(bad, scanner.statistics().refused);
+  return done.scanner.counts.refused - std::min(bad, done.scanner.counts.refused);
 }
 
 // What was made of exposures without the laser matters where there are any, where somebody asked
 // for it, and where so little of the stripe is found that daylight may be why.
-bool do_dark_exposures_matter(const CaptureArguments& arguments, const SourceInfo& source,
-                              const Scanner& scanner, const ReturnCounts& returns) {
+bool do_dark_exposures_matter(const CaptureArguments& arguments, const Capture& done) {
   constexpr double kMostIsFound = 0.5;  // Of the lines: half a view may show no stripe.
-  const bool is_asked = arguments.scanner.has("ambient") || source.cadence.has_dark();
-  const bool is_found = static_cast<double>(returns.of(ReturnStatus::kOk)) >=
-                        kMostIsFound * static_cast<double>(returns.total());
-  return is_asked || scanner.statistics().dark > 0 || !is_found;
+  const bool is_asked = arguments.scanner.has("ambient") || done.source.cadence.has_dark();
+  const bool is_found = static_cast<double>(done.returns.of(ReturnStatus::kOk)) >=
+                        kMostIsFound * static_cast<double>(done.returns.total());
+  return is_asked || done.scanner.counts.dark > 0 || !is_found;
 }
 
 // The channel is the first decision.
-void say_decisions(const Scanner& scanner, const TerminalEvents& events,
+void say_decisions(const ScannerStatus& scanner, const TerminalEvents& events,
                    bool do_dark_exposures_matter) {
-  std::vector<std::string> lines = decisions(scanner.status().ambient);
+  std::vector<std::string> lines = decisions(scanner.ambient);
   if (!do_dark_exposures_matter && lines.size() > 1) lines.resize(1);
   for (const std::string& line : lines) say("decided: " + line);
   if (!do_dark_exposures_matter) return;
@@ -121,20 +150,29 @@ void say_decisions(const Scanner& scanner, const TerminalEvents& events,
   }
 }
 
-void say_summary(const FrameLoopResult& result, const Scanner& scanner, const ReturnCounts& returns,
-                 std::uint64_t lines, const std::string& output) {
-  say(fmt::format("read {}", describe(result)));
-  if (const std::uint64_t refused = misfits(result, scanner); refused > 0) {
+void say_output(const SinkUri& uri, const SinkReport& sink, const ReturnCounts& returns) {
+  const bool is_whole = is_csv(uri) && sink.state == SinkReport::State::kFinished;
+  std::string text = fmt::format("wrote {}", count(sink.written, "scan"));
+  if (is_whole) text += fmt::format(", {}", count(lines_of(uri, returns), "line"));
+  text += fmt::format(", to {}", uri.path() == "-" ? "the standard output" : sink.uri);
+  if (sink.lost > 0) text += fmt::format("; {} lost", sink.lost);
+  say(text);
+}
+
+void say_summary(const Capture& done, const std::vector<SinkUri>& outputs) {
+  say(fmt::format("read {}", describe(done.read)));
+  if (const std::uint64_t refused = misfits(done); refused > 0) {
     say(fmt::format("refused {}: see above", count(refused, "frame")));
   }
-  say(fmt::format("wrote {}, {}, to {}", count(scanner.statistics().scans, "scan"),
-                  count(lines, "line"), output == "-" ? "the standard output" : output));
-  say(fmt::format("returns: {}", returns.describe()));
-  if (returns.of(ReturnStatus::kBehind) > returns.of(ReturnStatus::kOk)) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    say_output(outputs[i], done.sinks[i], done.returns);
+  }
+  say(fmt::format("returns: {}", done.returns.describe()));
+  if (done.returns.of(ReturnStatus::kBehind) > done.returns.of(ReturnStatus::kOk)) {
     say(
         fmt::format("warning: {} stripes were found where the camera's rays meet the laser's plane "
                     "behind it or nowhere: is it this striper's model, the plane's sign right?",
-                    returns.of(ReturnStatus::kBehind)));
+                    done.returns.of(ReturnStatus::kBehind)));
   }
 }
 
@@ -146,48 +184,113 @@ bool is_standard_output(const std::string& path) {
          file.st_dev == standard.st_dev && file.st_ino == standard.st_ino;
 }
 
-ExitCode capture(const CaptureArguments& arguments) {
-  if (arguments.json && is_standard_output(arguments.output)) {
-    throw Error(ErrorKind::kUsage,
-                "--json needs -o FILE: the standard output carries the scans themselves");
-  }
-  require_replaceable_by_scans(arguments.output);
-  if (arguments.output == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
-  const TerminalEvents events({"no_stripe", "stripe_seen"});  // StripeWatch says more.
-  auto source = open_source(arguments.source, events.port());
-  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info(), events.port());
-  Scanner scanner = make_scanner(setup);
-  StripeWatch watch(arguments.scanner, setup);
-  CsvOptions csv = arguments.csv;
-  csv.doubtful = csv.doubtful || csv.missing;  // A line for every column.
-  std::optional<CsvSink> sink;  // From the first picture on: no old file gives way to nothing.
-
-  ReturnCounts returns;
-  const auto keep = [&](ScanSpan scans) {
-    watch.look_at(scans);
-    for (const PolarScan& scan : scans) {
-      sink->write(scan);
-      returns.add(scan);
+// What -o, --doubtful and --missing come to.
+std::vector<SinkUri> outputs_of(const CaptureArguments& arguments) {
+  std::vector<SinkUri> uris;
+  for (const std::string& output : arguments.outputs) uris.push_back(SinkUri::parse(output));
+  if (uris.empty()) uris.push_back(SinkUri::parse("-"));
+  for (SinkUri& uri : uris) {
+    if (is_csv(uri) && arguments.doubtful) uri.set_default("doubtful", "yes");
+    if (is_csv(uri) && arguments.missing) uri.set_default("missing", "yes");
+    const auto is_same = [&](const SinkUri& other) { return other.path() == uri.path(); };
+    if (std::count_if(uris.begin(), uris.end(), is_same) > 1) {
+      throw Error(ErrorKind::kUsage, fmt::format("-o names '{}' twice", uri.path()));
     }
-  };
-  const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
-    if (!sink) sink.emplace(arguments.output, csv);
-    watch.keep(frame);
-    keep(scanner.process(frame));
-  });
-  keep(scanner.finish());
-  if (sink) sink->close();
-  const std::uint64_t lines = sink ? sink->lines() : 0;
-
-  say_summary(result, scanner, returns, lines, arguments.output);
-  say_decisions(scanner, events,
-                do_dark_exposures_matter(arguments, source->info(), scanner, returns));
-  watch.conclude();
-  if (arguments.json) {
-    print_json(summarize(result, scanner, watch, returns, lines, arguments.output, events));
+    if (arguments.json && is_standard_output(uri.path())) {
+      throw Error(ErrorKind::kUsage,
+                  "--json needs -o FILE: the standard output carries the scans themselves");
+    }
   }
-  let_go(std::move(source), result);
-  const bool is_clean = !result.has_failed() && misfits(result, scanner) == 0;
+  return uris;
+}
+
+/// The head of one run, in front of a person.
+class CaptureRun {
+ public:
+  CaptureRun(const CaptureArguments& arguments, const TerminalEvents& events, ScanBus& bus)
+      : arguments_(arguments), events_(events), bus_(bus) {}
+
+  Capture run() {
+    HeadParts parts;
+    parts.open = [this](const EventPort& port) { return open(port); };
+    parts.make_scanner = [this](const SourceInfo& source, const EventPort& port) {
+      return make(source, port);
+    };
+    parts.before_scan = [this](const Frame& frame) { watch_->keep(frame); };
+    parts.after_scan = [this](ScanSpan scans) { look_at(scans); };
+    HeadOptions options;
+    options.limits = arguments_.limits;
+    options.events = events_.port();
+    // Scans that nobody takes any more are not worth a camera.
+    options.should_stop = [this] { return stop_requested() || !bus_.is_any_open(); };
+    Head head(parts, options, bus_);
+    done_.read = head.run();
+    done_.read.interrupted = stop_requested();
+    done_.scanner = head.health().scanner;
+    progress_.reset();
+    return done_;
+  }
+
+  StripeWatch& watch() noexcept { return *watch_; }
+
+ private:
+  std::unique_ptr<FrameSource> open(const EventPort& port) {
+    auto source = open_source(arguments_.source, port);
+    done_.source = source->info();
+    return source;
+  }
+
+  HeadScanner make(const SourceInfo& source, const EventPort& port) {
+    const ScannerSetup setup = scanner_setup(arguments_.scanner, source, port);
+    Scanner scanner = make_scanner(setup);
+    watch_.emplace(arguments_.scanner, setup);
+    if (source.is_live) say(source.description);  // What was chosen where the address is silent.
+    progress_.emplace("pictures", total_pictures(arguments_.limits, source));
+    return {std::move(scanner), shared_model(setup), setup.options.stripe.axis};
+  }
+
+  void look_at(ScanSpan scans) {
+    watch_->look_at(scans);
+    for (const PolarScan& scan : scans) done_.returns.add(scan);
+    progress_->update(++pictures_);
+  }
+
+  const CaptureArguments& arguments_;
+  const TerminalEvents& events_;
+  ScanBus& bus_;
+  Capture done_;
+  std::uint64_t pictures_ = 0;
+  std::optional<StripeWatch> watch_;
+  std::optional<Progress> progress_;
+};
+
+// StripeWatch says more of the stripe; where the one sink fails, the error says all.
+TerminalEvents terminal_events(bool is_one) {
+  if (!is_one) return TerminalEvents({"no_stripe", "stripe_seen"});
+  return TerminalEvents({"no_stripe", "stripe_seen", "sink_failed", "disk_full", "sink_slow"});
+}
+
+ExitCode capture(const CaptureArguments& arguments) {
+  const std::vector<SinkUri> outputs = outputs_of(arguments);
+  const bool is_one = outputs.size() == 1;
+  if (outputs.front().path() == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
+  const TerminalEvents events = terminal_events(is_one);
+  ScanBus bus(events.port());
+  for (const SinkUri& uri : outputs) bus.add(uri.text(), open_sink(uri));
+
+  CaptureRun run(arguments, events, bus);
+  Capture done = run.run();
+  bus.finish();
+  done.sinks = bus.sinks();
+  if (is_one && bus.failure()) std::rethrow_exception(bus.failure());
+  require_pictures(done.read, arguments.source);
+
+  say_summary(done, outputs);
+  say_decisions(done.scanner, events, do_dark_exposures_matter(arguments, done));
+  run.watch().conclude();
+  if (arguments.json) print_json(summarize(done, run.watch(), outputs, events));
+  if (done.read.is_lost) leave_threads_behind();
+  const bool is_clean = !done.read.has_failed() && misfits(done) == 0 && !bus.failure();
   return is_clean ? ExitCode::kDone : ExitCode::kFailed;
 }
 

@@ -23,6 +23,7 @@ using Action = std::function<ExitCode()>;
 // Each adds its subcommand to the program and, when that is chosen, sets `action`. One line here
 // and one in main.cpp per subcommand, in the order of `striper --help`.
 void add_capture(CLI::App& striper, Action& action);
+void add_serve(CLI::App& striper, Action& action);
 void add_record(CLI::App& striper, Action& action);
 void add_calibrate(CLI::App& striper, Action& action);
 void add_verify(CLI::App& striper, Action& action);

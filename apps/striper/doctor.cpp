@@ -85,7 +85,7 @@ void conclude_warnings(const std::vector<Event>& heard, std::vector<Event>& find
 
 bool any_bad(const std::vector<Event>& findings) { return worst(findings) >= Severity::kError; }
 
-void conclude_stream(const FrameLoopResult& result, const SourceInfo& info,
+void conclude_stream(const FrameReport& result, const SourceInfo& info,
                      std::vector<Event>& findings) {
   const SourceStatistics& got = result.statistics;
   findings.push_back({"source_ended", "read " + describe(result)});
@@ -152,8 +152,8 @@ void watch(const DoctorArguments& arguments, const EventPort& events,
   FrameLimits limits;
   limits.seconds = arguments.seconds;
   try {
-    const FrameLoopResult result =
-        read_frames(*source, limits, [&](const Frame& frame) { pictures.look_at(frame); });
+    const FrameReport result = read_frames(*source, limits, TerminalEvents().port(),
+                                           [&](const Frame& frame) { pictures.look_at(frame); });
     conclude_stream(result, info, findings);
     conclude_network(*source, findings);
     pictures.conclude(findings);

@@ -136,12 +136,13 @@ class DarkPictures {
 template <typename OnPicture>
 void read_dark(const std::string& uri, const NoiseArguments& arguments,
                const std::optional<StriperModel>& model, const OnPicture& on_picture) {
-  const auto source = open_source(uri, TerminalEvents().port());
+  const EventPort events = TerminalEvents().port();
+  const auto source = open_source(uri, events);
   FrameLimits limits = arguments.limits;
   if (!limits.pictures && !limits.seconds) limits.pictures = kPictures;
   DarkPictures pictures(source->info(), model ? model->channel : Channel::kAuto,
                         model ? model->axis : StripeAxis::kColumns);
-  read_frames(*source, limits, [&](const Frame& frame) {
+  read_frames(*source, limits, events, [&](const Frame& frame) {
     if (const cv::Mat* const image = pictures.of(frame)) on_picture(frame, *image);
   });
   pictures.refuse_without_dark();

@@ -95,17 +95,20 @@ class Spacing {
 };
 
 ExitCode record(const RecordArguments& arguments) {
-  auto source = open_source(arguments.source, TerminalEvents().port());
+  const EventPort events = TerminalEvents().port();
+  auto source = open_source(arguments.source, events);
   Spacing spacing(arguments.every_s);
   std::optional<NewBoardPoses> poses;
   if (arguments.board) poses.emplace(*arguments.board, !source->info().pictures);
   Recorder recorder(arguments.directory, source->info());
-  const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
-    const bool is_wanted = spacing.lets_through(frame) && (!poses || poses->lets_through(frame));
-    if (!is_wanted) return;
-    spacing.note_kept(frame);
-    recorder.write(frame);
-  });
+  const FrameReport result =
+      read_frames(*source, arguments.limits, events, [&](const Frame& frame) {
+        const bool is_wanted =
+            spacing.lets_through(frame) && (!poses || poses->lets_through(frame));
+        if (!is_wanted) return;
+        spacing.note_kept(frame);
+        recorder.write(frame);
+      });
 
   say(fmt::format("read {}", describe(result)));
   if (recorder.frames() > 0) {

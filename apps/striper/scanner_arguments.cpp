@@ -127,6 +127,10 @@ ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& 
   return setup;
 }
 
+std::shared_ptr<const StriperModel> shared_model(const ScannerSetup& setup) {
+  return setup.model ? std::make_shared<const StriperModel>(*setup.model) : nullptr;
+}
+
 Scanner make_scanner(const ScannerSetup& setup) {
   return setup.model ? Scanner(*setup.model, setup.options) : Scanner(setup.options);
 }

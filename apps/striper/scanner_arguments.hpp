@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -43,6 +44,9 @@ struct ScannerSetup {
 /// @param events hears what is wrong with the model, and later what the scanner has to say.
 ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& source,
                            const EventPort& events = {});
+
+/// The model of a setup, to share; null without one.
+std::shared_ptr<const StriperModel> shared_model(const ScannerSetup& setup);
 
 /// The scanner for that.
 /// @throws Error as Scanner does.

@@ -159,8 +159,8 @@ ExitCode simulate(const SimulateArguments& arguments) {
   SeenRanges seen;
   CsvSink truth_file((directory / "truth.csv").string(), {.doubtful = true, .missing = true});
 
-  const FrameLoopResult result = read_frames(
-      *source, {.pictures = arguments.pictures, .seconds = {}}, [&](const Frame& frame) {
+  const FrameReport result = read_frames(
+      *source, {.pictures = arguments.pictures, .seconds = {}}, {}, [&](const Frame& frame) {
         recorder.write(frame);
         if (frame.exposure_in_picture > 0) return;  // The truth of both fields is written already.
         for (const Truth& truth : source->simulator().truth(frame.sequence)) {

@@ -39,7 +39,7 @@ nlohmann::json ReturnCounts::to_json() const {
   return json;
 }
 
-nlohmann::json to_json(const FrameLoopResult& result) {
+nlohmann::json to_json(const FrameReport& result) {
   const SourceStatistics& source = result.statistics;
   return {
       {"pictures", result.pictures},     {"frames", result.frames},
@@ -49,6 +49,17 @@ nlohmann::json to_json(const FrameLoopResult& result) {
       {"wrong_size", source.wrong_size}, {"reconnects", source.reconnects},
       {"lost", result.is_lost},
   };
+}
+
+nlohmann::json to_json(const std::vector<SinkReport>& sinks) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const SinkReport& sink : sinks) {
+    list.push_back({{"uri", sink.uri},
+                    {"state", to_string(sink.state)},
+                    {"written", sink.written},
+                    {"lost", sink.lost}});
+  }
+  return list;
 }
 
 nlohmann::json to_json(const Event& event) {

@@ -11,6 +11,7 @@
 #include <striper/core/event.hpp>
 #include <striper/core/return_status.hpp>
 #include <striper/pipeline/scanner.hpp>
+#include <striper/stream/scan_bus.hpp>
 
 #include "frame_loop.hpp"
 
@@ -36,9 +37,12 @@ class ReturnCounts {
 
 /// The members that every summary has: pictures, frames, seconds, interrupted and the source's
 /// counts.
-nlohmann::json to_json(const FrameLoopResult& result);
+nlohmann::json to_json(const FrameReport& result);
 
 /// As a line of jsonl has it (CONVENTIONS.md).
+/// `[{uri, state, written, lost}]`.
+nlohmann::json to_json(const std::vector<SinkReport>& sinks);
+
 nlohmann::json to_json(const Event& event);
 nlohmann::json to_json(const std::vector<Event>& events);
 nlohmann::json to_json(const ScannerStatus& status);

@@ -288,10 +288,11 @@ ExitCode verify(const VerifyArguments& arguments) {
     watch.look_at(scans);
     for (const PolarScan& scan : scans) verification.add(scan);
   };
-  const FrameLoopResult read = read_frames(*source, arguments.limits, [&](const Frame& frame) {
-    watch.keep(frame);
-    keep(scanner.process(frame));
-  });
+  const FrameReport read =
+      read_frames(*source, arguments.limits, events.port(), [&](const Frame& frame) {
+        watch.keep(frame);
+        keep(scanner.process(frame));
+      });
   keep(scanner.finish());
   watch.conclude();
   verification.say_result(arguments);

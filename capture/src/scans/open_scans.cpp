@@ -72,15 +72,17 @@ std::optional<std::filesystem::path> file_of(std::string_view uri, std::string_v
 
 std::unique_ptr<ScanSource> open_scans(std::string_view uri,
                                        const std::shared_ptr<const StriperModel>& model,
-                                       std::optional<ScannerOptions> options) {
+                                       std::optional<ScannerOptions> options,
+                                       const EventPort& events) {
   if (const auto path = file_of(uri, "csv")) return read_csv_scans(*path, model);
   if (const auto path = file_of(uri, "jsonl")) return read_jsonl_scans(*path, model);
   if (!model) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("'{}' gives frames: a model makes scans of them", uri));
   }
-  auto source = open_source(uri);
+  auto source = open_source(uri, events);
   if (!options) options = ScannerOptions::for_model(*model);
+  options->events = events;
   options->ambient.cadence = source->info().cadence;
   return std::make_unique<ScannedSource>(std::move(source), model, *options);
 }

@@ -121,6 +121,10 @@ std::optional<bool> Uri::take_bool(const std::string& key) {
   refuse(named(what_, text_), key, *value, "yes or no");
 }
 
+bool Uri::says_yes(const std::string& key) const {
+  return Uri(*this).take_bool(key).value_or(false);
+}
+
 void Uri::set_default(const std::string& key, const std::string& value) {
   parameters_.emplace(key, value);
 }

@@ -43,6 +43,13 @@ class Pace : public Uri {
 
 }  // namespace
 
+std::optional<std::uint64_t> total_pictures(const FrameLimits& limits, const SourceInfo& source) {
+  if (!limits.pictures || !source.pictures) {
+    return limits.pictures ? limits.pictures : source.pictures;
+  }
+  return std::min(*limits.pictures, *source.pictures);
+}
+
 class FrameReader::Impl {
  public:
   Impl(FrameSource& source, FrameReading how)
@@ -70,12 +77,6 @@ class FrameReader::Impl {
   }
 
   const FrameReport& report() const noexcept { return report_; }
-
-  std::optional<std::uint64_t> total() const {
-    const std::optional<std::uint64_t>& limit = how_.limits.pictures;
-    if (!limit || !info_.pictures) return limit ? limit : info_.pictures;
-    return std::min(*limit, *info_.pictures);
-  }
 
  private:
   bool should_stop() const { return how_.should_stop && how_.should_stop(); }
@@ -200,7 +201,5 @@ FrameReport FrameReader::read(const std::function<void(const Frame&)>& on_frame)
 }
 
 const FrameReport& FrameReader::report() const noexcept { return impl_->report(); }
-
-std::optional<std::uint64_t> FrameReader::total() const { return impl_->total(); }
 
 }  // namespace striper

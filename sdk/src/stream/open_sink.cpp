@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
+#include <striper/sinks/csv_sink.hpp>
 #include <striper/stream/open_sink.hpp>
 
 #include "stream/sinks/built_in.hpp"
@@ -68,6 +69,7 @@ std::string scheme_of_path(std::string_view text, std::string_view path) {
   if (extension.empty() || path.starts_with("/dev/")) return "csv";
   const auto kind = Kinds::all().find([&](const Kind& one) { return one.extension == extension; });
   if (kind) return kind->scheme;
+  require_replaceable_by_scans(std::string(path));  // Says what matters more.
   throw Error(
       ErrorKind::kUsage,
       fmt::format("sink '{}': a file {} is of no kind that is known; there are {} (csv:PATH "

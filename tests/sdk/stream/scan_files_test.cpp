@@ -147,52 +147,6 @@ TEST_P(ScanFiles, MissingFileIsNotFound) {
 INSTANTIATE_TEST_SUITE_P(Formats, ScanFiles, ::testing::Values("csv", "jsonl"),
                          [](const auto& format) { return format.param; });
 
-TEST(CsvScans, TableMadeElsewhereNeedsFourColumns) {
-  const testing::ScratchDirectory scratch;
-  put(scratch / "a.csv",
-      "range_m,frame,extra,bearing_rad,time_s\r\n"
-      "2,7,word,0.5,1.25\r\n"
-      "1,7,word,0,1.25\r\n"
-      "3,8,word,0,1.5\r\n");
-  const auto scans = read_all(*read_csv_scans(scratch / "a.csv"));
-  ASSERT_EQ(scans.size(), 2U);
-  ASSERT_EQ(scans[0].returns.size(), 2U);
-  EXPECT_EQ(scans[0].sequence, 7U);
-  EXPECT_EQ(scans[0].time.monotonic_ns, 1'250'000'000);
-  EXPECT_FALSE(scans[0].time.utc_offset_ns.has_value());
-  EXPECT_EQ(scans[0].axis, StripeAxis::kColumns);
-  const Return& one = scans[0].returns[0];
-  EXPECT_EQ(one.status, ReturnStatus::kOk);
-  EXPECT_DOUBLE_EQ(one.x_m, 2.0 * std::cos(0.5));
-  EXPECT_DOUBLE_EQ(one.y_m, 2.0 * std::sin(0.5));
-  EXPECT_TRUE(std::isnan(one.sigma_m));
-}
-
-TEST(CsvScans, AxisIsTheOneWhosePixelsAreWhole) {
-  const testing::ScratchDirectory scratch;
-  put(scratch / "a.csv",
-      "frame,time_s,bearing_rad,range_m,u_px,v_px\n1,0,0,1,10.25,3\n1,0,0,1,11.5,4\n");
-  EXPECT_EQ(read_all(*read_csv_scans(scratch / "a.csv")).at(0).axis, StripeAxis::kRows);
-}
-
-TEST(CsvScans, WhatIsWrongIsNamedWithItsPlace) {
-  const testing::ScratchDirectory scratch;
-  const auto problem = [&](const std::string& text) {
-    put(scratch / "a.csv", text);
-    const Error error = testing::error_of([&] { read_all(*read_csv_scans(scratch / "a.csv")); });
-    EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
-    return std::string(error.what());
-  };
-  const std::string header = "frame,time_s,bearing_rad,range_m,status\n";
-  EXPECT_THAT(problem(""), HasSubstr("a.csv:0: is empty"));
-  EXPECT_THAT(problem("a,b\n"), HasSubstr("a.csv:1: there is no column frame"));
-  EXPECT_THAT(problem(header + "1,0,0,1,ok\n1,0,zero,1,ok\n"),
-              HasSubstr("a.csv:3: bearing_rad is 'zero' - expected a number"));
-  EXPECT_THAT(problem(header + "1,0,0,1,fine\n"), HasSubstr("a.csv:2: status is 'fine'"));
-  EXPECT_THAT(problem(header + "1,0,0\n"), HasSubstr("a.csv:2: expected 5 fields"));
-  EXPECT_THAT(problem(header + "1,0,0,1,ok,7\n"), HasSubstr("a.csv:2: expected 5 fields"));
-}
-
 TEST(JsonlScans, KeepsFieldsAxesHeadsAndLasers) {
   const testing::ScratchDirectory scratch;
   PolarScan scan = testing::made_scan(3);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include <striper/core/event.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/stream/scan_source.hpp>
 
@@ -20,10 +21,12 @@ namespace striper {
 ///        say how their frames lie in the head.
 /// @param options how a source of frames is scanned; default: as the model says. The cadence is the
 ///        source's.
+/// @param events hears of the source and the scanner.
 /// @throws Error as `open_source` and Scanner do, as `read_csv_scans` does; Error{kUsage} for a
 ///         source of frames without a model.
 std::unique_ptr<ScanSource> open_scans(std::string_view uri,
                                        const std::shared_ptr<const StriperModel>& model,
-                                       std::optional<ScannerOptions> options = std::nullopt);
+                                       std::optional<ScannerOptions> options = std::nullopt,
+                                       const EventPort& events = {});
 
 }  // namespace striper

@@ -31,6 +31,9 @@ class Uri {
   /// `1`, `true`, `yes`, `on` or their opposites.
   std::optional<bool> take_bool(const std::string& key);
 
+  /// Whether a key has a value that says yes, as `take_bool`, without taking it.
+  bool says_yes(const std::string& key) const;
+
   /// Gives a key a value where the address has none.
   void set_default(const std::string& key, const std::string& value);
 

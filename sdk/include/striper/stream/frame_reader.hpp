@@ -18,6 +18,9 @@ struct FrameLimits {
                                   ///< times.
 };
 
+/// How many pictures there will be at most, where that is known.
+std::optional<std::uint64_t> total_pictures(const FrameLimits& limits, const SourceInfo& source);
+
 /// How to read frames.
 struct FrameReading {
   FrameLimits limits;
@@ -54,9 +57,6 @@ class FrameReader {
 
   /// So far; may be asked in `on_frame`.
   const FrameReport& report() const noexcept;
-
-  /// How many pictures there will be at most, where that is known.
-  std::optional<std::uint64_t> total() const;
 
  private:
   class Impl;

@@ -7,26 +7,29 @@
 namespace striper {
 namespace {
 
-// One scan ahead: its first tells whether there is a clock, and the axis.
+// A table of scans, each with its frame.
 class CsvScans : public ScanSource {
  public:
   CsvScans(const std::filesystem::path& path, std::shared_ptr<const StriperModel> model)
       : reader_(path), model_(std::move(model)) {
-    is_pending_ = reader_.next(pending_);
+    has_pending_ = reader_.next(pending_);
     SourceInfo source;
     source.uri = path.string();
     source.description = "scans in " + source.uri;
-    source.has_clock = is_pending_ && pending_.time.utc_offset_ns.has_value();
+    source.has_clock = has_pending_ && pending_.time.utc_offset_ns;
     info_ = head_info(kDefaultHead, source, model_, pending_.axis);
+    pending_.frame = frame_of(pending_.laser);
   }
 
   HeadInfo info() const override { return info_; }
 
   NextStatus next(PolarScan& scan, std::chrono::milliseconds /*timeout*/) override {
-    if (!is_pending_) return NextStatus::kEnd;
-    std::swap(scan, pending_);
+    if (std::exchange(has_pending_, false)) {
+      std::swap(scan, pending_);
+      return NextStatus::kFrame;
+    }
+    if (!reader_.next(scan)) return NextStatus::kEnd;
     scan.frame = frame_of(scan.laser);
-    is_pending_ = reader_.next(pending_);
     return NextStatus::kFrame;
   }
 
@@ -40,8 +43,8 @@ class CsvScans : public ScanSource {
 
   ScanCsvReader reader_;
   std::shared_ptr<const StriperModel> model_;
-  PolarScan pending_;
-  bool is_pending_ = false;
+  PolarScan pending_;  // The first, which says what the others are.
+  bool has_pending_ = false;
   HeadInfo info_;
 };
 

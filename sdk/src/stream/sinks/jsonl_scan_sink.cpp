@@ -9,11 +9,11 @@
 
 #include <fmt/format.h>
 
+#include <striper/core/csv_file.hpp>
 #include <striper/core/error.hpp>
 
 #include "stream/scan_columns.hpp"
 #include "stream/sinks/built_in.hpp"
-#include "stream/sinks/line_file.hpp"
 
 namespace striper {
 namespace {
@@ -135,19 +135,18 @@ class JsonlScanSink : public ScanSink {
   void open(const HeadInfo& /*head*/) override {
     if (file_) return;
     file_.emplace(path_);
-    file_->write(buffer_);  // Events from before.
+    file_->lines() = early_;
+    file_->flush();
   }
 
   void write(const PolarScan& scan) override {
-    buffer_.clear();
-    append_scan(buffer_, scan);
-    file_->write(buffer_);
+    append_scan(file_->lines(), scan);
+    file_->flush();
   }
 
   void event(const Event& event) override {
-    if (file_) buffer_.clear();
-    append_event(buffer_, event);
-    if (file_) file_->write(buffer_);
+    append_event(file_ ? file_->lines() : early_, event);
+    if (file_) file_->flush();
   }
 
   void finish() override {
@@ -156,8 +155,8 @@ class JsonlScanSink : public ScanSink {
 
  private:
   std::string path_;
-  std::optional<detail::LineFile> file_;
-  std::string buffer_;
+  std::string early_;  // Events from before the first head: no file gives way to them.
+  std::optional<CsvOutput> file_;
 };
 
 }  // namespace

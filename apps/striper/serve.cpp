@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// striper serve: scans for whoever wants them, until told to stop.
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <map>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <striper/capture/open_source.hpp>
+#include <striper/model/model_yaml.hpp>
+#include <striper/stream/head.hpp>
+#include <striper/stream/open_sink.hpp>
+
+#include "frame_loop.hpp"
+#include "program.hpp"
+#include "scanner_arguments.hpp"
+#include "service.hpp"
+#include "terminal.hpp"
+#include "terminal_events.hpp"
+
+namespace striper::program {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+struct ServeArguments {
+  std::string source;
+  std::vector<std::string> sinks;
+  std::string name{kDefaultHead};
+  ScannerArguments scanner;
+};
+
+constexpr const char* kDescription =
+    "Serve: scans for files and programs, from a camera that may come and go, until told to stop.";
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  striper serve 'gige:STRIPER1?exposure_us=20' -m striper.yaml --to csv:scans.csv\n"
+    "      starts before the camera is there, opens it again whenever it was lost\n"
+    "  striper serve sim:data/scenes/room.yaml?realtime=yes -m room.yaml --to a.csv --to "
+    "b.jsonl\n\n"
+    "SIGTERM and Ctrl-C end it cleanly (files whole, exit code 0), as does the end of a source "
+    "that\n"
+    "has one. SIGHUP reads the model anew; SIGUSR1 has it say how it is, which it does every "
+    "minute\n"
+    "too. Under systemd (striper@.service) it says when it is ready, and that it is alive.";
+
+constexpr auto kStep = 50ms;         // How late a signal may be noticed.
+constexpr auto kHealthEvery = 1min;  // As agreed.
+constexpr auto kHeadAsleep = 20s;    // Opening a camera that hangs takes a few seconds.
+
+std::atomic<bool> reload_flag = false;
+std::atomic<bool> health_flag = false;
+
+void on_signal(void (*handler)(int), int signal) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  ::sigaction(signal, &action, nullptr);
+}
+
+void take_signals() {
+  on_signal([](int /*signal*/) { reload_flag = true; }, SIGHUP);
+  on_signal([](int /*signal*/) { health_flag = true; }, SIGUSR1);
+}
+
+void define(CLI::App& command, ServeArguments& arguments) {
+  add_source(command, arguments.source);
+  add_scanner_arguments(command, arguments.scanner);
+  command
+      .add_option(
+          "--to", arguments.sinks,
+          "Who gets the scans: csv:FILE?doubtful=yes&missing=yes, jsonl:FILE, or a path, by "
+          "its extension; as often as you like")
+      ->type_name("SINK")
+      ->required()
+      ->allow_extra_args(false);
+  command.add_option("--name", arguments.name, "What the head is called; default striper")
+      ->type_name("HEAD");
+  command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
+}
+
+std::string describe(const SinkReport& sink) {
+  return fmt::format("{} {}, {} written, {} lost", sink.uri, to_string(sink.state), sink.written,
+                     sink.lost);
+}
+
+// "streaming, 30.0 pictures/s, 1200 scans, 2 dropped; csv:a.csv open, 1200 written, 0 lost".
+std::string describe(const HeadHealth& head, const std::vector<SinkReport>& sinks) {
+  const SourceStatistics& source = head.read.statistics;
+  std::string text = fmt::format("{}, {:.1f} pictures/s, {}", to_string(head.state), head.rate_hz,
+                                 count(head.scanner.counts.scans, "scan"));
+  const auto add = [&](std::uint64_t number, const char* what) {
+    if (number > 0) text += fmt::format(", {} {}", number, what);
+  };
+  add(head.scanner.counts.without_stripe, "without a stripe");
+  add(head.scanner.counts.refused, "frames refused");
+  add(source.dropped + source.overrun, "dropped");
+  add(source.corrupt + source.incomplete + source.wrong_size, "bad");
+  add(source.reconnects, "reconnections");
+  for (const SinkReport& sink : sinks) text += "; " + describe(sink);
+  return text;
+}
+
+HeadScanner make_head_scanner(const ServeArguments& arguments, const SourceInfo& source,
+                              const EventPort& events) {
+  ScannerSetup setup = scanner_setup(arguments.scanner, source, events);
+  setup.options.head = arguments.name;
+  return {make_scanner(setup), shared_model(setup), setup.options.stripe.axis};
+}
+
+/// What goes on for weeks must not fill a log: of each kind so many a minute.
+class SaidLately {
+ public:
+  bool lets_through(const Event& event) {
+    constexpr int kMostAMinute = 10;
+    const Clock::time_point now = Clock::now();
+    Kind& kind = kinds_[event.code.word()];
+    if (now - kind.since >= 1min) kind = {now, 0};
+    return ++kind.said <= kMostAMinute;
+  }
+
+ private:
+  struct Kind {
+    Clock::time_point since;
+    int said = 0;
+  };
+  std::map<std::string_view, Kind> kinds_;
+};
+
+/// One head that runs, its sinks, and whoever asks how they are.
+class Server {
+ public:
+  explicit Server(const ServeArguments& arguments)
+      : arguments_(arguments),
+        events_(EventPort([this](const Event& event) { hear(event); }).of_head(arguments.name)),
+        bus_(events_),
+        head_(parts(), options(), bus_) {
+    for (const std::string& uri : arguments.sinks) bus_.add(uri, open_sink(uri));
+  }
+
+  ExitCode run() {
+    take_signals();
+    head_.start();
+    service_.say_ready();
+    say("serving");
+    while (head_.is_running()) {
+      look_around();
+      std::this_thread::sleep_for(kStep);
+    }
+    service_.say_stopping();
+    return conclude();
+  }
+
+ private:
+  HeadParts parts() {
+    HeadParts parts;
+    parts.open = [this](const EventPort& port) { return open_source(arguments_.source, port); };
+    parts.make_scanner =
+        parts.remake_scanner = [this](const SourceInfo& source, const EventPort& port) {
+          return make_head_scanner(arguments_, source, port);
+        };
+    return parts;
+  }
+
+  HeadOptions options() {
+    HeadOptions options;
+    options.name = arguments_.name;
+    options.reopens = true;
+    options.events = events_;
+    return options;
+  }
+
+  // Each to the log and to the sinks; the bus never sends what it is given.
+  void hear(const Event& event) {
+    if (said_.lets_through(event)) say(fmt::format("{}: {}", event.code.word(), sentence(event)));
+    bus_.event(event);
+  }
+
+  void look_around() {
+    if (stop_requested() || !bus_.is_any_open()) head_.request_stop();
+    if (reload_flag.exchange(false)) head_.reload();
+    const HeadHealth health = head_.health();
+    const Clock::time_point now = Clock::now();
+    if (now - health.time < kHeadAsleep) service_.say_alive();
+    if (!health_flag.exchange(false) && now - last_health_ < kHealthEvery) return;
+    last_health_ = now;
+    const std::string text = describe(health, bus_.sinks());
+    say(text);
+    service_.say_status(text);
+  }
+
+  ExitCode conclude() {
+    const FrameReport report = head_.wait();
+    bus_.finish();
+    say(fmt::format("read {}", program::describe(report)));
+    bool is_any_whole = false;
+    for (const SinkReport& sink : bus_.sinks()) {
+      say(describe(sink));
+      is_any_whole = is_any_whole || sink.state == SinkReport::State::kFinished;
+    }
+    // Of cameras that were lost, and of sinks that never returned.
+    if (report.is_lost || bus_.failure()) leave_threads_behind();
+    return is_any_whole ? ExitCode::kDone : ExitCode::kFailed;
+  }
+
+  const ServeArguments& arguments_;
+  SaidLately said_;
+  EventPort events_;
+  ScanBus bus_;
+  Head head_;
+  Service service_;
+  Clock::time_point last_health_ = Clock::now();
+};
+
+ExitCode serve(const ServeArguments& arguments) {
+  if (arguments.scanner.model) load_model(*arguments.scanner.model);  // Before the camera is there.
+  return Server(arguments).run();
+}
+
+}  // namespace
+
+void add_serve(CLI::App& striper, Action& action) {
+  add_command<ServeArguments>(striper, action, "serve", kDescription, define, serve);
+}
+
+}  // namespace striper::program

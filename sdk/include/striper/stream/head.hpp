@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <striper/pipeline/scanner.hpp>
+#include <striper/stream/frame_reader.hpp>
+#include <striper/stream/scan_bus.hpp>
+
+namespace striper {
+
+/// A scanner, and what it works with.
+struct HeadScanner {
+  Scanner scanner;
+  std::shared_ptr<const StriperModel> model;  ///< Null without one.
+  StripeAxis axis = StripeAxis::kColumns;
+};
+
+/// What a head is made of.
+struct HeadParts {
+  /// Opens the source; again where it was lost. @throws Error.
+  std::function<std::unique_ptr<FrameSource>(const EventPort&)> open;
+  /// Makes the scanner for a source. @throws Error.
+  std::function<HeadScanner(const SourceInfo&, const EventPort&)> make_scanner;
+  /// Makes it with what the model's file holds by now, for `Head::reload`; may be empty.
+  std::function<HeadScanner(const SourceInfo&, const EventPort&)> remake_scanner;
+
+  // Whoever looks over the head's shoulder, on its thread; may be empty.
+  std::function<void(const Frame&)> before_scan;
+  std::function<void(ScanSpan)> after_scan;
+};
+
+struct HeadOptions {
+  std::string name{kDefaultHead};
+  FrameLimits limits;
+  /// Waits for a source that is not there yet, and opens a lost one again, for ever.
+  bool reopens = false;
+  std::chrono::milliseconds retry_every{1000};
+  EventPort events;
+  std::function<bool()> should_stop;  ///< Asked ten times a second; may be empty.
+};
+
+/// How a head is.
+struct HeadHealth {
+  enum class State {
+    kWaiting,    ///< For its source.
+    kStreaming,  ///< Frames come.
+    kSilent,     ///< The source is open and has given nothing for a second.
+    kEnded,
+  };
+
+  State state = State::kWaiting;
+  FrameReport read;  ///< Of the source that is open, `elapsed_s` and `statistics` as of `time`.
+  ScannerStatus scanner;
+  double rate_hz = 0.0;                        ///< Pictures a second, of late.
+  std::chrono::steady_clock::time_point time;  ///< When the head last knew how it is.
+};
+
+/// `waiting`, `streaming`, `silent` or `ended`.
+std::string_view to_string(HeadHealth::State state) noexcept;
+
+/// A source and its scanner: reads frames, scans them and gives the scans, frames and status to a
+/// bus. The bus hears of the head with its first frame, so that no file gives way to nothing.
+///
+/// Threads: `run` works on the caller's thread, `start` on one of the head's own; everything else
+/// may be called from any thread, `request_stop` and `reload` from a signal handler too.
+class Head {
+ public:
+  /// @param bus outlives the head.
+  Head(HeadParts parts, HeadOptions options, ScanBus& bus);
+  Head(const Head&) = delete;
+  Head& operator=(const Head&) = delete;
+  ~Head();  ///< Stops.
+
+  /// Until the source ends, a limit is reached or it is told to stop. What the scanner holds back
+  /// is given at the end. @throws Error what opening, `start` and the parts throw; with `reopens` a
+  /// source that is not there, or refuses, is waited for. A camera that was lost is closed on a
+  /// thread of its own, since it would be waited for for seconds (`FrameReport::is_lost`).
+  FrameReport run();
+
+  void start();
+  bool is_running() const noexcept;
+  /// Waits for the end of what `start` began. @throws as `run`.
+  FrameReport wait();
+
+  void request_stop() noexcept;
+
+  /// Makes the scanner anew before the next frame: model_reloaded, or model_refused and the old one
+  /// goes on.
+  void reload() noexcept;
+
+  HeadHealth health() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace striper

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/stream/head.hpp>
+
+namespace striper {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// How often a head says how it is: a person sees it at once, and it costs nothing.
+constexpr auto kTick = 100ms;
+constexpr auto kStep = 50ms;         // How late a stop may be noticed while waiting.
+constexpr auto kSilentAfter = 1s;    // The lowest usual rates are 5 a second.
+constexpr double kRateSpan_s = 1.0;  // Over which the rate is counted.
+
+// A camera that is not there, held or out of order may be there later; a wrong address never will.
+bool may_come(const Error& error) {
+  return error.kind() == ErrorKind::kNotFound || error.kind() == ErrorKind::kDevice ||
+         error.kind() == ErrorKind::kIo;
+}
+
+void add(FrameReport& sum, const FrameReport& one) {
+  sum.pictures += one.pictures;
+  sum.frames += one.frames;
+  sum.elapsed_s += one.elapsed_s;
+  sum.interrupted = one.interrupted;
+  sum.is_lost = one.is_lost;
+  sum.statistics.delivered += one.statistics.delivered;
+  sum.statistics.dropped += one.statistics.dropped;
+  sum.statistics.overrun += one.statistics.overrun;
+  sum.statistics.corrupt += one.statistics.corrupt;
+  sum.statistics.incomplete += one.statistics.incomplete;
+  sum.statistics.wrong_size += one.statistics.wrong_size;
+  sum.statistics.reconnects += one.statistics.reconnects;
+}
+
+}  // namespace
+
+std::string_view to_string(HeadHealth::State state) noexcept {
+  switch (state) {
+    case HeadHealth::State::kStreaming:
+      return "streaming";
+    case HeadHealth::State::kSilent:
+      return "silent";
+    case HeadHealth::State::kEnded:
+      return "ended";
+    case HeadHealth::State::kWaiting:
+      break;
+  }
+  return "waiting";
+}
+
+class Head::Impl {
+ public:
+  Impl(HeadParts parts, HeadOptions options, ScanBus& bus)
+      : parts_(std::move(parts)), options_(std::move(options)), bus_(bus) {
+    health_.time = Clock::now();
+  }
+
+  FrameReport run();
+  void start();
+  FrameReport wait();
+  HeadHealth health() const;
+
+  std::atomic<bool> should_stop = false;
+  std::atomic<bool> should_reload = false;
+  std::atomic<bool> is_running = false;
+  static_assert(std::atomic<bool>::is_always_lock_free, "set in signal handlers");
+
+ private:
+  bool is_told_to_stop() const {
+    return should_stop || (options_.should_stop && options_.should_stop());
+  }
+  std::unique_ptr<FrameSource> open_or_wait();
+  FrameReport read(std::unique_ptr<FrameSource> source);
+  void take(const Frame& frame, const FrameReader& reader);
+  void give(ScanSpan scans);
+  void announce();
+  void make_scanner();
+  void reload();
+  void tick(const FrameReport& report, bool is_frame);
+  void note(HeadHealth::State state);
+
+  HeadParts parts_;
+  HeadOptions options_;
+  ScanBus& bus_;
+
+  // Of the thread that runs.
+  SourceInfo source_;
+  FrameSource* open_source_ = nullptr;
+  std::optional<HeadScanner> scanner_;
+  bool is_announced_ = false;
+  bool was_awaited_ = false;
+  bool has_run_ = false;
+  Clock::time_point last_frame_;
+  Clock::time_point last_tick_;
+  Clock::time_point rate_since_;
+  std::uint64_t rate_pictures_ = 0;
+
+  mutable std::mutex mutex_;  // Guards what follows.
+  HeadHealth health_;
+
+  std::thread thread_;
+  FrameReport report_;
+  std::exception_ptr failure_;
+};
+
+FrameReport Head::Impl::run() {
+  FrameReport sum;
+  while (!is_told_to_stop()) {
+    std::unique_ptr<FrameSource> source = open_or_wait();
+    if (!source) break;
+    add(sum, read(std::move(source)));
+    if (!sum.is_lost || !options_.reopens) break;
+  }
+  note(HeadHealth::State::kEnded);
+  if (!is_told_to_stop() && !sum.is_lost)
+    options_.events.send({"source_ended", "the source has ended"});
+  sum.interrupted = is_told_to_stop();
+  return sum;
+}
+
+// Null where it was told to stop.
+std::unique_ptr<FrameSource> Head::Impl::open_or_wait() {
+  while (!is_told_to_stop()) {
+    note(HeadHealth::State::kWaiting);
+    try {
+      std::unique_ptr<FrameSource> source = parts_.open(options_.events);
+      source_ = source->info();
+      make_scanner();
+      return source;
+    } catch (const Error& error) {
+      if (!options_.reopens || !(has_run_ || may_come(error))) throw;
+      if (!std::exchange(was_awaited_, true)) {
+        options_.events.send({"source_waiting", error.what()});
+      }
+    }
+    const Clock::time_point next = Clock::now() + options_.retry_every;
+    while (!is_told_to_stop() && Clock::now() < next) std::this_thread::sleep_for(kStep);
+  }
+  return nullptr;
+}
+
+void Head::Impl::make_scanner() {
+  scanner_.reset();
+  scanner_.emplace(parts_.make_scanner(source_, options_.events));
+  is_announced_ = false;
+}
+
+FrameReport Head::Impl::read(std::unique_ptr<FrameSource> source) {
+  open_source_ = source.get();
+  last_frame_ = rate_since_ = Clock::now();
+  rate_pictures_ = 0;
+  FrameReading how{options_.limits, options_.events, [this] { return is_told_to_stop(); }, {}};
+  FrameReader* reading = nullptr;
+  how.on_wait = [&] {
+    if (should_reload.exchange(false)) reload();
+    tick(reading->report(), false);
+  };
+  FrameReader reader(*source, std::move(how));
+  reading = &reader;
+  const FrameReport report = reader.read([&](const Frame& frame) { take(frame, reader); });
+  give(scanner_->scanner.finish());
+  last_tick_ = {};
+  tick(report, false);
+  open_source_ = nullptr;
+  if (report.is_lost) {
+    if (options_.reopens && !std::exchange(was_awaited_, true)) {
+      options_.events.send({"source_waiting", "the camera was lost: it is waited for"});
+    }
+    std::thread([lost = std::move(source)]() mutable { lost.reset(); }).detach();
+  }
+  return report;
+}
+
+void Head::Impl::take(const Frame& frame, const FrameReader& reader) {
+  if (std::exchange(was_awaited_, false)) {
+    options_.events.send({"source_back", source_.description});
+  }
+  if (should_reload.exchange(false)) reload();
+  if (!is_announced_) announce();
+  if (parts_.before_scan) parts_.before_scan(frame);
+  bus_.write(frame);
+  give(scanner_->scanner.process(frame));
+  tick(reader.report(), true);
+}
+
+void Head::Impl::announce() {
+  is_announced_ = has_run_ = true;
+  bus_.open(head_info(options_.name, source_, scanner_->model, scanner_->axis));
+}
+
+void Head::Impl::give(ScanSpan scans) {
+  bus_.write(scans);
+  if (parts_.after_scan) parts_.after_scan(scans);
+}
+
+void Head::Impl::reload() {
+  try {
+    if (!parts_.remake_scanner) return;
+    HeadScanner fresh = parts_.remake_scanner(source_, options_.events);
+    give(scanner_->scanner.finish());
+    scanner_.emplace(std::move(fresh));
+    is_announced_ = false;
+    options_.events.send({"model_reloaded", "the model was read anew"});
+  } catch (const std::exception& error) {
+    options_.events.send(
+        {"model_refused", fmt::format("the model is used as it was before: {}", error.what())});
+  }
+}
+
+void Head::Impl::tick(const FrameReport& report, bool is_frame) {
+  const Clock::time_point now = Clock::now();
+  if (is_frame) last_frame_ = now;
+  if (now - last_tick_ < kTick) return;
+  last_tick_ = now;
+  ScannerStatus status = scanner_->scanner.status();
+  status.head = options_.name;
+  bus_.status(status);
+
+  const double span_s = std::chrono::duration<double>(now - rate_since_).count();
+  const std::lock_guard lock(mutex_);
+  if (span_s >= kRateSpan_s) {
+    health_.rate_hz = static_cast<double>(report.pictures - rate_pictures_) / span_s;
+    rate_since_ = now;
+    rate_pictures_ = report.pictures;
+  }
+  const bool is_silent = now - last_frame_ >= kSilentAfter;
+  health_.state = is_silent ? HeadHealth::State::kSilent : HeadHealth::State::kStreaming;
+  health_.read = report;
+  if (open_source_ != nullptr) health_.read.statistics = open_source_->statistics();
+  health_.scanner = std::move(status);
+  health_.time = now;
+}
+
+void Head::Impl::note(HeadHealth::State state) {
+  const std::lock_guard lock(mutex_);
+  health_.state = state;
+  health_.rate_hz = 0.0;
+  health_.time = Clock::now();
+}
+
+HeadHealth Head::Impl::health() const {
+  const std::lock_guard lock(mutex_);
+  return health_;
+}
+
+void Head::Impl::start() {
+  is_running = true;
+  thread_ = std::thread([this] {
+    try {
+      report_ = run();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    is_running = false;
+  });
+}
+
+FrameReport Head::Impl::wait() {
+  if (thread_.joinable()) thread_.join();
+  if (failure_) std::rethrow_exception(failure_);
+  return report_;
+}
+
+Head::Head(HeadParts parts, HeadOptions options, ScanBus& bus)
+    : impl_(std::make_unique<Impl>(std::move(parts), std::move(options), bus)) {}
+
+Head::~Head() {
+  request_stop();
+  try {
+    impl_->wait();
+  } catch (...) {  // NOLINT(bugprone-empty-catch): who wants to know has waited.
+  }
+}
+
+FrameReport Head::run() { return impl_->run(); }
+void Head::start() { impl_->start(); }
+bool Head::is_running() const noexcept { return impl_->is_running; }
+FrameReport Head::wait() { return impl_->wait(); }
+void Head::request_stop() noexcept { impl_->should_stop = true; }
+void Head::reload() noexcept { impl_->should_reload = true; }
+HeadHealth Head::health() const { return impl_->health(); }
+
+}  // namespace striper

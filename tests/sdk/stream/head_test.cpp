@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that a head gives what its scanner makes of its source, waits for a source and opens a
+// lost one again, each said once and in order, and takes up a new model or keeps the old one. Real
+// cameras that come and go are in tests/end_to_end/serve_test.py.
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <striper/core/error.hpp>
+#include <striper/geometry/triangulator.hpp>
+#include <striper/stream/head.hpp>
+
+#include "support/error_of.hpp"
+#include "support/models.hpp"
+#include "support/sinks.hpp"
+#include "support/synthetic_stripe.hpp"
+
+namespace striper {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+
+Frame picture_of_wall() {
+  testing::SyntheticStripe stripe;
+  stripe.lines = 640;
+  stripe.length = 480;
+  const double row = Triangulator(testing::paper_model(), 0).project(2.0, 0.0).pixel.y();
+  stripe.position = [row](int) { return row; };
+  Frame frame;
+  frame.image = testing::render(stripe).lit;
+  frame.sensor_size = frame.image.size();
+  return frame;
+}
+
+// Gives so many frames, then ends: as a file does, or as a camera that is lost. A camera that is
+// silent gives none and times out.
+class FakeSource : public FrameSource {
+ public:
+  FakeSource(std::uint64_t frames, bool is_live) : frames_(frames), is_live_(is_live) {}
+
+  SourceInfo info() const override {
+    SourceInfo info;
+    info.uri = "images:fake";
+    info.description = "a fake source";
+    info.image_size = info.sensor_size = {640, 480};
+    info.is_live = is_live_;
+    info.cadence = Cadence::parse("0");
+    return info;
+  }
+  void start() override {}
+  NextStatus next(Frame& frame, std::chrono::milliseconds timeout) override {
+    if (frames_ == kSilent) {
+      std::this_thread::sleep_for(std::min<std::chrono::milliseconds>(timeout, 5ms));
+      return NextStatus::kTimeout;
+    }
+    if (given_ == frames_) return NextStatus::kEnd;
+    frame = frame_;
+    frame.sequence = given_++;
+    return NextStatus::kFrame;
+  }
+  void stop() override {}
+  SourceStatistics statistics() const override {
+    SourceStatistics statistics;
+    statistics.delivered = given_;
+    return statistics;
+  }
+
+  static constexpr std::uint64_t kSilent = ~std::uint64_t{0};
+
+ private:
+  std::uint64_t frames_;
+  bool is_live_;
+  std::uint64_t given_ = 0;
+  Frame frame_ = picture_of_wall();
+};
+
+// A head with a fake source, one sink that keeps the scans, and what was said.
+class HeadTest : public ::testing::Test {
+ protected:
+  HeadTest() {
+    parts_.open = [this](const EventPort&) { return open_(); };
+    parts_.make_scanner =
+        parts_.remake_scanner = [this](const SourceInfo& source, const EventPort& port) {
+          return make_scanner(source, port);
+        };
+    options_.retry_every = 1ms;
+    options_.events =
+        EventPort([this](const Event& event) { said_.emplace_back(event.code.word()); });
+    bus_.add("keep", std::make_unique<testing::SinkThat>(
+                         [this](const PolarScan& scan) { heads_.emplace_back(scan.head()); }));
+  }
+
+  HeadScanner make_scanner(const SourceInfo& source, const EventPort& port) {
+    if (is_model_bad_) throw Error(ErrorKind::kBadFile, "the model is broken");
+    ScannerOptions options = ScannerOptions::for_model(*model_);
+    options.head = options_.name;
+    options.events = port;
+    options.stripe.method = ExtractMethod::kPaper;
+    options.ambient.cadence = source.cadence;
+    return {Scanner(*model_, options), model_, StripeAxis::kColumns};
+  }
+
+  static std::unique_ptr<FrameSource> file(std::uint64_t frames) {
+    return std::make_unique<FakeSource>(frames, false);
+  }
+  static std::unique_ptr<FrameSource> camera(std::uint64_t frames) {
+    return std::make_unique<FakeSource>(frames, true);
+  }
+
+  std::function<std::unique_ptr<FrameSource>()> open_ = [] { return file(5); };
+  std::shared_ptr<const StriperModel> model_ =
+      std::make_shared<const StriperModel>(testing::paper_model());
+  std::atomic<bool> is_model_bad_ = false;
+  HeadParts parts_;
+  HeadOptions options_;
+  std::vector<std::string> said_;
+  std::vector<std::string> heads_;
+  ScanBus bus_;
+};
+
+TEST_F(HeadTest, GivesEveryScanOfASourceToItsEnd) {
+  options_.name = "left";
+  Head head(parts_, options_, bus_);
+  const FrameReport report = head.run();
+  bus_.finish();
+  EXPECT_EQ(report.frames, 5U);
+  EXPECT_FALSE(report.has_failed());
+  EXPECT_EQ(heads_, std::vector<std::string>(5, "left"));
+  EXPECT_THAT(said_, ElementsAre("source_opened", "source_ended"));
+  EXPECT_EQ(head.health().state, HeadHealth::State::kEnded);
+  EXPECT_EQ(head.health().scanner.head, "left");
+  EXPECT_EQ(head.health().scanner.counts.scans, 5U);
+}
+
+TEST_F(HeadTest, KeepsToItsLimits) {
+  options_.limits.pictures = 3;
+  EXPECT_EQ(Head(parts_, options_, bus_).run().pictures, 3U);
+}
+
+TEST_F(HeadTest, WatchersSeeFramesBeforeTheirScans) {
+  std::string seen;
+  parts_.before_scan = [&](const Frame&) { seen += 'f'; };
+  parts_.after_scan = [&](ScanSpan scans) { seen += std::to_string(scans.size()); };
+  Head(parts_, options_, bus_).run();
+  EXPECT_EQ(seen, "f1f1f1f1f10");
+}
+
+TEST_F(HeadTest, SourceThatIsNotThereIsAnErrorWhereNobodyWaits) {
+  open_ = []() -> std::unique_ptr<FrameSource> { throw Error(ErrorKind::kNotFound, "no camera"); };
+  Head head(parts_, options_, bus_);
+  EXPECT_EQ(testing::error_of([&] { head.run(); }).kind(), ErrorKind::kNotFound);
+}
+
+TEST_F(HeadTest, WaitsForASourceThatIsNotThereYet) {
+  int tries = 0;
+  open_ = [&]() -> std::unique_ptr<FrameSource> {
+    if (++tries < 4) throw Error(ErrorKind::kNotFound, "no camera");
+    return file(2);
+  };
+  options_.reopens = true;
+  EXPECT_EQ(Head(parts_, options_, bus_).run().frames, 2U);
+  EXPECT_THAT(said_, ElementsAre("source_waiting", "source_opened", "source_back", "source_ended"));
+}
+
+TEST_F(HeadTest, WrongAddressIsNotWaitedFor) {
+  open_ = []() -> std::unique_ptr<FrameSource> { throw Error(ErrorKind::kUsage, "no such key"); };
+  options_.reopens = true;
+  Head head(parts_, options_, bus_);
+  EXPECT_EQ(testing::error_of([&] { head.run(); }).kind(), ErrorKind::kUsage);
+}
+
+TEST_F(HeadTest, OpensALostCameraAgain) {
+  int opened = 0;
+  open_ = [&]() -> std::unique_ptr<FrameSource> {
+    if (++opened == 2) throw Error(ErrorKind::kDevice, "it is off");
+    return opened < 4 ? camera(3) : file(1);
+  };
+  options_.reopens = true;
+  const FrameReport report = Head(parts_, options_, bus_).run();
+  bus_.finish();
+  EXPECT_EQ(report.frames, 7U);
+  EXPECT_FALSE(report.is_lost);
+  EXPECT_EQ(heads_.size(), 7U);
+  EXPECT_THAT(said_, ElementsAre("source_opened", "source_waiting", "source_opened", "source_back",
+                                 "source_waiting", "source_opened", "source_back", "source_ended"));
+}
+
+TEST_F(HeadTest, LostCameraEndsItWhereNobodyWaits) {
+  open_ = [] { return camera(3); };
+  EXPECT_TRUE(Head(parts_, options_, bus_).run().is_lost);
+}
+
+TEST_F(HeadTest, StopsWhileItWaitsAndWhileItReads) {
+  options_.reopens = true;
+  for (const bool is_there : {false, true}) {
+    open_ = [&]() -> std::unique_ptr<FrameSource> {
+      if (!is_there) throw Error(ErrorKind::kNotFound, "no camera");
+      return camera(FakeSource::kSilent);
+    };
+    Head head(parts_, options_, bus_);
+    head.start();
+    std::this_thread::sleep_for(20ms);
+    EXPECT_TRUE(head.is_running());
+    head.request_stop();
+    EXPECT_TRUE(head.wait().interrupted);
+    EXPECT_FALSE(head.is_running());
+  }
+}
+
+TEST_F(HeadTest, ThreadsErrorsComeToWhoWaits) {
+  is_model_bad_ = true;
+  Head head(parts_, options_, bus_);
+  head.start();
+  EXPECT_EQ(testing::error_of([&] { head.wait(); }).kind(), ErrorKind::kBadFile);
+}
+
+TEST_F(HeadTest, TakesUpANewModelOrKeepsTheOldOne) {
+  open_ = [] { return camera(FakeSource::kSilent); };
+  Head head(parts_, options_, bus_);
+  head.start();
+  const auto reload = [&](bool is_bad) {
+    is_model_bad_ = is_bad;
+    head.reload();
+    std::this_thread::sleep_for(150ms);
+  };
+  std::this_thread::sleep_for(20ms);
+  reload(true);
+  reload(false);
+  head.request_stop();
+  head.wait();
+  EXPECT_THAT(said_, ElementsAre("source_opened", "model_refused", "model_reloaded"));
+}
+
+TEST_F(HeadTest, BusHearsOfItWithItsFirstFrame) {
+  class NotingSink : public ScanSink {
+   public:
+    explicit NotingSink(int& opened) : opened_(opened) {}
+    void open(const HeadInfo& head) override {
+      ++opened_;
+      EXPECT_EQ(head.frames.at(0)->frame_id, "striper_scan0");
+      EXPECT_EQ(head.source.description, "a fake source");
+    }
+
+   private:
+    int& opened_;
+  };
+  for (const std::uint64_t frames : {0U, 2U}) {
+    int opened = 0;
+    ScanBus bus;
+    bus.add("note", std::make_unique<NotingSink>(opened));
+    open_ = [&] { return file(frames); };
+    Head(parts_, options_, bus).run();
+    bus.finish();
+    EXPECT_EQ(opened, frames > 0 ? 1 : 0);
+  }
+}
+
+}  // namespace
+}  // namespace striper
