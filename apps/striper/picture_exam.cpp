@@ -24,6 +24,10 @@ constexpr double kWidthOfSigma = 2.3548;  // The same of a Gaussian.
 constexpr double kMost = 0.5;
 constexpr double kNextLine_px = 3.0;  // A stripe is no further from where it was in the last line.
 constexpr double kOtherAxis = 0.2;    // So much more goes on along the other axis.
+// What goes on from side to side there, and hardly at all here, is the stripe: a step in the ground
+// turns a tenth of one that runs along rows.
+constexpr double kFromSideToSide = 0.9;
+constexpr double kHardly = 0.25;
 
 double part(std::uint64_t of, std::uint64_t all) {
   return static_cast<double>(of) / static_cast<double>(std::max<std::uint64_t>(all, 1));
@@ -216,8 +220,9 @@ void PictureExam::conclude_light(std::vector<Event>& findings) const {
 // A lamp post does so too where the stripe does not reach from side to side.
 void PictureExam::conclude_axis(std::vector<Event>& findings) const {
   if (across_.part() < along_.part() + kOtherAxis) return;
+  const bool is_there = across_.part() >= kFromSideToSide && along_.part() < kHardly;
   findings.push_back(
-      {Severity::kWarning, "other_axis",
+      {is_there ? Severity::kError : Severity::kWarning, "other_axis",
        fmt::format("what goes on from line to line runs along the other axis: in {:.0f} % of the "
                    "{}, and in {:.0f} % of the {}",
                    100.0 * across_.part(), across_.lines(), 100.0 * along_.part(), along_.lines()),

@@ -39,7 +39,7 @@ class Rooms(LaserOff):
         return "sim:" + self.write(name, text) + "?frames=4&laser=0"
 
     def test_rooms(self):
-        for scene in ("room.yaml", "wall.yaml"):
+        for scene in ("room.yaml", "wall.yaml", "curb.yaml"):
             with self.subTest(scene=scene):
                 self.check_capture(self.without_laser(scene))
                 self.check_doctor(self.without_laser(scene))

@@ -503,7 +503,10 @@ void ProfileExtractor::mark_outliers(Stripe& stripe) const {
     sure += static_cast<std::size_t>(stripe.confidence[i] >= kSure);
   }
   const double least_sure = choice_.is_plain() ? 0.0 : kLeastSure * chunks_.lines();
-  stripe.is_seen = good > 0 && static_cast<double>(sure) >= least_sure;
+  // A faint stripe that is followed goes on where no line alone shows it.
+  const bool is_followed = options_.peak == PeakRule::kContinuous;
+  const bool is_scattered = choice_.is_scattered() && !is_followed;
+  stripe.is_seen = good > 0 && static_cast<double>(sure) >= least_sure && !is_scattered;
   if (stripe.is_seen) return;
   for (ReturnStatus& status : stripe.status) {
     if (status == ReturnStatus::kOk) status = ReturnStatus::kOutlier;

@@ -15,8 +15,6 @@ struct SegmentOptions {
   /// scans, 1e-6 to .1. Sets the penalty of a piece.
   double false_split_rate = 1e-3;
 
-  bool find_arcs = false;  ///< Whether pieces may be circular arcs too.
-
   /// Whether a surface may be rougher than the error bars say; its texture is then estimated.
   bool estimate_texture = true;
 

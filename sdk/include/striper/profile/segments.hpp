@@ -29,28 +29,18 @@ struct ScanLine {
   double offset_variance_m2(const Eigen::Vector2d& p_scan) const;
 };
 
-/// A circle of the scan plane.
-struct ScanCircle {
-  Eigen::Vector2d centre_m = Eigen::Vector2d::Zero();
-  double radius_m = 0.0;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< Of x, y, radius: random error alone.
-};
-
-enum class PieceKind { kStraight, kArc };
-
-/// A run of returns on one line or arc. Doubtful and missing returns in between belong to no piece.
+/// A run of returns on one straight line. Doubtful and missing returns in between belong to no
+/// piece.
 struct Piece {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-  PieceKind kind = PieceKind::kStraight;
   bool is_rough = false;  ///< Scatters by more than noise and texture; `scale` is then its own.
 
   std::size_t first = 0;  ///< Of the scan's returns.
   std::size_t last = 0;   ///< Included.
   int points = 0;
 
-  ScanLine line;      ///< Of an arc: its chord's direction, by the same fit.
-  ScanCircle circle;  ///< Of an arc.
+  ScanLine line;
 
   /// Where the surface begins and ends, scan frame: at a corner the corner; at an edge half a
   /// column's spacing beyond the outermost return, for there it is somewhere in between.
@@ -92,13 +82,13 @@ struct Segmentation {
   double penalty = 0.0;               ///< What a piece had to gain.
 };
 
-/// Finds the straight (by option circular) pieces of scans by their likelihood under each return's
+/// Finds the straight pieces of scans by their likelihood under each return's
 /// own sigma.
 ///
 /// In 1/range a straight line is linear and a striper's noise Gaussian, so a piece's chi2 comes
 /// from six sums; the best of all ways to cut is found exactly (src/profile/partition.hpp). Speckle
-/// is left out before. Calibration errors move all returns together and are not in any figure here
-/// (profile/calibration_shifts.hpp). Sigmas have to be right: returns without one are not used.
+/// is left out before. Calibration errors move all returns together and are not in any figure here.
+/// Sigmas have to be right: returns without one are not used.
 ///
 /// About 450 us for 640 returns, measured on a busy machine; no allocation after the first scans.
 /// Not thread-safe.

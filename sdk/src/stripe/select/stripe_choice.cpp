@@ -16,6 +16,8 @@ constexpr double kNearlyAll = 0.9;
 // ones, .13 and more on wood and paper with print.
 constexpr float kBareClutter = 0.1F;
 constexpr float kEvenLevel = 0.06F;
+// A plain frame whose pieces cover less (kCoverage) has no stripe: .001 of a kerb's own edges.
+constexpr float kLeastCoverage = 0.005F;
 constexpr double kMostlyWeak = 0.7;
 constexpr double kFewClear = 0.3;
 // Or what is like a stripe covers so much, and there is hardly anything else: as kCoverage,
@@ -49,6 +51,8 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
   context_ = context;
   traits_.sum_up(pieces_, context);
   is_plain_ = context.is_subtracted || context.is_by_itself || (!context.is_hidden && is_orderly());
+  const bool has_background = !context.is_subtracted && !context.is_by_itself;
+  is_scattered_ = is_plain_ && has_background && traits_.coverage() < kLeastCoverage;
   if (is_plain_) {
     choose_highest();
     return;

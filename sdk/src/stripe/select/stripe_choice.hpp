@@ -34,6 +34,11 @@ class StripeChoice {
   /// stripe, with the probability that it is no noise.
   bool is_plain() const noexcept { return is_plain_; }
 
+  /// Whether what a plain frame shows hardly anywhere goes on from line to line: what is left of
+  /// the background's edges. Never where a dark exposure is subtracted, or lines tell by
+  /// themselves.
+  bool is_scattered() const noexcept { return is_scattered_; }
+
   const StripePieces& pieces() const noexcept { return pieces_; }
   const Chosen& of_line(int line) const noexcept { return chosen_[static_cast<std::size_t>(line)]; }
 
@@ -84,6 +89,7 @@ class StripeChoice {
   PieceTraits traits_;
   ChoiceContext context_;
   bool is_plain_ = false;
+  bool is_scattered_ = false;
   StripeMean stripe_;
   std::vector<PieceOdds> piece_odds_;
   std::vector<std::int32_t> next_;                // Candidate after each in its piece; -1: none.
