@@ -5,7 +5,7 @@
 packages_to_build=(
   g++ cmake ninja-build ccache pkg-config
   libopencv-dev libeigen3-dev libhwy-dev libyaml-cpp-dev libfmt-dev libcli11-dev nlohmann-json3-dev
-  libjpeg-dev libpng-dev libtiff-dev libceres-dev
+  libjpeg-dev libpng-dev libtiff-dev libceres-dev zlib1g-dev libzstd-dev liblz4-dev
   libaravis-dev libusb-1.0-0-dev
 )
 packages_to_test=(

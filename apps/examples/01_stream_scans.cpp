@@ -7,7 +7,7 @@
 #include <striper/model/model_yaml.hpp>
 #include <striper/pipeline/scanner.hpp>
 
-void print(std::span<const striper::PolarScan> scans) {
+void print(striper::ScanSpan scans) {
   for (const striper::PolarScan& scan : scans) {
     for (const striper::Return& point : scan.returns) {
       if (point.status != striper::ReturnStatus::kOk) continue;

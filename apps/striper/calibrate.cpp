@@ -230,7 +230,7 @@ void say_look(std::size_t laser, const StripeLook& look) {
 }
 
 void say_result(const Calibration& calibration) {
-  for (const Finding& finding : calibration.findings)
+  for (const Event& finding : calibration.findings)
     say(fmt::format("{}: {}\n    {}", to_string(finding.severity), finding.message,
                     finding.advice));
   const BoardDistances boards = calibration.board_distances();
@@ -290,9 +290,9 @@ nlohmann::json summarize(const Calibration& calibration, const std::string& outp
     summary["recipes"] = recipes_of(calibration);
   }
   summary["findings"] = nlohmann::json::array();
-  for (const Finding& finding : calibration.findings)
+  for (const Event& finding : calibration.findings)
     summary["findings"].push_back({{"severity", to_string(finding.severity)},
-                                   {"code", finding.code},
+                                   {"code", finding.code.word()},
                                    {"message", finding.message},
                                    {"advice", finding.advice}});
   for (const auto& laser : calibration.range_sigmas) {

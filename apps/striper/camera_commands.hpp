@@ -5,8 +5,7 @@
 
 namespace striper::program {
 
-// The subcommands that are there only where GigE Vision cameras can be opened (Aravis).
-void add_doctor(CLI::App& striper, Action& action);
+// The subcommand that is there only where GigE Vision cameras can be opened (Aravis).
 void add_virtual_camera(CLI::App& striper, Action& action);
 
 }  // namespace striper::program

@@ -2,8 +2,6 @@
 // striper capture: from a source of pictures to polar scans as CSV.
 #include <algorithm>
 #include <optional>
-#include <span>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +21,7 @@
 #include "stripe_watch.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
+#include "terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -74,16 +73,9 @@ void define(CLI::App& command, CaptureArguments& arguments) {
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
 nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
                          const StripeWatch& watch, const ReturnCounts& returns, std::uint64_t lines,
-                         const std::string& output) {
+                         const std::string& output, const TerminalEvents& events) {
   nlohmann::json summary = to_json(result);
   summary["output"] = output;
   summary["lines"] = lines;
@@ -92,7 +84,9 @@ nlohmann::json summarize(const FrameLoopResult& result, const Scanner& scanner,
   summary["refused"] = scanner.statistics().refused;
   watch.add_to(summary);
   summary["returns"] = returns.to_json();
-  summary["decisions"] = lines_of(scanner.decisions());
+  summary["decisions"] = decisions(scanner.status().ambient);
+  summary["status"] = to_json(scanner.status());
+  summary["events"] = to_json(events.heard());
   return summary;
 }
 
@@ -108,18 +102,22 @@ std::uint64_t misfits(const FrameLoopResult& result, const Scanner& scanner) {
 bool do_dark_exposures_matter(const CaptureArguments& arguments, const SourceInfo& source,
                               const Scanner& scanner, const ReturnCounts& returns) {
   constexpr double kMostIsFound = 0.5;  // Of the lines: half a view may show no stripe.
-  const bool is_asked = arguments.scanner.ambient || source.cadence.has_dark();
+  const bool is_asked = arguments.scanner.has("ambient") || source.cadence.has_dark();
   const bool is_found = static_cast<double>(returns.of(ReturnStatus::kOk)) >=
                         kMostIsFound * static_cast<double>(returns.total());
   return is_asked || scanner.statistics().dark > 0 || !is_found;
 }
 
-// The channel is the first decision; what is wrong was warned of.
-void say_decisions(const Scanner& scanner, bool do_dark_exposures_matter) {
-  bool is_first = true;
-  for (const std::string& line : lines_of(scanner.decisions())) {
-    if ((is_first || do_dark_exposures_matter) && !was_warned_of(line)) say("decided: " + line);
-    is_first = false;
+// The channel is the first decision.
+void say_decisions(const Scanner& scanner, const TerminalEvents& events,
+                   bool do_dark_exposures_matter) {
+  std::vector<std::string> lines = decisions(scanner.status().ambient);
+  if (!do_dark_exposures_matter && lines.size() > 1) lines.resize(1);
+  for (const std::string& line : lines) say("decided: " + line);
+  if (!do_dark_exposures_matter) return;
+  for (const Event& event : events.heard()) {
+    const bool is_of_dark = event.code == EventCode("no_dark_exposure");
+    if (is_of_dark && event.severity == Severity::kInfo) say(sentence(event));
   }
 }
 
@@ -140,16 +138,6 @@ void say_summary(const FrameLoopResult& result, const Scanner& scanner, const Re
   }
 }
 
-// The source's own bad frames have been reported; these fit the stream and not the model.
-void say_refusal(const Frame& frame, const Scanner& scanner, std::uint64_t refused_before) {
-  constexpr std::uint64_t kRefusalsSaid = 10;
-  const std::uint64_t refused = scanner.statistics().refused;
-  const bool is_new = refused > refused_before && refused <= kRefusalsSaid;
-  if (is_new && frame.status == FrameStatus::kOk) {
-    say(fmt::format("frame {}: {}", frame.sequence, scanner.last_refusal()));
-  }
-}
-
 bool is_standard_output(const std::string& path) {
   struct stat file {};
   struct stat standard {};
@@ -165,8 +153,9 @@ ExitCode capture(const CaptureArguments& arguments) {
   }
   require_replaceable_by_scans(arguments.output);
   if (arguments.output == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
-  auto source = open_source(arguments.source);
-  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info());
+  const TerminalEvents events({"no_stripe", "stripe_seen"});  // StripeWatch says more.
+  auto source = open_source(arguments.source, events.port());
+  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info(), events.port());
   Scanner scanner = make_scanner(setup);
   StripeWatch watch(arguments.scanner, setup);
   CsvOptions csv = arguments.csv;
@@ -174,7 +163,7 @@ ExitCode capture(const CaptureArguments& arguments) {
   std::optional<CsvSink> sink;  // From the first picture on: no old file gives way to nothing.
 
   ReturnCounts returns;
-  const auto keep = [&](std::span<const PolarScan> scans) {
+  const auto keep = [&](ScanSpan scans) {
     watch.look_at(scans);
     for (const PolarScan& scan : scans) {
       sink->write(scan);
@@ -183,20 +172,19 @@ ExitCode capture(const CaptureArguments& arguments) {
   };
   const FrameLoopResult result = read_frames(*source, arguments.limits, [&](const Frame& frame) {
     if (!sink) sink.emplace(arguments.output, csv);
-    const std::uint64_t refused_before = scanner.statistics().refused;
     watch.keep(frame);
     keep(scanner.process(frame));
-    say_refusal(frame, scanner, refused_before);
   });
   keep(scanner.finish());
   if (sink) sink->close();
   const std::uint64_t lines = sink ? sink->lines() : 0;
 
   say_summary(result, scanner, returns, lines, arguments.output);
-  say_decisions(scanner, do_dark_exposures_matter(arguments, source->info(), scanner, returns));
+  say_decisions(scanner, events,
+                do_dark_exposures_matter(arguments, source->info(), scanner, returns));
   watch.conclude();
   if (arguments.json) {
-    print_json(summarize(result, scanner, watch, returns, lines, arguments.output));
+    print_json(summarize(result, scanner, watch, returns, lines, arguments.output, events));
   }
   let_go(std::move(source), result);
   const bool is_clean = !result.has_failed() && misfits(result, scanner) == 0;

@@ -26,13 +26,16 @@ void add_capture(CLI::App& striper, Action& action);
 void add_record(CLI::App& striper, Action& action);
 void add_calibrate(CLI::App& striper, Action& action);
 void add_verify(CLI::App& striper, Action& action);
+void add_why(CLI::App& striper, Action& action);
 void add_noise(CLI::App& striper, Action& action);
 void add_board(CLI::App& striper, Action& action);
 void add_diff(CLI::App& striper, Action& action);
+void add_compare(CLI::App& striper, Action& action);
 void add_design(CLI::App& striper, Action& action);
 void add_eyesafe(CLI::App& striper, Action& action);
 void add_simulate(CLI::App& striper, Action& action);
 void add_devices(CLI::App& striper, Action& action);
 void add_bench(CLI::App& striper, Action& action);
+void add_doctor(CLI::App& striper, Action& action);
 
 }  // namespace striper::program

@@ -19,6 +19,7 @@
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
+#include "terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -293,7 +294,7 @@ nlohmann::json to_json(const SyncReport& report) {
 }
 
 ExitCode check(const DevicesArguments& arguments) {
-  const auto source = open_source(arguments.check_sync);
+  const auto source = open_source(arguments.check_sync, TerminalEvents().port());
   if (!arguments.json) say(source->info().description);
   const SyncReport report =
       striper::check_sync(*source, {arguments.seconds, [] { return stop_requested(); },

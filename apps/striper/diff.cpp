@@ -13,6 +13,7 @@
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
+#include "terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -86,9 +87,10 @@ nlohmann::json to_json(const ModelDifference& difference) {
 }
 
 ExitCode compare(const DiffArguments& arguments) {
+  const EventPort events = TerminalEvents().port();
   const ModelDifference difference =
-      compare_models(load_model(arguments.first), load_model(arguments.second), arguments.laser,
-                     arguments.farthest_m);
+      compare_models(load_model(arguments.first, events), load_model(arguments.second, events),
+                     arguments.laser, arguments.farthest_m);
   if (difference.pixels.empty())
     throw Error(
         ErrorKind::kBadValue,

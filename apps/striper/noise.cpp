@@ -20,6 +20,7 @@
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
+#include "terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -135,7 +136,7 @@ class DarkPictures {
 template <typename OnPicture>
 void read_dark(const std::string& uri, const NoiseArguments& arguments,
                const std::optional<StriperModel>& model, const OnPicture& on_picture) {
-  const auto source = open_source(uri);
+  const auto source = open_source(uri, TerminalEvents().port());
   FrameLimits limits = arguments.limits;
   if (!limits.pictures && !limits.seconds) limits.pictures = kPictures;
   DarkPictures pictures(source->info(), model ? model->channel : Channel::kAuto,
@@ -214,7 +215,7 @@ void report(const NoiseArguments& arguments, const PhotonTransferFit& fit, bool 
 ExitCode noise(const NoiseArguments& arguments) {
   std::optional<StriperModel> model;
   if (arguments.model) {
-    model = load_model(*arguments.model);
+    model = load_model(*arguments.model, TerminalEvents().port());
     require_writable(arguments.out.value_or(*arguments.model));
   }
   if (arguments.black_dn && !(*arguments.black_dn >= 0.0 && std::isfinite(*arguments.black_dn))) {

@@ -6,14 +6,15 @@
 #include <string>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <opencv2/core.hpp>
 
 #include <striper/core/robust.hpp>
 
+#include "terminal_events.hpp"
+
 namespace striper::program {
 namespace {
-
-using Severity = Diagnosis::Severity;
 
 constexpr double kOverexposed = 0.02;     // Of the pixels, the stripe's own apart.
 constexpr double kSeenAtLeast = 0.1;      // Of the exposures: the view may be empty for a while.
@@ -34,6 +35,7 @@ AmbientOptions ambient_options(const ScannerOptions& options) {
   AmbientOptions ambient = options.ambient;
   ambient.axis = options.stripe.axis;
   ambient.noise = options.stripe.noise;
+  ambient.events = options.events;
   return ambient;
 }
 
@@ -69,19 +71,6 @@ std::uint64_t clipped_at(const cv::Mat& clipped, const Stripe& stripe, std::size
   while (is_clipped(first - 1)) --first;
   while (is_clipped(last + 1)) ++last;
   return static_cast<std::uint64_t>(last - first + 1);
-}
-
-// "channel green, cadence 0,dark (found), ambient fields": what else was decided is a warning.
-std::string choices_of(const std::string& decisions) {
-  constexpr int kChoices = 3;
-  std::string text;
-  std::size_t from = 0;
-  for (int line = 0; line < kChoices && from < decisions.size(); ++line) {
-    const std::size_t to = decisions.find('\n', from);
-    text += (line == 0 ? "" : ", ") + decisions.substr(from, to - from);
-    from = to + 1;
-  }
-  return text;
 }
 
 }  // namespace
@@ -166,17 +155,18 @@ double PictureExam::Continuity::part() const noexcept {
 
 const char* PictureExam::Continuity::lines() const noexcept { return lines_of(stripe_); }
 
-void PictureExam::conclude(std::vector<Diagnosis>& findings) {
+void PictureExam::conclude(std::vector<Event>& findings) {
   ambient_.finish();
   look_at_lit_exposures();
   if (frames_ == 0) return;
   if (exposures_ == 0) {
-    findings.push_back({Severity::kBad, fmt::format("none of {} frames could be scanned", frames_),
+    findings.push_back({"picture_unlit", fmt::format("none of {} frames could be scanned", frames_),
                         "the laser lights none of them, or none beside a dark one: what laser= "
                         "says is not what the laser does"});
     return;
   }
-  findings.push_back({Severity::kGood, choices_of(ambient_.decisions()), ""});
+  findings.push_back(
+      {"pattern_found", fmt::format("{}", fmt::join(decisions(ambient_.status()), ", "))});
   conclude_light(findings);
   if (!has_stripe()) {
     const auto there = best_sighting(kept_.frames(), options_);
@@ -197,38 +187,37 @@ bool PictureExam::has_stripe() const noexcept {
 }
 
 void PictureExam::conclude_stripe_elsewhere(const StripeSighting& there,
-                                            std::vector<Diagnosis>& findings) const {
+                                            std::vector<Event>& findings) const {
   const std::string options = options_for(there, options_);
   const std::string tried =
       fmt::format("no laser stripe along {} in channel {}, but {}", to_string(options_.stripe.axis),
                   to_string(options_.ambient.channel), describe(there));
   if (options.empty()) {
-    findings.push_back({Severity::kBad, tried + ", where the model has none",
+    findings.push_back({"not_in_the_plane", tried + ", where the model has none",
                         "the model is of another striper, or camera or laser were moved: calibrate "
-                        "it anew",
-                        "not_in_the_plane"});
+                        "it anew"});
     return;
   }
-  findings.push_back({Severity::kBad, tried,
-                      fmt::format("say {}, and in the model stripe: {{axis: {}, channel: {}}}",
-                                  options, to_string(there.axis), to_string(there.channel)),
-                      there.axis != options_.stripe.axis ? "other_axis" : "other_channel"});
+  const bool is_other_axis = there.axis != options_.stripe.axis;
+  findings.emplace_back(is_other_axis ? EventCode("other_axis") : EventCode("other_channel"), tried,
+                        fmt::format("say {}, and in the model stripe: {{axis: {}, channel: {}}}",
+                                    options, to_string(there.axis), to_string(there.channel)));
 }
 
-void PictureExam::conclude_light(std::vector<Diagnosis>& findings) const {
+void PictureExam::conclude_light(std::vector<Event>& findings) const {
   if (!is_overexposed()) return;
   findings.push_back(
-      {Severity::kBad,
+      {"picture_overexposed",
        fmt::format("{:.0f} % of the pixels are saturated", 100.0 * part(clipped_pixels_, pixels_)),
        "exposure too long or too much daylight: shorten exposure_us, close the "
        "iris, fit the band-pass filter"});
 }
 
 // A lamp post does so too where the stripe does not reach from side to side.
-void PictureExam::conclude_axis(std::vector<Diagnosis>& findings) const {
+void PictureExam::conclude_axis(std::vector<Event>& findings) const {
   if (across_.part() < along_.part() + kOtherAxis) return;
   findings.push_back(
-      {Severity::kDoubtful,
+      {Severity::kWarning, "other_axis",
        fmt::format("what goes on from line to line runs along the other axis: in {:.0f} % of the "
                    "{}, and in {:.0f} % of the {}",
                    100.0 * across_.part(), across_.lines(), 100.0 * along_.part(), along_.lines()),
@@ -236,30 +225,27 @@ void PictureExam::conclude_axis(std::vector<Diagnosis>& findings) const {
                    across_.lines())});
 }
 
-void PictureExam::conclude_stripe(std::vector<Diagnosis>& findings) const {
+void PictureExam::conclude_stripe(std::vector<Event>& findings) const {
   const std::uint64_t found = widths_px_.size();
-  findings.push_back({Severity::kGood,
-                      fmt::format("a stripe in {:.0f} % of the {}", 100.0 * part(found, lines_),
-                                  lines_of(stripe_)),
-                      ""});
+  findings.push_back({"stripe_seen", fmt::format("a stripe in {:.0f} % of the {}",
+                                                 100.0 * part(found, lines_), lines_of(stripe_))});
   const double height = median(heights_dn_) / full_scale_dn_;
   if (height < kFaint) {
     findings.push_back(
-        {Severity::kDoubtful,
-         fmt::format("the stripe is faint: {:.0f} % of full scale", 100.0 * height),
+        {"stripe_faint", fmt::format("the stripe is faint: {:.0f} % of full scale", 100.0 * height),
          "exposure too short for this laser: lengthen exposure_us (not beyond its pulse), open "
          "the iris, or raise gain"});
   }
   const double width_px = median(widths_px_);
   if (width_px > kBlurred_px) {
     findings.push_back(
-        {Severity::kDoubtful,
+        {"stripe_wide",
          fmt::format("the stripe is {:.1f} pixels wide at half its height", width_px),
          "out of focus: turn the lens' ring until it is 2 to 4, then lock it; or "
          "the laser's own focus"});
   }
   if (part(clipped_peaks_, found) > kMost && !is_overexposed()) {
-    findings.push_back({Severity::kDoubtful,
+    findings.push_back({Severity::kWarning, "stripe_saturated",
                         fmt::format("the stripe is saturated in {:.0f} % of its {}",
                                     100.0 * part(clipped_peaks_, found), lines_of(stripe_)),
                         "fine for ranges while it is narrow; shorten exposure_us to see less of "
@@ -268,39 +254,37 @@ void PictureExam::conclude_stripe(std::vector<Diagnosis>& findings) const {
   const double doubtful = part(doubtful_ + outliers_, found + outliers_);
   if (doubtful > kMost) {
     findings.push_back(
-        {Severity::kDoubtful,
+        {"stripe_doubtful",
          fmt::format("{:.0f} % of what was found is not plainly the stripe", 100.0 * doubtful),
          "other bright lines in view, or a stripe along the other axis (--axis): "
          "`striper capture --doubtful` says what is wrong with each"});
   }
 }
 
-void PictureExam::conclude_without_stripe(std::vector<Diagnosis>& findings) const {
+void PictureExam::conclude_without_stripe(std::vector<Event>& findings) const {
   if (brightest_dn_ < kFaint * full_scale_dn_) {
-    findings.push_back({Severity::kBad,
+    findings.push_back({Severity::kError, "no_stripe",
                         fmt::format("the pictures are dark: the brightest pixel is {:.0f} of {}",
                                     brightest_dn_, full_scale_dn_),
                         "exposure too short, lens cap on, or laser off: lengthen exposure_us, "
-                        "raise gain, check the laser's supply and strobe=",
-                        "no_stripe"});
+                        "raise gain, check the laser's supply and strobe="});
     return;
   }
   findings.push_back(
-      {Severity::kBad,
+      {Severity::kError, "no_stripe",
        fmt::format("no laser stripe in these pictures, along columns or rows, in any "
                    "channel: is it on, is it in view, which axis? The surroundings "
                    "are at {:.0f} of {}",
                    levels_dn_ / static_cast<double>(exposures_), full_scale_dn_),
        "laser off or out of view, or laser= is wrong: check its supply, interlock "
        "and strobe= line; does it fire during the exposure? A stripe from top to "
-       "bottom wants --axis rows",
-       "no_stripe"});
+       "bottom wants --axis rows"});
 }
 
-void PictureExam::conclude_model(std::vector<Diagnosis>& findings) const {
+void PictureExam::conclude_model(std::vector<Event>& findings) const {
   const double off = part(off_the_plane_, widths_px_.size());
   if (off < kMost) return;
-  findings.push_back({Severity::kBad,
+  findings.push_back({"not_in_the_plane",
                       fmt::format("{:.0f} % of the stripe is where the model's laser plane cannot "
                                   "be seen",
                                   100.0 * off),

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <striper/ambient/ambient_stage.hpp>
-#include <striper/gige/gige_network.hpp>
+#include <striper/core/event.hpp>
 #include <striper/scan/polar_scan.hpp>
 #include <striper/scan/scan_projector.hpp>
 #include <striper/stripe/extractor.hpp>
@@ -28,7 +28,7 @@ class PictureExam {
   void look_at(const Frame& frame);
 
   /// What was seen; after the last frame.
-  void conclude(std::vector<Diagnosis>& findings);
+  void conclude(std::vector<Event>& findings);
 
  private:
   // How much of what is found in a line goes on in the next one, which a stripe does.
@@ -49,14 +49,13 @@ class PictureExam {
 
   void look_at_lit_exposures();
   void look_at(const LitFrame& exposure);
-  void conclude_light(std::vector<Diagnosis>& findings) const;
-  void conclude_axis(std::vector<Diagnosis>& findings) const;
-  void conclude_stripe(std::vector<Diagnosis>& findings) const;
+  void conclude_light(std::vector<Event>& findings) const;
+  void conclude_axis(std::vector<Event>& findings) const;
+  void conclude_stripe(std::vector<Event>& findings) const;
   bool has_stripe() const noexcept;
-  void conclude_without_stripe(std::vector<Diagnosis>& findings) const;
-  void conclude_stripe_elsewhere(const StripeSighting& there,
-                                 std::vector<Diagnosis>& findings) const;
-  void conclude_model(std::vector<Diagnosis>& findings) const;
+  void conclude_without_stripe(std::vector<Event>& findings) const;
+  void conclude_stripe_elsewhere(const StripeSighting& there, std::vector<Event>& findings) const;
+  void conclude_model(std::vector<Event>& findings) const;
   bool is_overexposed() const noexcept;
 
   ScannerOptions options_;

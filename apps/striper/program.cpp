@@ -10,8 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <mutex>
-#include <set>
 #include <system_error>
 #include <vector>
 
@@ -22,7 +20,6 @@
 #include <unistd.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
 
 #include "terminal.hpp"
 
@@ -59,18 +56,6 @@ bool is_ignored(int signal) {
   struct sigaction action {};
   ::sigaction(signal, nullptr, &action);
   return action.sa_handler == SIG_IGN;
-}
-
-std::mutex warnings_mutex;
-std::set<std::string, std::less<>> warnings;
-
-void show_library_message(LogLevel level, std::string_view message) {
-  if (level < LogLevel::kWarning) return;
-  {
-    const std::lock_guard lock(warnings_mutex);
-    warnings.emplace(message);
-  }
-  say(fmt::format("{}: {}", level == LogLevel::kError ? "error" : "warning", message));
 }
 
 ExitCode exit_code_of(ErrorKind kind) {
@@ -201,7 +186,6 @@ void prepare_process() {
   is_pipe_error_said = is_ignored(SIGPIPE);
   handle(SIGPIPE, SIG_IGN, 0);
   handle(SIGXFSZ, SIG_IGN, 0);
-  set_log_callback(show_library_message);
 }
 
 ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action) {
@@ -226,11 +210,6 @@ void leave_threads_behind() noexcept { are_threads_left = true; }
 
 bool stop_requested() noexcept { return stop_flag; }
 
-bool was_warned_of(std::string_view message) {
-  const std::lock_guard lock(warnings_mutex);
-  return warnings.find(message) != warnings.end();
-}
-
 CLI::Validator one_of(std::initializer_list<std::string_view> words) {
   const std::vector<std::string_view> known(words);
   CLI::Validator validator;
@@ -244,11 +223,6 @@ CLI::Validator one_of(std::initializer_list<std::string_view> words) {
 CLI::Validator above_zero() {
   return number_that([](double number) { return number > 0.0 && std::isfinite(number); },
                      "no number above 0");
-}
-
-CLI::Validator probability() {
-  return number_that([](double number) { return number >= 0.0 && number <= 1.0; },
-                     "no probability, 0 to 1");
 }
 
 CLI::Option* add_source(CLI::App& command, std::string& source) {

@@ -17,8 +17,8 @@ namespace striper::program {
 // pieces that command lines are made of. Terminal output is in terminal.hpp, frames in
 // frame_loop.hpp.
 
-/// Sets signals (Ctrl-C stops cleanly, a closed pipe and a full quota are write errors) and sends
-/// the library's messages to the terminal. Call once, first.
+/// Sets signals: Ctrl-C stops cleanly, a closed pipe and a full quota are write errors. Call once,
+/// first.
 void prepare_process();
 
 /// Parses the command line and runs the action it chose. Never throws: whatever goes wrong becomes
@@ -32,9 +32,6 @@ void leave_threads_behind() noexcept;
 
 /// Whether Ctrl-C (or SIGTERM) asked to end. A second one ends the process at once.
 bool stop_requested() noexcept;
-
-/// Whether the library has warned of this, in these words: then the user has read it.
-bool was_warned_of(std::string_view message);
 
 /// Adds a subcommand whose arguments live in an `Arguments` value.
 /// @param define adds the options that fill it in.
@@ -58,9 +55,6 @@ CLI::Validator one_of(std::initializer_list<std::string_view> words);
 
 /// Accepts numbers above zero only.
 CLI::Validator above_zero();
-
-/// Accepts 0 to 1.
-CLI::Validator probability();
 
 /// Adds the positional SOURCE, with its forms explained.
 CLI::Option* add_source(CLI::App& command, std::string& source);

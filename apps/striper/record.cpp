@@ -15,6 +15,7 @@
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
+#include "terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -94,7 +95,7 @@ class Spacing {
 };
 
 ExitCode record(const RecordArguments& arguments) {
-  auto source = open_source(arguments.source);
+  auto source = open_source(arguments.source, TerminalEvents().port());
   Spacing spacing(arguments.every_s);
   std::optional<NewBoardPoses> poses;
   if (arguments.board) poses.emplace(*arguments.board, !source->info().pictures);

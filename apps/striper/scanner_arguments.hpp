@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
@@ -15,18 +18,17 @@ namespace striper::program {
 /// beats the default.
 struct ScannerArguments {
   std::optional<std::string> model;
-  std::optional<std::string> method;
-  std::optional<std::string> peak;
-  std::optional<std::string> axis;
-  std::optional<std::string> channel;
-  std::optional<std::string> ambient;
-  std::optional<double> threshold_dn;
-  std::optional<double> width_px;
-  std::optional<double> min_confidence;
-  std::optional<double> min_range_m;
-  std::optional<double> max_range_m;
+  std::map<std::string, std::string, std::less<>> given;  ///< By the names of `scanner_options()`.
+
+  bool has(std::string_view name) const { return given.find(name) != given.end(); }
+  /// Whether an option was given with this value.
+  bool is(std::string_view name, std::string_view value) const {
+    const auto found = given.find(name);
+    return found != given.end() && found->second == value;
+  }
 };
 
+/// `--model` and an option for each of `scanner_options()`.
 void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments);
 
 /// What the options, and the model that they name, come to.
@@ -38,7 +40,9 @@ struct ScannerSetup {
 /// How a source is to be scanned, with or without a model; the cadence is the source's.
 /// @throws Error as `load_model` does; Error{kBadFile} where the model is of another camera than
 ///         the source's or has no laser.
-ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& source);
+/// @param events hears what is wrong with the model, and later what the scanner has to say.
+ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& source,
+                           const EventPort& events = {});
 
 /// The scanner for that.
 /// @throws Error as Scanner does.

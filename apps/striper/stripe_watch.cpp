@@ -67,7 +67,7 @@ void StripeWatch::keep(const Frame& frame) {
   if (!has_spoken_ && scans_ == without_stripe_) kept_.keep(frame);
 }
 
-void StripeWatch::look_at(std::span<const PolarScan> scans) {
+void StripeWatch::look_at(ScanSpan scans) {
   for (const PolarScan& scan : scans) {
     ++scans_;
     if (!scan.is_stripe_seen) ++without_stripe_;

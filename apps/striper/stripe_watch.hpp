@@ -50,7 +50,7 @@ class StripeWatch {
   void keep(const Frame& frame);
 
   /// What came of it. Speaks up once, when the first scans are all without a stripe.
-  void look_at(std::span<const PolarScan> scans);
+  void look_at(ScanSpan scans);
 
   /// At the end: says how many scans were without a stripe, if any.
   void conclude();

@@ -51,6 +51,38 @@ nlohmann::json to_json(const FrameLoopResult& result) {
   };
 }
 
+nlohmann::json to_json(const Event& event) {
+  return {{"event", event.code.word()}, {"severity", to_string(event.severity)},
+          {"head", event.head},         {"time_s", event.time_s},
+          {"message", event.message},   {"advice", event.advice}};
+}
+
+nlohmann::json to_json(const std::vector<Event>& events) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Event& event : events) list.push_back(to_json(event));
+  return list;
+}
+
+nlohmann::json to_json(const ScannerStatus& status) {
+  const AmbientStatus& ambient = status.ambient;
+  const ScannerStatistics& counts = status.counts;
+  const bool is_known = ambient.origin != PatternOrigin::kNone;
+  return {{"axis", to_string(status.axis)},
+          {"stripe_seen", status.is_stripe_seen},
+          {"pattern", is_known ? nlohmann::json(ambient.pattern.to_string()) : nullptr},
+          {"origin", to_string(ambient.origin)},
+          {"phase", to_string(ambient.phase)},
+          {"channel", ambient.channel ? nlohmann::json(to_string(*ambient.channel)) : nullptr},
+          {"ambient", to_string(ambient.method)},
+          {"counts",
+           {{"frames", counts.frames},
+            {"scans", counts.scans},
+            {"without_stripe", counts.without_stripe},
+            {"dark", counts.dark},
+            {"unpaired", counts.unpaired},
+            {"refused", counts.refused}}}};
+}
+
 void print_json(const nlohmann::json& summary) {
   // A path need not be UTF-8.
   const std::string text =

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <striper/core/event.hpp>
 #include <striper/core/return_status.hpp>
 #include <striper/pipeline/scanner.hpp>
 
@@ -35,6 +37,11 @@ class ReturnCounts {
 /// The members that every summary has: pictures, frames, seconds, interrupted and the source's
 /// counts.
 nlohmann::json to_json(const FrameLoopResult& result);
+
+/// As a line of jsonl has it (CONVENTIONS.md).
+nlohmann::json to_json(const Event& event);
+nlohmann::json to_json(const std::vector<Event>& events);
+nlohmann::json to_json(const ScannerStatus& status);
 
 /// Writes a summary to the standard output, for `--json`. @throws Error{kIo}.
 void print_json(const nlohmann::json& summary);

@@ -22,6 +22,7 @@
 #include "stripe_watch.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
+#include "terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -277,12 +278,13 @@ ExitCode verify(const VerifyArguments& arguments) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("--min-fill {}: expected a part, 0 to 1", arguments.least_fill));
   }
-  auto source = open_source(arguments.source);
-  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info());
+  const TerminalEvents events({"no_stripe", "stripe_seen"});  // StripeWatch says more.
+  auto source = open_source(arguments.source, events.port());
+  const ScannerSetup setup = scanner_setup(arguments.scanner, source->info(), events.port());
   Scanner scanner = make_scanner(setup);
   StripeWatch watch(arguments.scanner, setup);
   Verification verification;
-  const auto keep = [&](std::span<const PolarScan> scans) {
+  const auto keep = [&](ScanSpan scans) {
     watch.look_at(scans);
     for (const PolarScan& scan : scans) verification.add(scan);
   };

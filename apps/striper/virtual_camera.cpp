@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper virtual-camera: a scene as a GigE Vision camera on this machine.
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/atomic_file.hpp>
+#include <striper/core/csv_table.hpp>
 #include <striper/core/error.hpp>
 #include <striper/gige/virtual_camera.hpp>
 #include <striper/simulator/simulated_source.hpp>
@@ -96,11 +98,36 @@ std::shared_ptr<VirtualScene> load(const VirtualCameraArguments& arguments) {
   return arguments.loop > 0 ? make_looped_scene(scene, arguments.loop) : scene;
 }
 
+// A line of what `--registers` writes.
+struct RegisterRow {
+  double time_s = 0.0;
+  RegisterWrite write;
+};
+
+template <typename Cell>
+constexpr CsvColumn<RegisterRow> column(std::string_view name, Cell cell) {
+  return csv_column<RegisterRow>(name, cell);
+}
+
+constexpr std::array kRegisterColumns{
+    column(
+        "time_s", [](auto& r) -> auto& { return r.time_s; }),
+    column(
+        "client", [](auto& r) -> auto& { return r.write.controller; }),
+    column(
+        "register", [](auto& r) -> auto& { return r.write.name; }),
+    column(
+        "value", [](auto& r) -> auto& { return r.write.value; }),
+    column(
+        "laser_armed", [](auto& r) -> auto& { return r.write.is_laser_armed; }),
+};
+
 void write_registers(const VirtualCamera& camera, const std::string& path) {
-  std::string text = "time_s,client,register,value,laser_armed\n";
+  using Table = CsvWriter<RegisterRow>;
+  std::string text;
+  Table::append_header(text, kRegisterColumns);
   for (const RegisterWrite& one : camera.register_writes()) {
-    text += fmt::format("{:.6f},{},{},{},{}\n", 1e-9 * static_cast<double>(one.time_ns),
-                        one.controller, one.name, one.value, one.is_laser_armed ? 1 : 0);
+    Table::append(text, kRegisterColumns, {1e-9 * static_cast<double>(one.time_ns), one});
   }
   write_file_atomically(path, text);
 }

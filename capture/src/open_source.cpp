@@ -15,16 +15,20 @@
 
 namespace striper {
 
-std::unique_ptr<FrameSource> open_source(std::string_view uri_text) {
+std::unique_ptr<FrameSource> open_source(std::string_view uri_text, const EventPort& events) {
   SourceUri uri = SourceUri::parse(uri_text);
-  if (uri.scheme() == "images") return std::make_unique<ImageSource>(std::move(uri));
+  if (uri.scheme() == "images") return std::make_unique<ImageSource>(std::move(uri), events);
   if (uri.scheme() == "sim") return SimulatedSource::open(std::move(uri));
 #ifdef STRIPER_WITH_V4L2
-  if (uri.scheme() == "v4l2") return open_v4l2(V4l2Options::from_uri(std::move(uri)));
+  if (uri.scheme() == "v4l2") {
+    V4l2Options options = V4l2Options::from_uri(std::move(uri));
+    options.events = events;
+    return open_v4l2(std::move(options));
+  }
 #endif
 #ifdef STRIPER_HAS_ARAVIS
   if (uri.scheme() == "gige" || uri.scheme() == "u3v") {
-    return std::make_unique<GigeSource>(std::move(uri));
+    return std::make_unique<GigeSource>(std::move(uri), events);
   }
 #endif
   throw Error(

@@ -16,6 +16,7 @@
 #include <striper/ambient/cadence_finder.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 
+#include "support/heard.hpp"
 #include "support/random.hpp"
 #include "support/shared_data.hpp"
 
@@ -24,7 +25,6 @@ namespace {
 
 using testing::DaylightScore;
 using testing::DaylightWay;
-using ::testing::HasSubstr;
 using ::testing::Not;
 
 #ifdef STRIPER_FULL_TRIALS
@@ -52,9 +52,9 @@ double with_chance(double rate, std::size_t columns) {
 Scene hard_case() { return load_scene(testing::source_path("data/scenes/ntsc_sun.yaml")); }
 
 DaylightScore scan(const Scene& scene, const DaylightWay& way, int pictures,
-                   std::string* decisions = nullptr) {
+                   ScannerStatus* status = nullptr) {
   DaylightScore score = testing::scan_in_daylight(
-      scene, way, pictures, [](int) { return true; }, decisions);
+      scene, way, pictures, [](int) { return true; }, status);
   std::cout << scene.name << ": found " << score.found << " of " << score.countable << ", "
             << score.false_points << " false points in " << score.columns
             << " columns, range error " << score.error_mm() << " mm, pull " << score.pull() << "\n";
@@ -62,10 +62,11 @@ DaylightScore scan(const Scene& scene, const DaylightWay& way, int pictures,
 }
 
 TEST(HardCase, FieldsWithTheTrackerFindTheStripe) {
-  std::string decisions;
-  const DaylightScore score = scan(hard_case(), {}, kPictures, &decisions);
-  EXPECT_THAT(decisions, HasSubstr("cadence 0,dark (found)"));
-  EXPECT_THAT(decisions, HasSubstr("ambient fields"));
+  ScannerStatus status;
+  const DaylightScore score = scan(hard_case(), {}, kPictures, &status);
+  EXPECT_EQ(status.ambient.pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(status.ambient.origin, PatternOrigin::kFound);
+  EXPECT_EQ(status.ambient.method, AmbientMethod::kFields);
   EXPECT_EQ(score.scans, static_cast<std::size_t>(kPictures - 1));
   EXPECT_EQ(score.scans_of_dark, 0U);
   EXPECT_GE(score.found_fraction(), 0.99);
@@ -152,7 +153,7 @@ TEST(SeveralLasers, GiveOneScanEachAndDarkNone) {
   Simulator simulator(scene);
   Scanner scanner(simulator.model());
   std::array<int, 3> scans{};
-  const auto check = [&](std::span<const PolarScan> ready) {
+  const auto check = [&](ScanSpan ready) {
     for (const PolarScan& scan : ready) {
       ++scans.at(static_cast<std::size_t>(scan.laser));
       DaylightScore score;
@@ -192,11 +193,11 @@ TEST_P(LostPictures, GiveNoScanFromAMismatchedPair) {
     scene.timing.scan = GetParam();
     constexpr int kFrames = 30;
     const std::vector<bool> kept = losses(2 * kFrames);
-    std::string decisions;
+    ScannerStatus status;
     const DaylightScore score = testing::scan_in_daylight(
         scene, {}, kFrames, [&](int frame) { return kept[static_cast<std::size_t>(frame)]; },
-        &decisions);
-    SCOPED_TRACE(decisions);
+        &status);
+    SCOPED_TRACE(status.ambient.pattern.to_string());
     EXPECT_GE(score.scans, 5U);  // Of some ten whose neighbours are not lost either.
     EXPECT_EQ(score.scans_of_dark, 0U);
     EXPECT_GE(score.found_fraction(), 0.95);  // Lit minus lit would find nothing.
@@ -215,9 +216,10 @@ INSTANTIATE_TEST_SUITE_P(HardCase, LostPictures,
 TEST(HardCase, CadenceIsFoundAtAHundredKilometresPerHour) {
   Scene scene = hard_case();
   testing::drive(scene, 27.8);
-  std::string decisions;
-  const DaylightScore score = scan(scene, {}, 7, &decisions);
-  EXPECT_THAT(decisions, HasSubstr("cadence 0,dark (found)"));
+  ScannerStatus status;
+  const DaylightScore score = scan(scene, {}, 7, &status);
+  EXPECT_EQ(status.ambient.pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(status.ambient.origin, PatternOrigin::kFound);
   EXPECT_EQ(score.scans_of_dark, 0U);
 }
 
@@ -226,8 +228,13 @@ TEST(FieldOrder, WrongOneIsReported) {
     Scene scene = hard_case();
     testing::drive_past_lamps(scene, speed_m_s, 6);
     Simulator simulator(scene);
-    Scanner right(simulator.model());
-    Scanner wrong(simulator.model());
+    const testing::Heard of_right;
+    const testing::Heard of_wrong;
+    ScannerOptions options = ScannerOptions::for_model(simulator.model());
+    options.events = of_right.port();
+    Scanner right(simulator.model(), options);
+    options.events = of_wrong.port();
+    Scanner wrong(simulator.model(), options);
     for (std::uint64_t picture = 0; picture < 6; ++picture) {
       Frame frame = simulator.render(picture);
       frame.illumination = Illumination::unknown();
@@ -235,9 +242,8 @@ TEST(FieldOrder, WrongOneIsReported) {
       frame.field = Field::kInterlacedTopFirst;
       wrong.process(frame);
     }
-    const auto complaint = HasSubstr("the fields seem to be in the wrong order");
-    EXPECT_THAT(right.decisions(), Not(complaint)) << speed_m_s;
-    EXPECT_THAT(wrong.decisions(), complaint) << speed_m_s;
+    EXPECT_THAT(of_right.events(), Not(testing::has_event("field_order"))) << speed_m_s;
+    EXPECT_THAT(of_wrong.events(), testing::has_event("field_order")) << speed_m_s;
   }
 }
 

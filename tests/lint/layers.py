@@ -20,15 +20,18 @@ MODULES = ("sdk", "capture", "calibration", "apps")
 SDK = {"core": set()}
 SDK["model"] = {"core"}
 SDK["geometry"] = {"core", "model"}
-SDK["ambient"] = {"core"}
+SDK["ambient"] = SDK["motion"] = SDK["wire"] = {"core"}
 SDK["stripe"] = {"core", "ambient"}
 SDK["design"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["compare"] = SDK["sinks"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan"}
-SDK["pipeline"] = set(SDK) - {"pipeline"}
+SDK["pipeline"] = set(SDK) - {"pipeline", "wire"}
+SDK["stream"] = set(SDK)
 
 # What the folders of the other modules may include of sdk; None is everything.
-OF_SDK = {"capture": {"core", "model"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
+OF_SDK = {"capture": {"core", "model", "wire"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
+# ... and folders of theirs that may include more.
+OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"}}
 OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
 
 # Public headers may need only what the targets link publicly.
@@ -173,7 +176,7 @@ class Tree:
                 self.report(path, number, f"{inside} must not include {folder}: {target}")
             return
         if module == "sdk":
-            allowed = OF_SDK[own]
+            allowed = OF_SDK_IN.get((own, inside), OF_SDK[own])
             if allowed is not None and folder not in allowed:
                 self.report(path, number, f"{own} must not include {folder} of sdk: {target}")
             return

@@ -17,7 +17,7 @@ Scene scene_of(const ChoiceTrial& trial) {
     scene.seed = trial.seed;
     return scene;
   }
-  if (trial.kind == "sessions") return random_session(trial.seed);
+  if (trial.kind.ends_with("sessions")) return random_session(trial.seed);
   return random_room(trial.seed);
 }
 
@@ -26,76 +26,79 @@ std::string colour_of(const ChoiceTrial& trial) {
   return trial.colour == "mixed" ? kInTurn[trial.seed % 3] : trial.colour;
 }
 
+}  // namespace
+
 // A grey or a colour camera before a scene.
-class Camera {
- public:
-  explicit Camera(const ChoiceTrial& trial)
-      : looked_at_(scene_of(trial)),
-        simulator_(trial.kind == "off" ? without_laser(looked_at_) : looked_at_),
-        frames_(trial.frames > 0           ? trial.frames
-                : trial.kind == "sessions" ? kSessionPictures
-                                           : 3) {
-    const std::string colour = colour_of(trial);
-    if (colour == "grey") return;
-    const bool is_red = colour == "red";
-    channel_ = is_red ? Channel::kRed : Channel::kGreen;
-    colour_.emplace(simulator_.scene(),
-                    is_red ? ColourCamera::Laser::kRed : ColourCamera::Laser::kGreen);
+struct TrialCamera::Parts {
+  explicit Parts(const ChoiceTrial& asked)
+      : trial(asked),
+        looked_at(scene_of(trial)),
+        simulator(trial.kind.starts_with("off") ? without_laser(looked_at) : looked_at) {
+    const std::string word = colour_of(trial);
+    if (word == "grey") return;
+    const bool is_red = word == "red";
+    channel = is_red ? Channel::kRed : Channel::kGreen;
+    colour.emplace(simulator.scene(),
+                   is_red ? ColourCamera::Laser::kRed : ColourCamera::Laser::kGreen);
   }
 
-  int frames() const { return frames_; }
-
-  /// As a calibration would find it.
-  StriperModel model(bool knows_stripe) const {
-    StriperModel model = simulator_.model();
-    model.channel = channel_;
-    if (knows_stripe) model.lasers.front().look = look_of(looked_at_);
-    return model;
-  }
-
-  Frame render(std::uint64_t picture) {
-    Frame frame = colour_ ? colour_->render(picture) : simulator_.render(picture);
-    frame.illumination = Illumination::unknown();
-    return frame;
-  }
-
-  cv::Mat expected_dn(std::uint64_t picture) {
-    return colour_ ? colour_->expected_dn(picture) : simulator_.expected_dn(picture);
-  }
-
-  // Where the laser is off there is nothing to be found, whatever meets its plane.
-  Truth truth(std::uint64_t picture) {
-    Truth truth = simulator_.truth(picture).front();
-    if (simulator_.scene().lasers.front().pulse_energy_j > 0.0) return truth;
-    for (TrueLine& line : truth.lines) line = TrueLine{};
-    return truth;
-  }
-
- private:
-  Scene looked_at_;
-  Simulator simulator_;
-  int frames_;
-  Channel channel_ = Channel::kGrey;
-  std::optional<ColourCamera> colour_;
+  ChoiceTrial trial;
+  Scene looked_at;
+  Simulator simulator;
+  Channel channel = Channel::kGrey;
+  std::optional<ColourCamera> colour;
 };
 
-ScannerOptions options_of(const ChoiceTrial& trial, const StriperModel& model) {
-  ScannerOptions options = ScannerOptions::for_model(model);
+TrialCamera::TrialCamera(const ChoiceTrial& trial) : parts_(std::make_unique<Parts>(trial)) {}
+TrialCamera::~TrialCamera() = default;
+
+int TrialCamera::frames() const {
+  if (parts_->trial.frames > 0) return parts_->trial.frames;
+  return parts_->trial.kind.ends_with("sessions") ? kSessionPictures : 3;
+}
+
+StriperModel TrialCamera::model() const {
+  StriperModel model = parts_->simulator.model();
+  model.channel = parts_->channel;
+  if (parts_->trial.knows_stripe) model.lasers.front().look = look_of(parts_->looked_at);
+  return model;
+}
+
+ScannerOptions TrialCamera::options() const {
+  const StriperModel own = model();
+  ScannerOptions options = ScannerOptions::for_model(own);
   options.ambient.cadence = Cadence({Illumination::laser(0)});
-  if (trial.channel) options.ambient.channel = *trial.channel;
-  options.stripe.peak = trial.peak;
+  if (parts_->trial.channel) options.ambient.channel = *parts_->trial.channel;
+  options.stripe.peak = parts_->trial.peak;
   if (!options.stripe.stripe_sigma_px) {
-    options.stripe.stripe_sigma_px = model.lasers.front().look.width_px;
+    options.stripe.stripe_sigma_px = own.lasers.front().look.width_px;
   }
   return options;
 }
 
-}  // namespace
+Frame TrialCamera::render(std::uint64_t picture) {
+  Frame frame =
+      parts_->colour ? parts_->colour->render(picture) : parts_->simulator.render(picture);
+  frame.illumination = Illumination::unknown();
+  return frame;
+}
+
+cv::Mat TrialCamera::expected_dn(std::uint64_t picture) {
+  return parts_->colour ? parts_->colour->expected_dn(picture)
+                        : parts_->simulator.expected_dn(picture);
+}
+
+Truth TrialCamera::truth(std::uint64_t picture) {
+  Truth truth = parts_->simulator.truth(picture).front();
+  if (parts_->simulator.scene().lasers.front().pulse_energy_j > 0.0) return truth;
+  for (TrueLine& line : truth.lines) line = TrueLine{};
+  return truth;
+}
 
 ChoiceScore run_trial(const ChoiceTrial& trial, const JudgedFrame& visit) {
-  Camera camera(trial);
-  const StriperModel model = camera.model(trial.knows_stripe);
-  Scanner scanner(model, options_of(trial, model));
+  TrialCamera camera(trial);
+  const StriperModel model = camera.model();
+  Scanner scanner(model, camera.options());
   ChoiceScore score;
   for (int i = 0; i < camera.frames(); ++i) {
     const auto picture = static_cast<std::uint64_t>(i);

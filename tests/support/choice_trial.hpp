@@ -3,11 +3,18 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <opencv2/core/mat.hpp>
+
 #include <striper/core/channel.hpp>
+#include <striper/core/frame.hpp>
+#include <striper/model/striper_model.hpp>
+#include <striper/pipeline/scanner.hpp>
+#include <striper/simulator/truth.hpp>
 #include <striper/stripe/extractor.hpp>
 
 #include "support/stripe_score.hpp"
@@ -17,7 +24,8 @@ namespace striper::testing {
 /// A scanner before a random scene, one laser always on, with the model that a perfect calibration
 /// would give.
 struct ChoiceTrial {
-  std::string kind = "rooms";  ///< `rooms`, `off` (rooms without the laser), `sessions`, or a file.
+  /// `rooms`, `off` (rooms without the laser), `sessions`, `off sessions`, or a file.
+  std::string kind = "rooms";
   std::uint64_t seed = 1;
   int frames = 0;  ///< 0: 3, or as many as a session has.
   PeakRule peak = PeakRule::kBrightest;
@@ -34,6 +42,26 @@ struct ChoiceScore {
 
 /// Called with each frame's number and its judged returns.
 using JudgedFrame = std::function<void(int frame, const std::vector<JudgedReturn>& returns)>;
+
+/// What a trial's scanner looks at.
+class TrialCamera {
+ public:
+  explicit TrialCamera(const ChoiceTrial& trial);
+  ~TrialCamera();
+  TrialCamera(const TrialCamera&) = delete;
+  TrialCamera& operator=(const TrialCamera&) = delete;
+
+  int frames() const;
+  StriperModel model() const;  ///< As a calibration would find it.
+  ScannerOptions options() const;
+  Frame render(std::uint64_t picture);
+  cv::Mat expected_dn(std::uint64_t picture);  ///< Without noise.
+  Truth truth(std::uint64_t picture);          ///< Laser off: nothing is to be found.
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
 
 /// Runs a trial: 0.3 to 3 s. Thread-safe.
 ChoiceScore run_trial(const ChoiceTrial& trial, const JudgedFrame& visit = {});

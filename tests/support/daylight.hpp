@@ -122,7 +122,7 @@ class DaylightTrial {
   void finish() { keep(scanner_.finish()); }
 
   const DaylightScore& score() const { return score_; }
-  std::string decisions() const { return scanner_.decisions(); }
+  ScannerStatus status() const { return scanner_.status(); }
 
  private:
   static ScannerOptions options_of(const StriperModel& model, const DaylightWay& way) {
@@ -133,7 +133,7 @@ class DaylightTrial {
     return options;
   }
 
-  void keep(std::span<const PolarScan> scans) {
+  void keep(ScanSpan scans) {
     for (const PolarScan& scan : scans) {
       if (scan.sequence != 0) add_scan(scan, *simulator_, score_);
     }
@@ -166,11 +166,11 @@ inline std::vector<DaylightTrial> try_in_daylight(
 inline DaylightScore scan_in_daylight(
     const Scene& scene, const DaylightWay& way, int pictures,
     const std::function<bool(int)>& is_kept = [](int) { return true; },
-    std::string* decisions = nullptr) {
+    ScannerStatus* status = nullptr) {
   Simulator simulator(scene);
   const std::vector<DaylightTrial> trials =
       try_in_daylight(simulator, {&way, 1}, pictures, is_kept);
-  if (decisions != nullptr) *decisions = trials.front().decisions();
+  if (status != nullptr) *status = trials.front().status();
   return trials.front().score();
 }
 

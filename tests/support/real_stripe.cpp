@@ -41,9 +41,10 @@ void read_line(const std::string& text, std::vector<RealPicture>& pictures) {
   }
 }
 
-/// Where the stripe is in a line; empty where that is not known.
-std::optional<double> stripe_at(const RealPicture& picture, int line) {
-  for (const auto& knots : picture.stripes) {
+}  // namespace
+
+std::optional<double> RealPicture::stripe_at(int line) const {
+  for (const auto& knots : stripes) {
     for (std::size_t i = 1; i < knots.size(); ++i) {
       if (line < knots[i - 1].x() || line > knots[i].x()) continue;
       const double share = (line - knots[i - 1].x()) / (knots[i].x() - knots[i - 1].x());
@@ -53,14 +54,21 @@ std::optional<double> stripe_at(const RealPicture& picture, int line) {
   return std::nullopt;
 }
 
-bool is_empty(const RealPicture& picture, int line) {
-  for (const auto& [first, last] : picture.empty) {
-    if (line >= first && line <= last) return true;
-  }
-  return false;
+bool RealPicture::is_empty_at(int line) const {
+  if (stripe_at(line)) return false;
+  return std::any_of(empty.begin(), empty.end(), [line](const std::pair<int, int>& part) {
+    return line >= part.first && line <= part.second;
+  });
 }
 
-}  // namespace
+Frame RealPicture::frame(std::uint64_t sequence) const {
+  Frame frame;
+  frame.image = cv::imread(real_data(file).string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+  if (frame.image.empty()) throw Error(ErrorKind::kBadFile, file);
+  frame.sensor_size = frame.image.size();
+  frame.sequence = sequence;
+  return frame;
+}
 
 std::vector<RealPicture> real_pictures() {
   const auto path = source_path("tests/support/real_stripe_paths.txt");
@@ -78,8 +86,8 @@ void RealScore::add(const PolarScan& scan, const RealPicture& picture) {
     const Return& r = scan.returns[i];
     const bool is_ok = r.status == ReturnStatus::kOk;
     const double at = scan.axis == StripeAxis::kColumns ? r.v_px : r.u_px;
-    const auto stripe = stripe_at(picture, static_cast<int>(i));
-    const bool has_none = !stripe && is_empty(picture, static_cast<int>(i));
+    const auto stripe = picture.stripe_at(static_cast<int>(i));
+    const bool has_none = picture.is_empty_at(static_cast<int>(i));
     const bool is_right = is_ok && stripe && std::abs(at - *stripe) <= kRightPx;
     ++lines;
     with_stripe += stripe ? 1 : 0;
@@ -124,27 +132,23 @@ RealScore RealScanner::score(const RealPicture& picture) {
     folder_ = folder;
     axis_ = picture.axis;
     sequence_ = 0;
-    scanner_ = std::make_unique<Scanner>(options());
+    scanner_ = std::make_unique<Scanner>(settings_.options(axis_));
   }
-  Frame frame;
-  frame.image =
-      cv::imread(real_data(picture.file).string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
-  frame.sensor_size = frame.image.size();
-  frame.sequence = sequence_++;
+  const Frame frame = picture.frame(sequence_++);
   RealScore score;
   for (const PolarScan& scan : scanner_->process(frame)) score.add(scan, picture);
   if (score.pictures == 0) {
-    throw Error(ErrorKind::kBadFile, picture.file + ": no scan, " + scanner_->last_refusal());
+    throw Error(ErrorKind::kBadFile, picture.file + ": no scan");
   }
   return score;
 }
 
-ScannerOptions RealScanner::options() const {
+ScannerOptions RealSettings::options(StripeAxis axis) const {
   ScannerOptions options;
   options.ambient.cadence = Cadence({Illumination::laser(0)});
-  options.ambient.channel = settings_.channel;
-  options.stripe.axis = axis_;
-  options.stripe.peak = settings_.peak;
+  options.ambient.channel = channel;
+  options.stripe.axis = axis;
+  options.stripe.peak = peak;
   return options;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include <Eigen/Core>
 
 #include <striper/core/channel.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/scan/polar_scan.hpp>
@@ -26,6 +28,9 @@ struct RealPicture {
   std::vector<std::pair<int, int>> empty;             ///< First and last line without a stripe.
 
   std::string set() const { return file.substr(0, file.find('/')); }
+  std::optional<double> stripe_at(int line) const;  ///< Empty where there is none or not known.
+  bool is_empty_at(int line) const;
+  Frame frame(std::uint64_t sequence) const;  ///< As read. @throws Error{kBadFile}
 };
 
 /// Those with a laser: tests/support/real_stripe_paths.txt, which says what it means.
@@ -61,6 +66,8 @@ struct RealSettings {
   Channel channel = Channel::kAuto;
   PeakRule peak = PeakRule::kBrightest;
   bool is_each = false;  ///< A new scanner for each picture.
+
+  ScannerOptions options(StripeAxis axis) const;
 };
 
 /// A scanner without a model for the pictures of a folder, one after the other, as
@@ -73,8 +80,6 @@ class RealScanner {
   RealScore score(const RealPicture& picture);
 
  private:
-  ScannerOptions options() const;
-
   RealSettings settings_;
   std::filesystem::path folder_;
   StripeAxis axis_ = StripeAxis::kColumns;

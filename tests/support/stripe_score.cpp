@@ -64,14 +64,22 @@ double snr(const TrueReturn& truth, const cv::Mat& expected_dn, const NoiseModel
   return std::max(0.0, seen_dn) / std::sqrt(noise.variance_dn2(peak_dn));
 }
 
-Judgement judgement(const Truth& truth, int line, const JudgedReturn& r) {
-  if (std::abs(r.error_px) <= std::max(kRightPx, 3.0 * r.sigma_px)) return Judgement::kRight;
-  if (is_mixed(truth, line, r.across_px)) return Judgement::kMixed;
-  const bool has_stripe = r.truth_status == TruthStatus::kVisible;
-  return has_stripe ? Judgement::kWrong : Judgement::kPhantom;
-}
-
 }  // namespace
+
+JudgedPosition judge_position(const Truth& truth, int line, double across_px, double sigma_px) {
+  const TrueLine& there = truth.lines[static_cast<std::size_t>(line)];
+  JudgedPosition judged;
+  judged.error_px = nearest_error(there, truth.axis, across_px);
+  const bool has_stripe = there.status == TruthStatus::kVisible;
+  if (std::abs(judged.error_px) <= std::max(kRightPx, 3.0 * sigma_px)) {
+    judged.judgement = Judgement::kRight;
+  } else if (is_mixed(truth, line, across_px)) {
+    judged.judgement = Judgement::kMixed;
+  } else {
+    judged.judgement = has_stripe ? Judgement::kWrong : Judgement::kPhantom;
+  }
+  return judged;
+}
 
 std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
                                 const cv::Mat& expected_dn, const NoiseModel& noise) {
@@ -91,8 +99,9 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
     r.confidence = scan.returns[i].confidence;
     r.across_px = across(scan.returns[i], scan.axis);
     r.sigma_px = scan.returns[i].row_sigma_px;
-    r.error_px = nearest_error(line, scan.axis, r.across_px);
-    r.judgement = judgement(truth, r.line, r);
+    const JudgedPosition position = judge_position(truth, r.line, r.across_px, r.sigma_px);
+    r.error_px = position.error_px;
+    r.judgement = position.judgement;
   }
   return judged;
 }

@@ -47,6 +47,13 @@ struct JudgedReturn {
 std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
                                 const cv::Mat& expected_dn, const NoiseModel& noise);
 
+/// What a position in a line is. @param error_px from the nearest true return, as `judge` gives it.
+struct JudgedPosition {
+  Judgement judgement = Judgement::kPhantom;
+  double error_px = JudgedReturn::kNone;
+};
+JudgedPosition judge_position(const Truth& truth, int line, double across_px, double sigma_px);
+
 /// Shares and a reliability diagram, summed over scans.
 struct StripeScore {
   static constexpr double kSnr = 8.0;

@@ -14,7 +14,6 @@
 
 #include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "support/error_of.hpp"
@@ -41,10 +40,8 @@ class VividFaults : public ::testing::Test {
       GTEST_SKIP() << "only the kernel's virtual driver makes faults on demand";
     Node(capture_path()).set(VividControl::kDroppedPercent, 0);
     Node(capture_path()).set(VividControl::kSignalMode, 0);
-    set_log_callback([](LogLevel, std::string_view message) { std::cout << message << '\n'; });
   }
   void TearDown() override {
-    set_log_callback({});
     const Node node(capture_path());
     if (!node.is_vivid()) return;
     node.set(VividControl::kDroppedPercent, 0);

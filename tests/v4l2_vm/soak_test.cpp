@@ -19,8 +19,6 @@
 #include <gtest/gtest.h>
 #include <sys/prctl.h>
 
-#include <striper/core/log.hpp>
-
 #include "v4l2/v4l2_stream.hpp"
 #include "v4l2_vm/calls_between.hpp"
 #include "v4l2_vm/vivid.hpp"

@@ -16,7 +16,6 @@ namespace striper {
 namespace {
 
 constexpr std::size_t kFewestViewsForBend = 6;
-using Severity = Finding::Severity;
 
 class Calibrator {
  public:
@@ -145,10 +144,10 @@ BoardDistances Calibration::board_distances() const {
 }
 
 std::string Calibration::verdict() const {
-  const auto refusals = std::count_if(findings.begin(), findings.end(), [](const Finding& f) {
+  const auto refusals = std::count_if(findings.begin(), findings.end(), [](const Event& f) {
     return f.severity == Severity::kRefusal;
   });
-  const auto warnings = std::count_if(findings.begin(), findings.end(), [](const Finding& f) {
+  const auto warnings = std::count_if(findings.begin(), findings.end(), [](const Event& f) {
     return f.severity == Severity::kWarning;
   });
   if (refusals > 0) return "Do not trust this calibration: " + findings.front().message + ".";

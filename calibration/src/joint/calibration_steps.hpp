@@ -74,7 +74,7 @@ void judge(const CalibrationOptions& options, Calibration& calibration);
 
 void report_progress(const CalibrationOptions& options, const std::string& stage, double fraction);
 
-void note(Calibration& calibration, Finding::Severity severity, const char* code,
-          std::string message, std::string advice);
+void note(Calibration& calibration, Severity severity, EventCode code, std::string message,
+          std::string advice);
 
 }  // namespace striper::detail

@@ -23,7 +23,6 @@ constexpr double kManyClipped = 0.8;
 // bent by more than can be solved for, has fx 616 where the same camera's other pictures have 620.
 constexpr double kOtherLens = 0.02;
 constexpr std::size_t kFewestToCompare = 6;
-using Severity = Finding::Severity;
 
 void judge_pictures(Calibration& calibration) {
   std::size_t unreadable = 0;
@@ -55,13 +54,13 @@ void judge_pictures(Calibration& calibration) {
                      calibration.pictures.size(), unreadable == 1 ? "is" : "are", fault),
          "copy or take them again");
   if (lost > 0)
-    note(calibration, 4 * lost > calibration.pictures.size() ? Severity::kWarning : Severity::kNote,
+    note(calibration, 4 * lost > calibration.pictures.size() ? Severity::kWarning : Severity::kInfo,
          "boards_not_found",
          fmt::format("the board was not found in {} of {} pictures ({})", lost,
                      calibration.pictures.size(), first),
          "the whole board must be in the picture, sharp and evenly lit");
   if (lost_stripes > 0)
-    note(calibration, 4 * lost_stripes > lit ? Severity::kWarning : Severity::kNote,
+    note(calibration, 4 * lost_stripes > lit ? Severity::kWarning : Severity::kInfo,
          "stripes_not_found",
          fmt::format("no stripe was used in {} of {} laser pictures", lost_stripes, lit),
          "the laser must cross the board or its white margin");
@@ -75,7 +74,7 @@ void judge_clipping(Calibration& calibration) {
     const double share = clipped_share(calibration, laser);
     if (share < kFewClipped) continue;
     note(
-        calibration, share < kManyClipped ? Severity::kNote : Severity::kWarning, "stripe_clipped",
+        calibration, share < kManyClipped ? Severity::kInfo : Severity::kWarning, "stripe_clipped",
         fmt::format("laser {}: {:.0f} % of its stripe is clipped (pixels at full scale), where its "
                     "place and width are less well known and its brightness is not",
                     laser, 100.0 * share),
@@ -87,21 +86,21 @@ void judge_clipping(Calibration& calibration) {
 void judge_validation(const CalibrationOptions& options, Calibration& calibration) {
   const CrossValidation& validation = calibration.validation;
   if (options.known_camera && !options.known_camera->covariance)
-    note(calibration, Severity::kNote, "camera_error_unknown",
+    note(calibration, Severity::kInfo, "camera_error_unknown",
          "the intrinsics that were given carry no covariance: the error bars leave the camera's "
          "own error out",
          "give a model of this program, which carries it, or calibrate the camera from these "
          "pictures too");
   if (validation.splits == 0) {
     if (!options.known_camera || !calibration.solution.planes.empty())
-      note(calibration, Severity::kNote, "not_cross_validated",
+      note(calibration, Severity::kInfo, "not_cross_validated",
            "too few pictures to solve two halves of them against each other",
            "eight or more pictures let the halves be compared");
     return;
   }
   if (validation.covariance_factor <= 1.0) return;
   const double times = std::sqrt(validation.covariance_factor);
-  note(calibration, times > 2.0 ? Severity::kWarning : Severity::kNote, "halves_disagree",
+  note(calibration, times > 2.0 ? Severity::kWarning : Severity::kInfo, "halves_disagree",
        fmt::format(
            "two halves of the pictures disagree by more than their error bars say (NEES "
            "{:.1f}, expected {:.1f} to {:.1f}); all error bars were widened by {:.2f} for it",
@@ -218,7 +217,7 @@ void judge(const CalibrationOptions& options, Calibration& calibration) {
   judge_pictures(calibration);
   judge_clipping(calibration);
   judge_validation(options, calibration);
-  for (Finding& finding :
+  for (Event& finding :
        check_trust(calibration.observations, calibration.solution, calibration.options,
                    calibration.model, calibration.validation.covariance_factor, options.limits))
     calibration.findings.push_back(std::move(finding));
@@ -228,7 +227,7 @@ void judge(const CalibrationOptions& options, Calibration& calibration) {
          "show the board in the corners of the picture, or choose another --lens");
   predict_ranges(calibration);
   std::stable_sort(calibration.findings.begin(), calibration.findings.end(),
-                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+                   [](const Event& a, const Event& b) { return a.severity > b.severity; });
   calibration.forced = !calibration.trustworthy() && options.force;
 }
 
@@ -236,8 +235,8 @@ void report_progress(const CalibrationOptions& options, const std::string& stage
   if (options.progress) options.progress(stage, fraction);
 }
 
-void note(Calibration& calibration, Finding::Severity severity, const char* code,
-          std::string message, std::string advice) {
+void note(Calibration& calibration, Severity severity, EventCode code, std::string message,
+          std::string advice) {
   calibration.findings.push_back({severity, code, std::move(message), std::move(advice)});
 }
 

@@ -61,7 +61,7 @@ void leave_out_bad_views(Calibration& calibration) {
         "its corners fit to {:.2f} px only, the usual picture's to {:.2f} px: blurred, bent, or of "
         "another camera",
         rms[old], usual);
-    note(calibration, Finding::Severity::kWarning, "view_left_out",
+    note(calibration, Severity::kWarning, "view_left_out",
          fmt::format("{}: left out, {}", picture.picture.name, picture.board_reason),
          "look at the picture; take it again with the board held still");
   }
@@ -89,7 +89,7 @@ void leave_out_bad_stripes(Calibration& calibration) {
     picture.stripe_reason =
         fmt::format("its stripe lies {:.1f} px off the plane of the others (usual: {:.2f} px)",
                     rms[old], usual);
-    note(calibration, Finding::Severity::kWarning, "stripe_left_out",
+    note(calibration, Severity::kWarning, "stripe_left_out",
          fmt::format("{}: left out, {}", picture.lit.name, picture.stripe_reason),
          "is it a reflection, or did the laser move?");
   }

@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-using Severity = Finding::Severity;
 
 // rms tilt of the board normals about their mean, about the camera's x and y axes.
 Eigen::Vector2d tilt_spread_deg(const JointSolution& solution) {
@@ -41,9 +40,9 @@ struct Checker {
   const StriperModel& model;
   double widening;  // What the sigmas were multiplied by for a misfit.
   const TrustLimits& limits;
-  std::vector<Finding> findings;
+  std::vector<Event> findings;
 
-  void add(Severity severity, const char* code, std::string message, std::string advice) {
+  void add(Severity severity, EventCode code, std::string message, std::string advice) {
     findings.push_back({severity, code, std::move(message), std::move(advice)});
   }
 
@@ -317,27 +316,9 @@ struct Checker {
 
 }  // namespace
 
-Finding::Severity worst(const std::vector<Finding>& findings) {
-  Severity severity = Severity::kNote;
-  for (const Finding& finding : findings) severity = std::max(severity, finding.severity);
-  return severity;
-}
-
-std::string to_string(Finding::Severity severity) {
-  switch (severity) {
-    case Severity::kNote:
-      return "note";
-    case Severity::kWarning:
-      return "warning";
-    case Severity::kRefusal:
-      break;
-  }
-  return "refusal";
-}
-
-std::vector<Finding> check_trust(const Observations& observations, const JointSolution& solution,
-                                 const JointOptions& options, const StriperModel& model,
-                                 double covariance_factor, const TrustLimits& limits) {
+std::vector<Event> check_trust(const Observations& observations, const JointSolution& solution,
+                               const JointOptions& options, const StriperModel& model,
+                               double covariance_factor, const TrustLimits& limits) {
   Checker checker{observations, solution, options, model, std::sqrt(covariance_factor), limits, {}};
   checker.check_views();
   checker.check_tilts();

@@ -81,9 +81,9 @@ class Report {
 
   void verdict() {
     const auto severity = worst(c_.findings);
-    const char* colour = severity == Finding::Severity::kRefusal   ? "bad"
-                         : severity == Finding::Severity::kWarning ? "warn"
-                                                                   : "good";
+    const char* colour = severity == Severity::kRefusal   ? "bad"
+                         : severity == Severity::kWarning ? "warn"
+                                                          : "good";
     add("<h1>Calibration of a striper</h1><p class=\"verdict {}\">{}{}</p>", colour,
         escape_html(c_.verdict()),
         c_.forced ? " <b>The model was written all the same, because it was asked for by force.</b>"
@@ -99,8 +99,8 @@ class Report {
   void advice() {
     if (c_.findings.empty()) return;
     add("<h2>What was found, and what to do about it</h2><table>");
-    for (const Finding& f : c_.findings) {
-      const std::string severity = to_string(f.severity);
+    for (const Event& f : c_.findings) {
+      const std::string_view severity = to_string(f.severity);
       add("<tr><td class=\"{0}\">{0}</td><td>{1}</td><td>{2}</td></tr>", severity,
           escape_html(f.message), escape_html(f.advice));
     }

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "gige/gvcp.hpp"
 #include "gige/gvcp_client.hpp"
@@ -125,10 +125,11 @@ void CameraClock::follow_ptp() {
   has_ptp_time_ = is_ptp_time(status);
   if (status == ptp_status_) return;
   ptp_status_ = status;
-  log(has_ptp_time_ ? LogLevel::kInfo : LogLevel::kWarning,
-      fmt::format("{}: PTP is {}: times of day are {}", features_.device_name(),
-                  status.empty() ? "not told of" : status,
-                  has_ptp_time_ ? "PTP's" : "this host's"));
+  features_.events().send(
+      {has_ptp_time_ ? Severity::kInfo : Severity::kWarning, "clock_reference",
+       fmt::format("{}: PTP is {}: times of day are {}", features_.device_name(),
+                   status.empty() ? "not told of" : status,
+                   has_ptp_time_ ? "PTP's" : "this host's")});
 }
 
 void CameraClock::follow() {
@@ -156,10 +157,11 @@ std::int64_t CameraClock::exposure_start_ns(std::int64_t device_ns, std::int64_t
     // A clock that stepped (into PTP's time, say) agrees again after it was compared once or twice.
     has_disagreed_ = true;
     if (disagreements_ < 8) return arrival_ns - exposure_ns;
-    log(LogLevel::kWarning,
-        fmt::format("{}: its pictures' timestamps are not of the clock that it latches; times are "
-                    "taken from the packets' arrival",
-                    features_.device_name()));
+    features_.events().send(
+        {"timestamps_unusable",
+         fmt::format("{}: its pictures' timestamps are not of the clock that it latches; times are "
+                     "taken from the packets' arrival",
+                     features_.device_name())});
     has_latch_ = false;
     map_.reset();
   }

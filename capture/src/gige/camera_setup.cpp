@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "gige/gvcp.hpp"
 #include "gige/ptp_clock.hpp"
@@ -132,9 +132,10 @@ void set_heartbeat(const FeatureAccess& features, const GigeOptions& options) {
     arv_device_read_register(features.device(), gvcp::kHeartbeatTimeout, &kept_ms, error.slot());
   }
   if (!error && kept_ms == wanted_ms) return;
-  log(LogLevel::kWarning,
-      fmt::format("{}: heartbeat_ms={} is not taken: {}", features.device_name(), wanted_ms,
-                  error ? error.message() : fmt::format("the camera keeps {}", kept_ms)));
+  options.events.send(
+      {"setting_adjusted",
+       fmt::format("{}: heartbeat_ms={} is not taken: {}", features.device_name(), wanted_ms,
+                   error ? error.message() : fmt::format("the camera keeps {}", kept_ms))});
 }
 
 /// Before it is written: what Aravis says of a refused register is for its makers.
@@ -228,10 +229,11 @@ void set_up_trigger(const FeatureAccess& features, const GigeOptions& options, b
   if (options.action) {
     set_action_keys(features, *options.action, source);
   } else if (source.starts_with(kAction)) {
-    log(LogLevel::kWarning,
-        fmt::format("{}: trigger={} without action=: the camera acts on the keys that it has, "
-                    "whoever set them",
-                    features.device_name(), options.trigger));
+    options.events.send(
+        {"setting_unlikely",
+         fmt::format("{}: trigger={} without action=: the camera acts on the keys that it has, "
+                     "whoever set them",
+                     features.device_name(), options.trigger)});
   }
   const bool is_free = !by_host && (options.trigger.empty() || options.trigger == "off");
   if (is_free) {

@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 namespace striper::detail {
 namespace {
@@ -24,8 +24,8 @@ constexpr double kRoundingToRefuse = 0.2;
 
 }  // namespace
 
-FeatureAccess::FeatureAccess(ArvDevice* device, std::string device_name)
-    : device_(device), device_name_(std::move(device_name)) {}
+FeatureAccess::FeatureAccess(ArvDevice* device, std::string device_name, EventPort events)
+    : device_(device), device_name_(std::move(device_name)), events_(std::move(events)) {}
 
 bool FeatureAccess::has(const char* name) const {
   ArvGcNode* const node = arv_device_get_feature(device_, name);
@@ -120,8 +120,8 @@ void FeatureAccess::set_number(const char* name, double value) const {
                 fmt::format("{}: {} was set to {} and reads {}", device_name_, name, value, kept));
   }
   if (off > kRoundingToTell) {
-    log(LogLevel::kWarning,
-        fmt::format("{}: {} was set to {}; the camera took {}", device_name_, name, value, kept));
+    events_.send({"setting_adjusted", fmt::format("{}: {} was set to {}; the camera took {}",
+                                                  device_name_, name, value, kept)});
   }
 }
 

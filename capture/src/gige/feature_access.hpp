@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <striper/core/event.hpp>
+
 #include "gige/arv_ptr.hpp"
 
 namespace striper::detail {
@@ -17,7 +19,8 @@ namespace striper::detail {
 class FeatureAccess {
  public:
   /// @param device_name for messages. The device must outlive this object.
-  FeatureAccess(ArvDevice* device, std::string device_name);
+  /// @param events hears of values that the device changed.
+  FeatureAccess(ArvDevice* device, std::string device_name, EventPort events);
 
   /// True where the device has the feature and it can be used now.
   bool has(const char* name) const;
@@ -57,6 +60,7 @@ class FeatureAccess {
 
   ArvDevice* device() const noexcept { return device_; }
   const std::string& device_name() const noexcept { return device_name_; }
+  const EventPort& events() const noexcept { return events_; }
 
  private:
   void set_enumeration(const char* name, const std::string& value) const;
@@ -68,6 +72,7 @@ class FeatureAccess {
 
   ArvDevice* device_;
   std::string device_name_;
+  EventPort events_;
 };
 
 }  // namespace striper::detail

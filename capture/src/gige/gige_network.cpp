@@ -20,8 +20,6 @@ namespace {
 using namespace std::chrono_literals;
 using detail::GvcpDevice;
 using detail::NetworkInterface;
-using Severity = Diagnosis::Severity;
-
 constexpr auto kAnswerWithin = 500ms;
 constexpr int kJumboMtu = 8000;
 constexpr int kSmallestPacket = 576;
@@ -76,13 +74,13 @@ void add_usb_cameras(std::vector<GigeListing>& listings) {
   }
 }
 
-Diagnosis answers_filtered(std::uint64_t count, const std::vector<NetworkInterface>& interfaces) {
+Event answers_filtered(std::uint64_t count, const std::vector<NetworkInterface>& interfaces) {
   std::vector<std::string> cures;
   for (const NetworkInterface& one : interfaces) {
     if (one.name == "lo" || !detail::filters_by_reverse_path(one.name)) continue;
     cures.push_back(fmt::format("`sysctl -w net.ipv4.conf.{}.rp_filter=2`", one.name));
   }
-  return {Severity::kBad,
+  return {"answers_filtered",
           fmt::format("somebody answered and the reverse-path filter of this machine threw {} "
                       "packet{} away: a camera of another subnet, very likely",
                       count, count == 1 ? "" : "s"),
@@ -90,7 +88,7 @@ Diagnosis answers_filtered(std::uint64_t count, const std::vector<NetworkInterfa
                       fmt::join(cures, ", "))};
 }
 
-Diagnosis nobody_answers(const std::vector<NetworkInterface>& interfaces) {
+Event nobody_answers(const std::vector<NetworkInterface>& interfaces) {
   std::vector<std::string> asked;
   asked.reserve(interfaces.size());
   for (const NetworkInterface& one : interfaces) {
@@ -107,29 +105,30 @@ Diagnosis nobody_answers(const std::vector<NetworkInterface>& interfaces) {
         "of another subnet",
         one.name);
   }
-  return {Severity::kBad, fmt::format("no camera answers; asked on {}", fmt::join(asked, ", ")),
+  return {"camera_not_found", fmt::format("no camera answers; asked on {}", fmt::join(asked, ", ")),
           cure};
 }
 
-Diagnosis not_that_one(const std::string& name, const std::vector<GvcpDevice>& present) {
+Event not_that_one(const std::string& name, const std::vector<GvcpDevice>& present) {
   std::vector<std::string> there;
   there.reserve(present.size());
   for (const GvcpDevice& one : present) {
     there.push_back(fmt::format("{} at {}", one.serial, ip(one.address)));
   }
-  return {Severity::kBad, fmt::format("no camera '{}'; there are {}", name, fmt::join(there, ", ")),
+  return {"camera_not_found",
+          fmt::format("no camera '{}'; there are {}", name, fmt::join(there, ", ")),
           "name one of these"};
 }
 
 void examine_camera(const GvcpDevice& device, const std::vector<NetworkInterface>& interfaces,
-                    std::vector<Diagnosis>& findings) {
-  findings.push_back({Severity::kGood,
+                    std::vector<Event>& findings) {
+  findings.push_back({"camera_found",
                       fmt::format("{} {} {} answers at {} on {}", device.manufacturer, device.model,
                                   device.serial, ip(device.address), device.interface_name),
                       ""});
   if (!device.is_reachable()) {
     findings.push_back(
-        {Severity::kBad,
+        {"camera_other_subnet",
          fmt::format("wrong subnet: the camera is {}, {} is {}/{}", ip(device.address),
                      device.interface_name, ip(device.interface_address),
                      ip(device.interface_mask)),
@@ -141,34 +140,34 @@ void examine_camera(const GvcpDevice& device, const std::vector<NetworkInterface
   const detail::Access access = detail::access_of(device.address, kAnswerWithin);
   if (access.state == detail::AccessState::kHeld) {
     findings.push_back(
-        {Severity::kBad,
+        {"camera_held",
          fmt::format("held by another program{}",
                      access.holder.empty() ? "" : " (" + access.holder + ")"),
          "stop that program; one that died lets go after the heartbeat time, 3 s or so"});
   } else if (access.state == detail::AccessState::kFree) {
-    findings.push_back({Severity::kGood, "free to be opened", ""});
+    findings.push_back({"camera_free", "free to be opened", ""});
   } else {
-    findings.push_back({Severity::kDoubtful, "does not tell whether it is held", ""});
+    findings.push_back({"camera_access_unknown", "does not tell whether it is held", ""});
   }
   for (const NetworkInterface& one : interfaces) {
     if (one.name != device.interface_name || one.mtu >= kJumboMtu) continue;
     findings.push_back(
-        {Severity::kDoubtful, fmt::format("MTU of {} is {}: many small packets", one.name, one.mtu),
+        {"packets_small", fmt::format("MTU of {} is {}: many small packets", one.name, one.mtu),
          fmt::format("`ip link set {} mtu 9000`, where camera and switch can", one.name)});
     break;  // an interface with several addresses is one
   }
 }
 
-Diagnosis conclude_path(const std::vector<int>& arrived, int wanted) {
+Event conclude_path(const std::vector<int>& arrived, int wanted) {
   if (arrived.empty()) {
-    return {Severity::kBad,
+    return {"stream_blocked",
             "the camera answers, and none of its test packets arrives (or it can send none)",
             "a firewall drops them: let UDP in that comes from the camera's address (nft: `ip "
             "saddr ADDRESS udp sport != 3956 accept`)"};
   }
   if (std::find(arrived.begin(), arrived.end(), wanted) == arrived.end()) {
     const int largest = *std::max_element(arrived.begin(), arrived.end());
-    return {Severity::kBad,
+    return {"stream_blocked",
             fmt::format("the MTU is too small on the way: packets of {} bytes arrive, those of {} "
                         "do not",
                         largest, wanted),
@@ -176,7 +175,7 @@ Diagnosis conclude_path(const std::vector<int>& arrived, int wanted) {
                         "found; or raise the MTU of the interface and of every switch",
                         largest)};
   }
-  return {Severity::kBad, "test packets arrive and pictures do not: the camera takes none",
+  return {"camera_silent", "test packets arrive and pictures do not: the camera takes none",
           "a trigger that never comes: look at trigger= and its wiring, or try trigger=off"};
 }
 
@@ -195,8 +194,8 @@ std::vector<GigeListing> list_gige_cameras() {
   return listings;
 }
 
-std::vector<Diagnosis> examine_gige_network(const std::string& name) {
-  std::vector<Diagnosis> findings;
+std::vector<Event> examine_gige_network(const std::string& name) {
+  std::vector<Event> findings;
   const std::vector<NetworkInterface> interfaces = detail::network_interfaces();
   const std::uint64_t drops_before = detail::reverse_path_drops();
   const std::vector<GvcpDevice> present = detail::discover(kAnswerWithin);
@@ -215,7 +214,7 @@ std::vector<Diagnosis> examine_gige_network(const std::string& name) {
   return findings;
 }
 
-std::vector<Diagnosis> examine_gige_stream(const std::string& name, int packet_bytes) {
+std::vector<Event> examine_gige_stream(const std::string& name, int packet_bytes) {
   std::optional<GvcpDevice> camera;
   for (GvcpDevice& device : detail::discover(kAnswerWithin)) {
     if (!camera && device.is_called(name) && device.is_reachable()) camera = std::move(device);
@@ -225,11 +224,6 @@ std::vector<Diagnosis> examine_gige_stream(const std::string& name, int packet_b
   const auto arrived = detail::sizes_that_arrive(*camera, {kSmallestPacket, kUsualPacket, wanted});
   if (!arrived) return {};
   return {conclude_path(*arrived, wanted)};
-}
-
-bool any_bad(const std::vector<Diagnosis>& findings) noexcept {
-  return std::any_of(findings.begin(), findings.end(),
-                     [](const Diagnosis& one) { return one.severity == Severity::kBad; });
 }
 
 }  // namespace striper

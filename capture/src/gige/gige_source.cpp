@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 #include <striper/gige/gige_source.hpp>
 
 #include "common_keys.hpp"
@@ -31,12 +31,12 @@ constexpr std::int64_t kQuiet_ns = 500'000'000;  // without a picture: ask the c
 constexpr auto kLongestPause = 2000ms;
 
 /// What the stream says of a picture that is not whole.
-struct Verdict {
+struct PictureFault {
   FrameStatus status;
   const char* detail;
 };
 
-Verdict verdict_of(ArvBufferStatus status) {
+PictureFault fault_of(ArvBufferStatus status) {
   switch (status) {
     case ARV_BUFFER_STATUS_SUCCESS:
       return {FrameStatus::kOk, ""};
@@ -67,25 +67,28 @@ bool is_same_stream(const detail::PictureSetup& setup, const SourceInfo& info) {
 void say_what_keys_mean(const CommonKeys& common, const GigeOptions& options) {
   const bool is_triggered = !options.trigger.empty() && options.trigger != "off";
   if (common.cadence.has_dark() && options.strobe_lines.empty() && !is_triggered) {
-    log(LogLevel::kWarning,
-        fmt::format("'{}': laser={} without strobe= switches nothing; it says what something else "
-                    "does with the laser, in step with the pictures. For a laser on one of the "
-                    "camera's own lines name that: strobe=Line2",
-                    options.uri, common.cadence.to_string()));
+    options.events.send(
+        {"laser_not_switched",
+         fmt::format("'{}': laser={} without strobe= switches nothing; it says what something else "
+                     "does with the laser, in step with the pictures. For a laser on one of the "
+                     "camera's own lines name that: strobe=Line2",
+                     options.uri, common.cadence.to_string())});
   }
   if (common.fields) {
-    log(LogLevel::kWarning,
-        fmt::format("'{}': fields= takes each picture as two fields, exposed one after the other. "
-                    "Nearly all cameras of this kind expose whole pictures, in which both show the "
-                    "same moment: then leave it out",
-                    options.uri));
+    options.events.send(
+        {"setting_unlikely",
+         fmt::format(
+             "'{}': fields= takes each picture as two fields, exposed one after the other. "
+             "Nearly all cameras of this kind expose whole pictures, in which both show the "
+             "same moment: then leave it out",
+             options.uri)});
   }
 }
 
 }  // namespace
 
 struct GigeSource::State {
-  explicit State(SourceUri given);
+  State(SourceUri given, const EventPort& events);
 
   void begin();
   void end();
@@ -135,9 +138,10 @@ struct GigeSource::State {
   std::int64_t lost_at_ns = 0;
 };
 
-GigeSource::State::State(SourceUri given)
+GigeSource::State::State(SourceUri given, const EventPort& events)
     : uri(std::move(given)), common(CommonKeys::take(uri)), options(GigeOptions::take(uri)) {
   options.cadence = common.cadence;
+  options.events = events;
   options.validate();
   say_what_keys_mean(common, options);
   session = std::make_shared<Session>(options);
@@ -155,7 +159,8 @@ GigeSource::State::State(SourceUri given)
   common.apply(info);
 }
 
-GigeSource::GigeSource(SourceUri uri) : state_(std::make_unique<State>(std::move(uri))) {}
+GigeSource::GigeSource(SourceUri uri, const EventPort& events)
+    : state_(std::make_unique<State>(std::move(uri), events)) {}
 
 GigeSource::~GigeSource() { state_->end(); }
 
@@ -249,9 +254,9 @@ bool GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
     return false;
   }
 
-  const Verdict verdict = verdict_of(status);
-  frame.status = verdict.status;
-  frame.status_detail = verdict.detail;
+  const PictureFault fault = fault_of(status);
+  frame.status = fault.status;
+  frame.status_detail = fault.detail;
   frame.sequence = number.sequence;
   completed_ns = slot.completed_ns;
   describe(frame, slot, number.since_start);
@@ -379,8 +384,8 @@ void GigeSource::State::look_after(Session& camera) {
 
 /// Closing a camera that does not answer takes seconds: nobody waits for that.
 void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
-  log(LogLevel::kWarning, fmt::format("camera {} is lost: {}; trying to open it again",
-                                      camera->description(), camera->loss()));
+  options.events.send({"source_lost", fmt::format("camera {} is lost: {}; trying to open it again",
+                                                  camera->description(), camera->loss())});
   const bool is_timed_by_others =
       !camera->numbers_by_trigger() && !options.trigger.empty() && options.trigger != "off";
   {
@@ -396,16 +401,15 @@ void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
   }
   try {
     burial = std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });
-  } catch (const std::system_error& failure) {  // no thread for it: it was closed here
-    log(LogLevel::kDebug, fmt::format("closing the lost camera: {}", failure.what()));
+  } catch (const std::system_error&) {  // No thread for it: it was closed here.
   }
 }
 
 /// Its laser was commanded off, if it answers: whoever reads may leave now.
 void GigeSource::State::end_stream(const Session& camera) {
   if (has_ended.exchange(true)) return;
-  log(LogLevel::kError,
-      fmt::format("camera {} is lost: {}; the stream ends", camera.description(), camera.loss()));
+  options.events.send({"source_gone", fmt::format("camera {} is lost: {}; the stream ends",
+                                                  camera.description(), camera.loss())});
   wake();
 }
 
@@ -426,13 +430,14 @@ bool GigeSource::State::try_reopen() {
     ++statistics.reconnects;
     session = std::move(camera);
     last_refusal.clear();
-    log(LogLevel::kWarning,
-        fmt::format("camera {} is back after {:.1f} s", session->description(), gone_s));
+    options.events.send({"source_back", fmt::format("camera {} is back after {:.1f} s",
+                                                    session->description(), gone_s)});
     return true;
   } catch (const std::exception& failure) {  // a thread that cannot be made is no Error
     if (last_refusal != failure.what()) {
-      log(LogLevel::kWarning,
-          fmt::format("the lost camera is not open yet: {}", last_refusal = failure.what()));
+      last_refusal = failure.what();
+      options.events.send(
+          {"source_not_open", fmt::format("the lost camera is not open yet: {}", last_refusal)});
     }
     return false;
   }

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 namespace striper::detail {
 namespace {
@@ -153,7 +153,8 @@ bool LaserLines::try_off() noexcept {
     off();
     return true;
   } catch (const std::exception& failure) {
-    log(LogLevel::kError, fmt::format("cannot command the laser off: {}", failure.what()));
+    features_.events().send(
+        {"laser_not_off", fmt::format("cannot command the laser off: {}", failure.what())});
     return false;
   }
 }

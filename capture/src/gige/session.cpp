@@ -9,7 +9,7 @@
 #include <pthread.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "gige/host_clock.hpp"
 #include "gige/stream_socket.hpp"
@@ -27,13 +27,13 @@ constexpr auto kPictureBegins = 500ms;  // after the exposure, for a software tr
 constexpr std::int64_t kSurelyWrong_ns = 2'000'000'000;
 
 // A late thread loses packets. Without the right to ask for it this does nothing.
-void raise_priority() {
+void raise_priority(const EventPort& events) {
   sched_param priority{};
   priority.sched_priority = 10;
   if (pthread_setschedparam(pthread_self(), SCHED_RR, &priority) != 0) {
-    log(LogLevel::kInfo,
-        "the stream thread is not real-time: give the program CAP_SYS_NICE (`setcap "
-        "cap_sys_nice+ep`) if pictures are lost");
+    events.send({"thread_not_realtime",
+                 "the stream thread is not real-time: give the program CAP_SYS_NICE (`setcap "
+                 "cap_sys_nice+ep`) if pictures are lost"});
   }
 }
 
@@ -53,7 +53,8 @@ Session::Session(const GigeOptions& options)
     : options_(options),
       opened_(open_camera(options)),
       holder_(access_of(opened_.address, kProbeWithin).holder),
-      features_(arv_camera_get_device(opened_.camera.get()), "camera " + opened_.description),
+      features_(arv_camera_get_device(opened_.camera.get()), "camera " + opened_.description,
+                options_.events),
       lasers_(at_rest(features_), options),
       clock_(features_, features_mutex_, opened_.address, options.ptp) {
   try {
@@ -184,11 +185,12 @@ void Session::tune_stream() {
   const int wanted = options_.socket_buffer_mb << 20;
   socket_buffer_bytes_ = set_receive_buffer(port, wanted);
   if (wanted > 0 && socket_buffer_bytes_ < wanted) {
-    log(LogLevel::kWarning,
-        fmt::format(
-            "camera {}: the socket's buffer is {} kB instead of {} kB, packets may be lost: "
-            "`sysctl -w net.core.rmem_max={}`",
-            description(), socket_buffer_bytes_ >> 10, wanted >> 10, wanted));
+    options_.events.send(
+        {"socket_buffer_small",
+         fmt::format(
+             "camera {}: the socket's buffer is {} kB instead of {} kB, packets may be lost: "
+             "`sysctl -w net.core.rmem_max={}`",
+             description(), socket_buffer_bytes_ >> 10, wanted >> 10, wanted)});
   }
 }
 
@@ -237,23 +239,25 @@ void Session::darken() noexcept {
     if (stream_) arv_camera_stop_acquisition(opened_.camera.get(), nullptr);
     if (lasers_.try_off()) {
       tries_to_darken_ = 0;
-      log(LogLevel::kInfo,
-          fmt::format("camera {} is lost but answers: its lasers were commanded off",
-                      description()));
+      options_.events.send(
+          {"laser_off", fmt::format("camera {} is lost but answers: its lasers were commanded off",
+                                    description())});
     }
     if (is_free) arv_gv_device_leave_control(device, nullptr);
   } catch (const std::exception& failure) {
-    log(LogLevel::kError,
-        fmt::format("camera {}: cannot command the laser off: {}", description(), failure.what()));
+    options_.events.send(
+        {"laser_not_off", fmt::format("camera {}: cannot command the laser off: {}", description(),
+                                      failure.what())});
   }
 }
 
 bool Session::may_command(const Access& access) {
   if (access.holder.empty() || access.holder == holder_) return true;
   tries_to_darken_ = 0;
-  log(LogLevel::kWarning,
-      fmt::format("camera {}: its lasers cannot be commanded off: another program ({}) holds it",
-                  description(), access.holder));
+  options_.events.send(
+      {"laser_not_off",
+       fmt::format("camera {}: its lasers cannot be commanded off: another program ({}) holds it",
+                   description(), access.holder)});
   return false;
 }
 
@@ -270,9 +274,10 @@ PoolSlot* Session::pop() {
 }
 
 void Session::on_stream_event(void* self, ArvStreamCallbackType type, ArvBuffer* buffer) {
-  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) raise_priority();
+  auto& session = *static_cast<Session*>(self);
+  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) raise_priority(session.options_.events);
   if (type == ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE && buffer != nullptr) {
-    static_cast<Session*>(self)->on_buffer_done(buffer);
+    session.on_buffer_done(buffer);
   }
 }
 

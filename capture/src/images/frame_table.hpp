@@ -2,11 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include <striper/core/cadence.hpp>
+#include <striper/core/csv_table.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
 
 namespace striper::detail {
@@ -21,16 +24,15 @@ struct FrameRow {
   Cadence cadence;   ///< Of the source that was recorded.
 };
 
-/// The header line and a row's line, with their line ends. RFC 4180; numbers round-trip.
-std::string format_frame_table_header();
-std::string format_frame_row(const FrameRow& row);
+/// The table's columns (CONVENTIONS.md, Recordings).
+std::span<const CsvColumn<FrameRow>> frame_columns();
 
 /// Reads a table. Columns are found by name; `file` must be there, every other may be missing (then
 /// it is as in a new Frame, with `sequence` counting up), unknown ones are ignored. A last line
-/// that was cut off (no line end, fields missing) is left out with a warning in the log.
+/// that was cut off (no line end, fields missing) is left out and `recording_cut` is sent.
 /// @param default_period_ns from picture to picture where the table has no times.
-/// @throws Error{kIo} where it cannot be read, Error{kBadFile} naming line, column and value.
+/// @throws Error as `CsvReader` does.
 std::vector<FrameRow> read_frame_table(const std::filesystem::path& path,
-                                       std::int64_t default_period_ns);
+                                       std::int64_t default_period_ns, const EventPort& events);
 
 }  // namespace striper::detail

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 #include <striper/images/image_source.hpp>
 #include <striper/images/picture_files.hpp>
 
@@ -54,9 +54,10 @@ std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double 
   return rows;
 }
 
-std::vector<FrameRow> rows_of_recording(const fs::path& directory, double rate_hz) {
-  std::vector<FrameRow> rows = detail::read_frame_table(directory / detail::kFrameTableName,
-                                                        std::llround(kNsPerSecond / rate_hz));
+std::vector<FrameRow> rows_of_recording(const fs::path& directory, double rate_hz,
+                                        const EventPort& events) {
+  std::vector<FrameRow> rows = detail::read_frame_table(
+      directory / detail::kFrameTableName, std::llround(kNsPerSecond / rate_hz), events);
   if (rows.empty()) {
     throw Error(ErrorKind::kNotFound,
                 fmt::format("recording '{}' has no frames", directory.string()));
@@ -87,6 +88,8 @@ std::uint64_t count_pictures(const std::vector<FrameRow>& rows) {
 }  // namespace
 
 struct ImageSource::State {
+  EventPort events;
+
   // What every frame of the same kind of field must be: as the first one that decoded.
   struct Shape {
     cv::Size size;
@@ -126,8 +129,8 @@ void ImageSource::State::take_keys(SourceUri& uri) {
   const fs::path path = uri.path();
   std::error_code ignored;
   const bool is_recording = fs::exists(path / detail::kFrameTableName, ignored);
-  rows =
-      is_recording ? rows_of_recording(path, rate_hz) : rows_of_plain_pictures(uri.path(), rate_hz);
+  rows = is_recording ? rows_of_recording(path, rate_hz, events)
+                      : rows_of_plain_pictures(uri.path(), rate_hz);
 
   info.uri = uri.text();
   info.pictures = count_pictures(rows);
@@ -176,11 +179,12 @@ void ImageSource::State::check_bits(const FrameRow& row) const {
   }
   constexpr double kHighestOfTwelveBits = 4095.0;
   if (!bits && highest <= kHighestOfTwelveBits) {
-    log(LogLevel::kWarning,
-        fmt::format(
-            "'{}' has 16 bits and no value above {}: if its camera gives fewer bits, say so "
-            "(?bits=12), or its saturated pixels are not known",
-            row.file, highest));
+    events.send(
+        {"bits_unknown",
+         fmt::format(
+             "'{}' has 16 bits and no value above {}: if its camera gives fewer bits, say so "
+             "(?bits=12), or its saturated pixels are not known",
+             row.file, highest)});
   }
 }
 
@@ -238,7 +242,9 @@ void ImageSource::State::count(const Frame& frame) {
   if (frame.sequence > last + 1) statistics.dropped += frame.sequence - last - 1;
 }
 
-ImageSource::ImageSource(SourceUri uri) : state_(std::make_unique<State>()) {
+ImageSource::ImageSource(SourceUri uri, const EventPort& events)
+    : state_(std::make_unique<State>()) {
+  state_->events = events;
   state_->take_keys(uri);
   state_->look_at_first_picture();
 }

@@ -79,30 +79,33 @@ bool is_recordable(const cv::Mat& image) {
 
 }  // namespace
 
+struct Recorder::Table : CsvWriter<detail::FrameRow> {
+  using CsvWriter::CsvWriter;
+};
+
 Recorder::Recorder(fs::path directory, const SourceInfo& info)
     : directory_(std::move(directory)), cadence_(info.cadence) {
   make_empty_directory(directory_);
   const fs::path table = directory_ / detail::kFrameTableName;
-  table_ = ::open(table.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
-  if (table_ < 0) fail(table, errno);
   try {
-    append_row(detail::format_frame_table_header());
-  } catch (...) {
-    ::close(table_);
-    ::unlink(table.c_str());
+    table_ =
+        std::make_unique<Table>(table.string(), detail::frame_columns(), CsvOutput::Mode::kNew);
+  } catch (const Error&) {
+    // Not even its header could be written: the directory can be used again.
+    std::error_code ignored;
+    if (fs::is_empty(table, ignored)) fs::remove(table, ignored);
     throw;
   }
 }
 
 Recorder::~Recorder() {
-  if (table_ < 0) return;
-  ::close(table_);
-  if (frames_ == 0) ::unlink((directory_ / detail::kFrameTableName).c_str());
+  std::error_code ignored;
+  if (frames_ == 0) fs::remove(directory_ / detail::kFrameTableName, ignored);
 }
 
 void Recorder::write(const Frame& frame) {
-  detail::FrameRow row{write_picture(frame), frame, cadence_};
-  append_row(detail::format_frame_row(row));
+  table_->add({write_picture(frame), frame, cadence_});
+  table_->flush();
   ++frames_;
 }
 
@@ -115,17 +118,6 @@ std::string Recorder::write_picture(const Frame& frame) {
   if (!cv::imencode(".png", frame.image, encoded_, kFastest)) fail(directory_ / name, EIO);
   write_whole_file(directory_ / name, encoded_);
   return name;
-}
-
-void Recorder::append_row(const std::string& row) {
-  const auto* begin = reinterpret_cast<const unsigned char*>(row.data());
-  const int failure = write_all(table_, {begin, row.size()});
-  if (failure != 0) {
-    // Whole lines only: cut off what a full disk took of this one.
-    [[maybe_unused]] const int cut = ::ftruncate(table_, static_cast<off_t>(table_size_));
-    fail(directory_ / detail::kFrameTableName, failure);
-  }
-  table_size_ += row.size();
 }
 
 }  // namespace striper

@@ -43,7 +43,7 @@ Eigen::Matrix3d facing(const Eigen::Vector3d& normal) {
   return rotation;
 }
 
-Eigen::Isometry3d Motion::moved(const Eigen::Isometry3d& pose, double time_s) const {
+Eigen::Isometry3d SteadyMotion::moved(const Eigen::Isometry3d& pose, double time_s) const {
   Eigen::Isometry3d result = pose;
   result.translation() += time_s * velocity_m_s;
   const double angle = angular_velocity_rad_s.norm() * time_s;

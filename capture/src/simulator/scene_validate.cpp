@@ -55,7 +55,7 @@ void check_pose(const std::string& field, const Eigen::Isometry3d& pose) {
     refuse(field + ".rotation_deg", error, "a rotation matrix (difference of R'R from identity 0)");
   }
 }
-void check_motion(const std::string& field, const Motion& motion) {
+void check_motion(const std::string& field, const SteadyMotion& motion) {
   check_finite(field + ".velocity_m_s", motion.velocity_m_s);
   check_finite(field + ".angular_velocity_deg_s", kDegrees * motion.angular_velocity_rad_s);
 }

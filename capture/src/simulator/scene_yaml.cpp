@@ -214,7 +214,7 @@ void read_daylight(const SceneField& field, Daylight& light) {
   field.read("sky_radiance_w_m2_sr_nm", light.sky_radiance_w_m2_sr_nm);
 }
 
-void read_motion(const SceneField& field, Motion& motion) {
+void read_motion(const SceneField& field, SteadyMotion& motion) {
   field.read("velocity_m_s", motion.velocity_m_s);
   field.read("angular_velocity_deg_s", motion.angular_velocity_rad_s, kDegree);
 }

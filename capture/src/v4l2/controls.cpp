@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 namespace striper::v4l2 {
 namespace {
@@ -202,7 +202,7 @@ void set_controls(const VideoDevice& device, const std::map<std::string, std::st
   for (const auto& [control, value] : settings) require_write(device, *control, value);
 }
 
-std::int64_t set_exposure(const VideoDevice& device, double exposure_us) {
+std::int64_t set_exposure(const VideoDevice& device, double exposure_us, const EventPort& events) {
   const std::vector<Control> controls = list_controls(device);
   const Control* const exposure = find(controls, V4L2_CID_EXPOSURE_ABSOLUTE);
   if (exposure == nullptr) {
@@ -226,9 +226,10 @@ std::int64_t set_exposure(const VideoDevice& device, double exposure_us) {
   constexpr double kAsAskedFor = 0.1;
   const double is_us = 1e-3 * static_cast<double>(exposure_ns);
   if (std::abs(is_us - exposure_us) > kAsAskedFor * exposure_us) {
-    log(LogLevel::kWarning, fmt::format("v4l2 '{}': exposure_us={} became {:.0f}, the nearest that "
-                                        "the camera takes",
-                                        device.card(), exposure_us, is_us));
+    events.send({"setting_adjusted",
+                 fmt::format("v4l2 '{}': exposure_us={} became {:.0f}, the nearest that the camera "
+                             "takes",
+                             device.card(), exposure_us, is_us)});
   }
   return exposure_ns;
 }

@@ -8,6 +8,8 @@
 
 #include <linux/videodev2.h>
 
+#include <striper/core/event.hpp>
+
 #include "v4l2/video_device.hpp"
 
 namespace striper::v4l2 {
@@ -45,7 +47,7 @@ void set_controls(const VideoDevice& device, const std::map<std::string, std::st
 /// Sets a fixed exposure, switching automatic exposure off.
 /// @return what the device made of it, in nanoseconds.
 /// @throws Error{kUnsupported} where it has no control for it.
-std::int64_t set_exposure(const VideoDevice& device, double exposure_us);
+std::int64_t set_exposure(const VideoDevice& device, double exposure_us, const EventPort& events);
 
 /// The exposure that the device says it has; 0 where it does not say or chooses by itself.
 std::int64_t read_exposure_ns(const VideoDevice& device);

@@ -11,8 +11,9 @@ Agreement negotiate(const VideoDevice& device, const V4l2Options& options) {
   agreed.signal = choose_signal(device, options);
   choose_picture(device, options, agreed);
   set_controls(device, options.controls);
-  agreed.exposure_ns = options.exposure_us > 0.0 ? set_exposure(device, options.exposure_us)
-                                                 : read_exposure_ns(device);
+  agreed.exposure_ns = options.exposure_us > 0.0
+                           ? set_exposure(device, options.exposure_us, options.events)
+                           : read_exposure_ns(device);
   return agreed;
 }
 

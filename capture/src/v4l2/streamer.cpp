@@ -11,7 +11,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "v4l2/negotiate.hpp"
 #include "v4l2/picture_format.hpp"
@@ -202,9 +202,9 @@ void Streamer::ask_for_signal() {
   signal_answer_ = std::min(signal_answer_, Clock::now() - signal_asked_at_);
   const std::string trouble = signal_trouble(input.status);
   if (!trouble.empty() && has_signal_) {
-    log(LogLevel::kWarning,
-        fmt::format("v4l2 {}: input {} ('{}') {}", options_.device, agreement_.signal.input,
-                    agreement_.signal.input_name, trouble));
+    options_.events.send({"signal_lost", fmt::format("v4l2 {}: input {} ('{}') {}", options_.device,
+                                                     agreement_.signal.input,
+                                                     agreement_.signal.input_name, trouble)});
   }
   if (trouble.empty() && !has_signal_) signal_since_ns_ = monotonic_ns();
   has_signal_ = trouble.empty();
@@ -218,8 +218,11 @@ void Streamer::lose(const std::string& reason) {
   lost_at_ = Clock::now();
   pause_ = milliseconds{0};
   last_refusal_.clear();
-  if (options_.reconnect_s <= 0.0) return end(reason);
-  log(LogLevel::kWarning, fmt::format("v4l2 {}: {}; opening it again", options_.device, reason));
+  if (options_.reconnect_s <= 0.0) {
+    send("source_gone", reason);
+    return end();
+  }
+  send("source_lost", reason + "; opening it again");
 }
 
 void Streamer::try_again() {
@@ -228,16 +231,19 @@ void Streamer::try_again() {
   try {
     open_again();
     ++counters_.reconnects;
-    log(LogLevel::kInfo, fmt::format("v4l2 {}: streams again", options_.device));
+    send("source_back", "streams again");
   } catch (const Error& error) {
     ring_.reset();
     device_.reset();
     const std::chrono::duration<double> waited = Clock::now() - lost_at_;
     if (waited.count() > options_.reconnect_s) {
-      return end(
-          fmt::format("it did not come back in {:.3g} s: {}", options_.reconnect_s, error.what()));
+      send("source_gone",
+           fmt::format("it did not come back in {:.3g} s: {}", options_.reconnect_s, error.what()));
+      return end();
     }
-    if (last_refusal_ != error.what()) log(LogLevel::kWarning, last_refusal_ = error.what());
+    if (last_refusal_ != error.what()) {
+      options_.events.send({"source_not_open", last_refusal_ = error.what()});
+    }
     pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
   }
 }
@@ -252,9 +258,12 @@ void Streamer::open_again() {
   connect();
 }
 
-void Streamer::end(const std::string& reason) {
+void Streamer::send(EventCode code, const std::string& what) const {
+  options_.events.send({code, fmt::format("v4l2 {}: {}", options_.device, what)});
+}
+
+void Streamer::end() {
   has_ended_ = true;
-  log(LogLevel::kError, fmt::format("v4l2 {}: {}; the stream ends", options_.device, reason));
   queue_.close(NextStatus::kEnd);
 }
 

@@ -42,7 +42,8 @@ class Streamer {
   void lose(const std::string& reason);
   void try_again();
   void open_again();
-  void end(const std::string& reason);
+  void end();
+  void send(EventCode code, const std::string& what) const;
   void connect();
 
   const V4l2Options& options_;

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "common_keys.hpp"
@@ -90,8 +90,8 @@ V4l2Source::V4l2Source(V4l2Options options, std::shared_ptr<VideoCalls> calls)
         fmt::format("fields= contradicts field={}, which says itself which field is first",
                     field_to_string(agreement_.field)));
   }
-  log(LogLevel::kInfo,
-      fmt::format("v4l2 {}: {}, {}", options_.device, card_, agreement_.describe()));
+  options_.events.send({"source_opened", fmt::format("v4l2 {}: {}, {}", options_.device, card_,
+                                                     agreement_.describe())});
 }
 
 SourceInfo V4l2Source::info() const {

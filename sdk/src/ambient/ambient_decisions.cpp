@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "ambient/ambient_state.hpp"
 #include "ambient/cadence_rules.hpp"
@@ -98,11 +98,11 @@ void AmbientStage::State::heed_own_illumination(const Frame& exposure, std::uint
   if (is_source_unsure) {
     is_source_unsure = is_in_doubt = false;
     unpaired += queue.drop_unlabelled();
-    settle(surely, options.cadence.is_automatic() ? "from the frames" : "given");
+    settle(surely, options.cadence.is_automatic() ? PatternOrigin::kFrames : PatternOrigin::kGiven);
   }
   const Illumination expected = queue.cadence().at(number);
   // What the frames say wins; they follow no pattern that could tell what is to come.
-  if (is_settled && !expected.is_unknown() && own != expected) settle({}, "from the frames");
+  if (is_settled && !expected.is_unknown() && own != expected) settle({}, PatternOrigin::kFrames);
 }
 
 // A source that said what lights its exposures does not know any more, as after a camera was lost
@@ -152,10 +152,10 @@ void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
     const bool is_other =
         queue.cadence().is_automatic() || !detail::agree(finding.cadence, queue.cadence());
     const bool was_found = is_settled || is_in_doubt;
-    if (was_found && is_other && queue.cadence().has_dark()) warn(kSlipped);
+    if (was_found && is_other && queue.cadence().has_dark()) send("pattern_slipped", kSlipped);
     // What looked like a line was something else, and may again.
     if (is_in_doubt && !is_other) until_next_doubt = kBetweenChecks;
-    if (!is_settled || is_other) settle(finding.cadence, "found");
+    if (!is_settled || is_other) settle(finding.cadence, PatternOrigin::kFound);
     until_next_look = kBetweenChecks;
     return;
   }
@@ -163,11 +163,11 @@ void AmbientStage::State::conclude(const CadenceFinder::Finding& finding) {
   if (is_in_doubt && finder.shows_lines_in_dark(queue.cadence())) {
     is_in_doubt = false;
   } else if (is_in_doubt) {
-    settle(queue.cadence(), "found");
+    settle(queue.cadence(), PatternOrigin::kFound);
     if (is_finished) unpaired += queue.give_up();
   }
   if (!is_settled) {
-    settle(Cadence({Illumination::laser(0)}), "no dark exposure seen");
+    settle(Cadence({Illumination::laser(0)}), PatternOrigin::kAssumed);
     say_nothing_is_taken_off(finding);
   }
   const bool is_sure = finding.always_lit || queue.cadence().has_dark();
@@ -185,7 +185,7 @@ void AmbientStage::State::judge_given(const CadenceFinder::Finding& finding) {
     if (finding.is_plain || is_said_twice) return contradict_given(finding.cadence);
     otherwise = finding.cadence;
   } else if (finding.always_lit && given.has_dark()) {
-    contradict_given("the laser shows in every picture");
+    contradict_given("always_lit", "the laser shows in every picture");
   } else if (found || finding.always_lit) {
     is_judged = true;
   } else if (finder.pictures() >= CadenceFinder::kPictures) {
@@ -207,19 +207,23 @@ void AmbientStage::State::judge_given_at_end() {
   if (unclear_looks > 0) say_that_nothing_tells_apart();
 }
 
-void AmbientStage::State::contradict_given(const std::string& what) {
+void AmbientStage::State::contradict_given(EventCode code, const std::string& what) {
   is_judged = true;
-  warn(fmt::format("the cadence '{}' was given, but {}", options.cadence.to_string(), what));
+  send_once({code,
+             fmt::format("the cadence '{}' was given, but {}", options.cadence.to_string(), what)});
 }
 
 void AmbientStage::State::contradict_given(const Cadence& shown) {
-  contradict_given(fmt::format("the pictures show '{}'", shown.to_string()));
+  contradict_given("pattern_contradicted",
+                   fmt::format("the pictures show '{}'", shown.to_string()));
 }
 
 // What a period is too long for, six pictures do not show either.
 void AmbientStage::State::say_that_nothing_tells_apart() {
   const bool is_short = options.cadence.pattern().size() <= kLongestSeenInOneLook;
-  if (options.cadence.has_dark() && is_short) contradict_given(kNothingTellsApart);
+  if (options.cadence.has_dark() && is_short) {
+    contradict_given("pattern_unseen", kNothingTellsApart);
+  }
 }
 
 void AmbientStage::State::doubt_given() {
@@ -237,12 +241,12 @@ void AmbientStage::State::find_phase(const CadenceFinder::Finding& finding) {
   if (turned) {
     const bool is_same = detail::agree(*turned, queue.cadence());
     if (is_in_doubt && is_same) until_next_doubt = kBetweenChecks;
-    if (is_in_doubt && !is_same) warn(kSlipped);
-    if (!is_settled || !is_same) settle(*turned, "its phase found in the pictures");
+    if (is_in_doubt && !is_same) send("pattern_slipped", kSlipped);
+    if (!is_settled || !is_same) settle(*turned, PatternOrigin::kPhase);
   } else if (!is_settled) {
     is_in_doubt = false;
     unpaired += queue.drop_unlabelled();
-    warn(kPhaseUnknown);
+    send("pattern_lost", kPhaseUnknown);
   }
   until_next_look = kBetweenChecks;
 }
@@ -252,30 +256,32 @@ void AmbientStage::State::say_nothing_is_taken_off(const CadenceFinder::Finding&
   const bool is_asked_for =
       options.method == AmbientMethod::kFields || options.method == AmbientMethod::kAlternate;
   if (finding.always_lit) {
-    if (is_asked_for) warn(fmt::format(kAlwaysLit, to_string(options.method)));
+    if (is_asked_for) {
+      send_once({"always_lit", fmt::format(kAlwaysLit, to_string(options.method))});
+    }
   } else if (finder.exposures() > 1 && is_asked_for) {
-    warn(kNoDarkSeen);
+    send_once({Severity::kWarning, "no_dark_exposure", kNoDarkSeen});
   } else if (finder.exposures() > 1 && options.method == AmbientMethod::kAuto) {
-    note(LogLevel::kInfo, kNoDarkSeen);  // A laser that is always on is nothing wrong.
+    send_once({"no_dark_exposure", kNoDarkSeen});  // A laser that is always on is nothing wrong.
   }
 }
 
 // The frames say themselves which laser fired; a pattern says in advance what is to come.
 void AmbientStage::State::conclude_from_labels() {
-  settle(detail::pattern_of_labels(queue.held()), "from the frames");
+  settle(detail::pattern_of_labels(queue.held()), PatternOrigin::kFrames);
 }
 
 void AmbientStage::State::check_field_order() {
   const std::optional<double> disorder = finder.field_disorder();
-  if (disorder && *disorder > kWrongFieldOrder) warn(kWrongOrder);
+  if (disorder && *disorder > kWrongFieldOrder) send_once({"field_order", kWrongOrder});
 }
 
 // What was asked for, or not, and the pictures.
 void AmbientStage::State::check_method(const Frame& exposure) {
   --looks_for_weave;
   if (exposure.field != Field::kProgressive) return;
-  if (options.method == AmbientMethod::kFields) warn(kNoFields);
-  if (detail::looks_woven(exposure.image)) warn(kWoven);
+  if (options.method == AmbientMethod::kFields) send_once({"not_two_fields", kNoFields});
+  if (detail::looks_woven(exposure.image)) send_once({"woven_fields", kWoven});
 }
 
 // Whether a lit field could ever have got dark rows of its own.
@@ -283,22 +289,27 @@ void AmbientStage::State::check_rows(const detail::HeldExposure& unpaired_exposu
   const bool is_field = unpaired_exposure.frame.exposures_per_picture == 2;
   if (!is_field || choice() != detail::DarkChoice::kSameRows) return;
   if (detail::has_dark_of_same_rows(queue.cadence())) return;
-  warn(fmt::format(kRowsNeverDark, queue.cadence().to_string()));
+  send_once({"rows_never_dark", fmt::format(kRowsNeverDark, queue.cadence().to_string())});
 }
 
-void AmbientStage::State::settle(const Cadence& cadence, const char* how) {
+void AmbientStage::State::settle(const Cadence& cadence, PatternOrigin how) {
   queue.set_cadence(cadence);
   is_settled = true;
   is_in_doubt = false;
-  cadence_origin = how;
+  origin = how;
+  const bool is_shown = how == PatternOrigin::kFound || how == PatternOrigin::kPhase;
+  if (is_shown) send("pattern_found", fmt::format("the cadence is '{}'", cadence.to_string()));
 }
 
-void AmbientStage::State::warn(const std::string& message) { note(LogLevel::kWarning, message); }
+void AmbientStage::State::send(EventCode code, const std::string& message) {
+  options.events.send({code, message});
+}
 
-void AmbientStage::State::note(LogLevel level, const std::string& message) {
-  if (std::find(warnings.begin(), warnings.end(), message) != warnings.end()) return;
-  log(level, message);
-  warnings.push_back(message);
+// What stays as it is is said once.
+void AmbientStage::State::send_once(Event event) {
+  if (std::find(said.begin(), said.end(), event.code) != said.end()) return;
+  said.push_back(event.code);
+  options.events.send(std::move(event));
 }
 
 }  // namespace striper

@@ -21,8 +21,6 @@ namespace {
 constexpr double kMovingPart = 0.08;
 constexpr int kMovingPictures = 3;
 
-constexpr const char* kTemporal =
-    "temporal (for a sensor that stands still: what does so too, a stripe included, is taken off)";
 constexpr const char* kMoves =
     "ambient temporal is for a sensor that stands still, and what it sees moves: the scans are not "
     "to be trusted";
@@ -150,7 +148,7 @@ void AmbientStage::State::subtract_background(detail::HeldExposure& exposure) {
   const double moving =
       background.subtract_standing(slow_background, detail::TemporalBackground::kNoiseGain, lit);
   moving_pictures = moving > kMovingPart ? moving_pictures + 1 : 0;
-  if (moving_pictures >= kMovingPictures) warn(kMoves);
+  if (moving_pictures >= kMovingPictures) send_once({"scene_moves", kMoves});
 }
 
 // A background begins with a few pictures.
@@ -258,25 +256,64 @@ std::uint64_t AmbientStage::dark_exposures() const noexcept {
 }
 std::uint64_t AmbientStage::unpaired_exposures() const noexcept { return state_->unpaired; }
 
-std::string AmbientStage::decisions() const {
+TrackingPhase AmbientStage::State::phase() const noexcept {
+  if (is_settled) return is_given() ? TrackingPhase::kGiven : TrackingPhase::kLocked;
+  if (is_in_doubt) return TrackingPhase::kSuspect;
+  return is_source_unsure ? TrackingPhase::kLost : TrackingPhase::kSearching;
+}
+
+AmbientStatus AmbientStage::status() const {
   const State& s = *state_;
-  const char* method = s.options.method == AmbientMethod::kTemporal ? kTemporal
-                       : s.subtracts_fields                         ? "fields"
-                       : s.subtracts_pictures                       ? "alternate"
-                                                                    : "none";
-  std::string text;
-  if (s.is_settled && s.channel) {
-    const Channel used =
-        s.subtracts() && s.options.difference_channel ? s.channel_of_differences() : *s.channel;
-    text = fmt::format("channel {}\ncadence {} ({})\nambient {}\n", to_string(used),
-                       s.queue.cadence().to_string(), s.cadence_origin, method);
+  AmbientStatus status;
+  status.phase = s.phase();
+  status.dark = s.queue.dark_exposures();
+  status.unpaired = s.unpaired;
+  status.channel = s.channel;
+  if (s.channel && s.subtracts() && s.options.difference_channel) {
+    status.channel = s.channel_of_differences();
   }
-  if (s.unpaired > 0) {
-    text += fmt::format("{} lit exposures gave no scan: no dark neighbour was left that fits\n",
-                        s.unpaired);
+  if (!s.is_settled) return status;
+  status.pattern = s.queue.cadence();
+  status.origin = s.origin;
+  status.method = s.options.method == AmbientMethod::kTemporal ? AmbientMethod::kTemporal
+                  : s.subtracts_fields                         ? AmbientMethod::kFields
+                  : s.subtracts_pictures                       ? AmbientMethod::kAlternate
+                                                               : AmbientMethod::kNone;
+  return status;
+}
+
+std::string_view to_string(PatternOrigin origin) noexcept {
+  switch (origin) {
+    case PatternOrigin::kGiven:
+      return "given";
+    case PatternOrigin::kFrames:
+      return "frames";
+    case PatternOrigin::kFound:
+      return "found";
+    case PatternOrigin::kPhase:
+      return "phase";
+    case PatternOrigin::kAssumed:
+      return "assumed";
+    case PatternOrigin::kNone:
+      break;
   }
-  for (const std::string& warning : s.warnings) text += warning + '\n';
-  return text;
+  return "none";
+}
+
+std::string_view to_string(TrackingPhase phase) noexcept {
+  switch (phase) {
+    case TrackingPhase::kLocked:
+      return "locked";
+    case TrackingPhase::kSuspect:
+      return "suspect";
+    case TrackingPhase::kLost:
+      return "lost";
+    case TrackingPhase::kGiven:
+      return "given";
+    case TrackingPhase::kSearching:
+      break;
+  }
+  return "searching";
 }
 
 }  // namespace striper

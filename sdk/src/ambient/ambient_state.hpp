@@ -9,7 +9,7 @@
 #include <striper/ambient/ambient_stage.hpp>
 #include <striper/ambient/cadence_finder.hpp>
 #include <striper/ambient/colour_difference.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "ambient/background.hpp"
 #include "ambient/exposure_numbers.hpp"
@@ -27,7 +27,7 @@ struct AmbientStage::State {
       : options(options_in),
         finder(options_in.axis, options_in.lasers),
         background(options_in.noise) {
-    if (!options.cadence.is_automatic()) settle(options.cadence, "given");
+    if (!options.cadence.is_automatic()) settle(options.cadence, PatternOrigin::kGiven);
     if (options.channel != Channel::kAuto) channel = options.channel;
   }
 
@@ -42,7 +42,7 @@ struct AmbientStage::State {
   void conclude(const CadenceFinder::Finding& finding);
   void judge_given(const CadenceFinder::Finding& finding);
   void judge_given_at_end();
-  void contradict_given(const std::string& what);
+  void contradict_given(EventCode code, const std::string& what);
   void contradict_given(const Cadence& shown);
   void say_that_nothing_tells_apart();
   void doubt_given();
@@ -56,9 +56,10 @@ struct AmbientStage::State {
   void check_field_order();
   void check_method(const Frame& exposure);
   void check_rows(const detail::HeldExposure& unpaired_exposure);
-  void settle(const Cadence& cadence, const char* how);
-  void warn(const std::string& message);
-  void note(LogLevel level, const std::string& message);
+  void settle(const Cadence& cadence, PatternOrigin how);
+  void send(EventCode code, const std::string& message);
+  void send_once(Event event);
+  TrackingPhase phase() const noexcept;
 
   // ---- What goes out.
   detail::DarkChoice choice() const noexcept;
@@ -92,14 +93,14 @@ struct AmbientStage::State {
   bool is_source_unsure = false;
   Cadence surely;  // What it said, or was given, before.
   std::uint64_t last_number = 0;
-  const char* cadence_origin = "";
+  PatternOrigin origin = PatternOrigin::kNone;
   detail::LineSign line_sign;
   std::vector<bool> was_plain;  // Per laser: its line, in the last exposure that it lit.
   bool is_in_doubt = false;     // The cadence that was found does not fit what came.
   int until_next_doubt = 0;
   int looks_for_weave = 3;  // First pictures still to be looked at: may they be woven?
   int moving_pictures = 0;  // In a row.
-  std::vector<std::string> warnings;
+  std::vector<EventCode> said;
 
   std::optional<Channel> channel;
   bool is_finished = false;

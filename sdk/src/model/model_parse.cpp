@@ -8,7 +8,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/text_file.hpp>
 #include <striper/model/model_yaml.hpp>
 
@@ -161,10 +161,11 @@ void turn_with_planes(const YamlField& lasers, ModelCovariance& covariance) {
 void warn_of_fold(const CameraModel& camera, const YamlField& field) {
   if (!camera.folds_inside_image()) return;
   constexpr double kDegrees = 57.29577951308232;
-  log(LogLevel::kWarning,
-      fmt::format("{}: the distortion folds back inside the image: it is one-to-one only up to "
-                  "{:.1f} degrees from the optical axis, and pixels beyond have no ray",
-                  field.where(), camera.max_theta_rad() * kDegrees));
+  field.events().send(
+      {"lens_folds",
+       fmt::format("{}: the distortion folds back inside the image: it is one-to-one only up to "
+                   "{:.1f} degrees from the optical axis, and pixels beyond have no ray",
+                   field.where(), camera.max_theta_rad() * kDegrees)});
 }
 
 // Whether any pixel looks at the plane in front of the camera; n . r is largest on a border, but
@@ -187,11 +188,12 @@ void warn_of_unseen_planes(const StriperModel& model, const YamlField& lasers) {
   const std::vector<YamlField> planes = lasers.list();
   for (std::size_t i = 0; i < planes.size(); ++i) {
     if (is_seen(model.lasers[i].plane, model.camera)) continue;
-    log(LogLevel::kWarning,
-        fmt::format("{}: lasers[{}]: no pixel sees this plane in front of the camera, so it will "
-                    "give no range; are normal and distance_m in the camera's frame (x right, y "
-                    "down, z forward)?",
-                    planes[i].where(), i));
+    lasers.events().send(
+        {"plane_unseen",
+         fmt::format("{}: lasers[{}]: no pixel sees this plane in front of the camera, so it will "
+                     "give no range; are normal and distance_m in the camera's frame (x right, y "
+                     "down, z forward)?",
+                     planes[i].where(), i)});
   }
 }
 
@@ -225,13 +227,15 @@ StriperModel read_model(const YamlField& root, const std::string& yaml) {
 
 }  // namespace
 
-StriperModel parse_model(const std::string& yaml, const std::string& name) {
+StriperModel parse_model(const std::string& yaml, const std::string& name,
+                         const EventPort& events) {
   const YAML::Node document = detail::parse_yaml(yaml, name);
-  return read_model(YamlField(document, "", std::make_shared<const std::string>(name)), yaml);
+  return read_model(YamlField(document, "", std::make_shared<const std::string>(name), events),
+                    yaml);
 }
 
-StriperModel load_model(const std::filesystem::path& path) {
-  return parse_model(read_text_file(path, "a striper model"), path.string());
+StriperModel load_model(const std::filesystem::path& path, const EventPort& events) {
+  return parse_model(read_text_file(path, "a striper model"), path.string(), events);
 }
 
 }  // namespace striper

@@ -14,7 +14,7 @@
 #include <yaml-cpp/eventhandler.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 namespace striper::detail {
 namespace {
@@ -139,8 +139,8 @@ YAML::Node parse_yaml(const std::string& text, const std::string& file) {
 }
 
 YamlField::YamlField(const YAML::Node& node, std::string path,
-                     std::shared_ptr<const std::string> file)
-    : node_(node), path_(std::move(path)), file_(std::move(file)) {}
+                     std::shared_ptr<const std::string> file, EventPort events)
+    : node_(node), path_(std::move(path)), file_(std::move(file)), events_(std::move(events)) {}
 
 std::string YamlField::where() const { return place(*file_, node_.Mark()); }
 
@@ -173,21 +173,21 @@ void YamlField::require_map(std::initializer_list<std::string_view> known) const
   if (!node_.IsMap()) refuse(fmt::format("a map with {}", fmt::join(known, ", ")));
   std::set<std::string> seen;
   for (const auto& entry : node_) {
-    const YamlField key(entry.first, path_, file_);
+    const YamlField key(entry.first, path_, file_, events_);
     if (!entry.first.IsScalar()) key.refuse("a word as key");
     const std::string& word = entry.first.Scalar();
     if (!seen.insert(word).second)
       key.refuse(fmt::format("key {} a second time", quoted(word)), "each key once");
     if (std::find(known.begin(), known.end(), word) != known.end()) continue;
-    log(LogLevel::kWarning, fmt::format("{}: unknown key {} is ignored{}", key.where(),
-                                        quoted(child_path(word)), hint(word, known)));
+    events_.send({"unknown_key", fmt::format("{}: unknown key {} is ignored{}", key.where(),
+                                             quoted(child_path(word)), hint(word, known))});
   }
 }
 
 std::optional<YamlField> YamlField::find(std::string_view key) const {
   for (const auto& entry : node_) {
     if (entry.first.IsScalar() && entry.first.Scalar() == key) {
-      return YamlField(entry.second, child_path(key), file_);
+      return YamlField(entry.second, child_path(key), file_, events_);
     }
   }
   return std::nullopt;
@@ -212,7 +212,7 @@ std::vector<YamlField> YamlField::list(std::optional<std::size_t> count) const {
   std::vector<YamlField> fields;
   fields.reserve(node_.size());
   for (const YAML::Node& child : node_) {
-    fields.emplace_back(child, fmt::format("{}[{}]", path_, fields.size()), file_);
+    fields.emplace_back(child, fmt::format("{}[{}]", path_, fields.size()), file_, events_);
   }
   return fields;
 }

@@ -11,15 +11,18 @@
 #include <Eigen/Core>
 #include <yaml-cpp/yaml.h>
 
+#include <striper/core/event.hpp>
+
 namespace striper::detail {
 
 /// One value of a YAML file that knows where it stands, so that every refusal reads
 /// `FILE:LINE: field.path: value - expected ...`. All refusals are Error{kBadFile}.
 class YamlField {
  public:
-  YamlField(const YAML::Node& node, std::string path, std::shared_ptr<const std::string> file);
+  YamlField(const YAML::Node& node, std::string path, std::shared_ptr<const std::string> file,
+            EventPort events = {});
 
-  /// Checks that this is a map, refuses a key that is there twice, and warns in the log of keys
+  /// Checks that this is a map, refuses a key that is there twice, and sends `unknown_key` of keys
   /// that are none of `known`, naming the nearest one.
   void require_map(std::initializer_list<std::string_view> known) const;
 
@@ -47,6 +50,7 @@ class YamlField {
 
   const YAML::Node& node() const noexcept { return node_; }
   std::string where() const;  ///< `FILE:LINE`.
+  const EventPort& events() const noexcept { return events_; }
 
  private:
   std::string child_path(std::string_view key) const;
@@ -55,6 +59,7 @@ class YamlField {
   YAML::Node node_;
   std::string path_;
   std::shared_ptr<const std::string> file_;
+  EventPort events_;
 };
 
 /// Parses one YAML document, without aliases, which no file of ours needs.

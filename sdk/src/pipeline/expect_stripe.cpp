@@ -118,6 +118,32 @@ void find_width(const Triangulator& triangulator, const Sensor& sensor, const St
   if (vxx > kLeastLever) expected.sigma_slope = (sxy - sx * sy / n) / vxx;
 }
 
+// Between two ranges as powers of the range; beyond them as the nearest one.
+double amplitude_at(const std::vector<StripeLook::AmplitudeAt>& table, double range_m) {
+  if (range_m <= table.front().range_m) return table.front().amplitude_dn;
+  for (std::size_t i = 1; i < table.size(); ++i) {
+    const StripeLook::AmplitudeAt& a = table[i - 1];
+    const StripeLook::AmplitudeAt& b = table[i];
+    if (range_m > b.range_m) continue;
+    const double part = std::log(range_m / a.range_m) / std::log(b.range_m / a.range_m);
+    return a.amplitude_dn * std::pow(b.amplitude_dn / a.amplitude_dn, part);
+  }
+  return table.back().amplitude_dn;
+}
+
+// In the middle line: its range is nearly that of the others in the same row.
+void find_amplitudes(const Triangulator& triangulator, const Sensor& sensor, const StripeLook& look,
+                     ExpectedStripe& expected) {
+  if (look.amplitude_at.empty()) return;
+  expected.amplitude_dn.assign(static_cast<std::size_t>(sensor.length), 0.0F);
+  for (int across = 0; across < sensor.length; ++across) {
+    const PlanePoint point = triangulator.triangulate(sensor.pixel(0.5 * sensor.lines, across));
+    if (point.status != ReturnStatus::kOk) continue;
+    expected.amplitude_dn[static_cast<std::size_t>(across)] =
+        static_cast<float>(amplitude_at(look.amplitude_at, point.range_m()));
+  }
+}
+
 }  // namespace
 
 ExpectedStripe expect_stripe(const StriperModel& model, int laser, const ScanOptions& limits) {
@@ -130,6 +156,7 @@ ExpectedStripe expect_stripe(const StriperModel& model, int laser, const ScanOpt
   ExpectedStripe expected;
   find_spans(triangulator, sensor, limits_of(look, limits), expected);
   find_width(triangulator, sensor, look, expected);
+  find_amplitudes(triangulator, sensor, look, expected);
   return expected;
 }
 

@@ -9,6 +9,7 @@
 #include <striper/core/error.hpp>
 #include <striper/pipeline/expect_stripe.hpp>
 #include <striper/pipeline/scanner.hpp>
+#include <striper/scan/scan_pool.hpp>
 #include <striper/scan/scan_projector.hpp>
 
 namespace striper {
@@ -46,6 +47,7 @@ ScannerOptions with_cadence(ScannerOptions options, const Cadence& cadence) {
 AmbientOptions ambient_options(const ScannerOptions& options) {
   AmbientOptions ambient = with_axis(options.ambient, options.stripe.axis);
   ambient.noise = options.stripe.noise;
+  ambient.events = options.events;
   return ambient;
 }
 
@@ -86,6 +88,15 @@ std::string why_unreadable(const Frame& frame) {
   return {};
 }
 
+ExtractOptions extract_options(const ScannerOptions& options) {
+  ExtractOptions stripe = options.stripe;
+  stripe.events = options.events;
+  return stripe;
+}
+
+// So many scans in a row tell a laser that is off, or on again, from a gap in the stripe.
+constexpr int kScansToTell = 3;
+
 }  // namespace
 
 ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
@@ -101,31 +112,43 @@ ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
 
 struct Scanner::Stages {
   Stages(ScanProjector projector_in, const ScannerOptions& options)
-      : ambient(ambient_options(options)),
-        extractor(make_extractor(options.stripe)),
-        projector(std::move(projector_in)) {}
+      : events(options.events),
+        axis(options.stripe.axis),
+        ambient(ambient_options(options)),
+        extractor(make_extractor(extract_options(options))),
+        projector(std::move(projector_in)),
+        head(options.head) {}
 
   bool accepts(const Frame& frame);
-  std::span<const PolarScan> scan_what_is_ready();
-  PolarScan& next_scan(const LitFrame& lit);
+  std::string why_refused(const Frame& frame) const;
+  void note_stripe(bool is_seen);
+  ScanSpan scan_what_is_ready();
+  std::shared_ptr<PolarScan> new_scan(const LitFrame& lit);
+  const std::shared_ptr<const ScanFrame>& frame_of(int laser);
 
+  EventPort events;
+  StripeAxis axis;
   AmbientStage ambient;
   std::unique_ptr<StripeExtractor> extractor;
   ScanProjector projector;
   std::optional<cv::Size> model_size;  // Empty without a model.
 
   Stripe stripe;
-  std::vector<PolarScan>
-      scans;  // The first scan_count are this call's; the rest keep their memory.
-  std::size_t scan_count = 0;
+  ScanPool pool;
+  std::vector<std::shared_ptr<const PolarScan>> scans;  // This call's.
+  std::string head;
+  std::shared_ptr<const StriperModel> model;             // Null without one.
+  std::vector<std::shared_ptr<const ScanFrame>> frames;  // One per laser that was seen.
   ScannerStatistics statistics;
-  std::string refusal;
+  bool is_stripe_seen = false;  // In the last scan.
+  bool is_stripe_said = true;   // As events have it.
+  int scans_otherwise = 0;      // In a row.
 };
 
 // The whole product, a stage a line.
-std::span<const PolarScan> Scanner::process(const Frame& frame) {
+ScanSpan Scanner::process(const Frame& frame) {
   Stages& s = *stages_;
-  s.scan_count = 0;
+  s.scans.clear();
   ++s.statistics.frames;
   if (!s.accepts(frame)) return {};
 
@@ -133,17 +156,19 @@ std::span<const PolarScan> Scanner::process(const Frame& frame) {
   return s.scan_what_is_ready();
 }
 
-std::span<const PolarScan> Scanner::Stages::scan_what_is_ready() {
+ScanSpan Scanner::Stages::scan_what_is_ready() {
   while (const LitFrame* const lit = ambient.next()) {
     extractor->extract(*lit, stripe);
-    projector.project(stripe, lit->laser, next_scan(*lit));
-    if (!stripe.is_seen) ++statistics.without_stripe;
+    const std::shared_ptr<PolarScan> scan = new_scan(*lit);
+    projector.project(stripe, lit->laser, *scan);
+    scans.push_back(scan);
+    note_stripe(stripe.is_seen);
   }
 
   statistics.dark = ambient.dark_exposures();
   statistics.unpaired = ambient.unpaired_exposures();
-  statistics.scans += scan_count;
-  return {scans.data(), scan_count};
+  statistics.scans += scans.size();
+  return ScanSpan(scans);
 }
 
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions::for_model(model)) {}
@@ -156,6 +181,7 @@ Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
           ScanProjector(with_axis(model, options.stripe.axis), options.scan),
           with_expected_stripes(options, with_axis(model, options.stripe.axis)))) {
   require_lasers(options.ambient.cadence, model.lasers.size());
+  stages_->model = std::make_shared<const StriperModel>(with_axis(model, options.stripe.axis));
   stages_->model_size = cv::Size(model.camera.width(), model.camera.height());
 }
 
@@ -166,41 +192,78 @@ Scanner::Scanner(Scanner&&) noexcept = default;
 Scanner& Scanner::operator=(Scanner&&) noexcept = default;
 Scanner::~Scanner() = default;
 
-std::span<const PolarScan> Scanner::finish() {
-  stages_->scan_count = 0;
+ScanSpan Scanner::finish() {
+  stages_->scans.clear();
   stages_->ambient.finish();
   return stages_->scan_what_is_ready();
 }
 
 const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->statistics; }
-const std::string& Scanner::last_refusal() const noexcept { return stages_->refusal; }
-std::string Scanner::decisions() const { return stages_->ambient.decisions(); }
+
+ScanExplanation Scanner::explain(int line) const {
+  if (stages_->scans.empty())
+    throw Error(ErrorKind::kBadValue, "explain: the last frame gave no scan");
+  return explain_return(stages_->extractor->explain(line), *stages_->scans.back());
+}
+
+ScannerStatus Scanner::status() const {
+  const Stages& s = *stages_;
+  return {s.head, s.ambient.status(), s.axis, s.is_stripe_seen, s.statistics};
+}
+
+// Says once that no stripe is seen, and once that one is seen again.
+void Scanner::Stages::note_stripe(bool is_seen) {
+  is_stripe_seen = is_seen;
+  if (!is_seen) ++statistics.without_stripe;
+  scans_otherwise = is_seen == is_stripe_said ? 0 : scans_otherwise + 1;
+  if (scans_otherwise < kScansToTell) return;
+  scans_otherwise = 0;
+  is_stripe_said = is_seen;
+  events.send(is_seen
+                  ? Event("stripe_seen", "a laser's stripe is seen again")
+                  : Event("no_stripe", fmt::format("no laser's stripe along {}", to_string(axis)),
+                          "is the laser on, in view, along this axis and in this channel?"));
+}
 
 bool Scanner::Stages::accepts(const Frame& frame) {
-  refusal.clear();
-  if (frame.status != FrameStatus::kOk) {
-    refusal = frame.status_detail;
-  } else if (std::string reason = why_unreadable(frame); !reason.empty()) {
-    refusal = std::move(reason);
-  } else if (model_size && frame.sensor_size != *model_size) {
-    refusal = fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
-                          frame.sensor_size.width, frame.sensor_size.height, model_size->width,
-                          model_size->height);
-  } else {
-    return true;
-  }
+  std::string reason = why_refused(frame);
+  if (reason.empty()) return true;
   ++statistics.refused;
+  // Of a frame that its source calls bad the source, or who reads it, has told.
+  if (frame.status == FrameStatus::kOk) {
+    events.send({"frame_refused", fmt::format("frame {}: {}", frame.sequence, reason)});
+  }
   return false;
 }
 
-PolarScan& Scanner::Stages::next_scan(const LitFrame& lit) {
-  if (scan_count == scans.size()) scans.emplace_back();
-  PolarScan& scan = scans[scan_count++];
-  scan.sequence = lit.sequence;
-  scan.time = lit.time;
-  scan.laser = lit.laser;
-  scan.field = lit.field;
+std::string Scanner::Stages::why_refused(const Frame& frame) const {
+  if (frame.status != FrameStatus::kOk) {
+    return frame.status_detail.empty() ? "its source says that it is bad" : frame.status_detail;
+  }
+  std::string reason = why_unreadable(frame);
+  if (reason.empty() && model_size && frame.sensor_size != *model_size) {
+    return fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
+                       frame.sensor_size.width, frame.sensor_size.height, model_size->width,
+                       model_size->height);
+  }
+  return reason;
+}
+
+std::shared_ptr<PolarScan> Scanner::Stages::new_scan(const LitFrame& lit) {
+  std::shared_ptr<PolarScan> scan = pool.take();
+  scan->frame = frame_of(lit.laser);
+  scan->sequence = lit.sequence;
+  scan->time = lit.time;
+  scan->laser = lit.laser;
+  scan->field = lit.field;
   return scan;
+}
+
+const std::shared_ptr<const ScanFrame>& Scanner::Stages::frame_of(int laser) {
+  for (const auto& frame : frames) {
+    if (frame->laser == laser) return frame;
+  }
+  return frames.emplace_back(make_scan_frame(head, laser, model));
 }
 
 }  // namespace striper

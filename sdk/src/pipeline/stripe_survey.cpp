@@ -37,7 +37,7 @@ class Tally {
  public:
   Tally(StripeAxis axis, Channel channel) : sighting_{axis, channel} {}
 
-  void add(std::span<const PolarScan> scans) {
+  void add(ScanSpan scans) {
     for (const PolarScan& scan : scans) {
       ++sighting_.scans;
       if (!scan.is_stripe_seen) continue;

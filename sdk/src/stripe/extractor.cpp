@@ -46,6 +46,11 @@ void ExtractOptions::validate() const {
   }
 }
 
+LineExplanation StripeExtractor::explain(int /*line*/) const {
+  throw Error(ErrorKind::kUnsupported,
+              "explain: method paper has no candidates to explain; use fast or refined");
+}
+
 std::unique_ptr<StripeExtractor> make_extractor(const ExtractOptions& options) {
   options.validate();
   if (options.method == ExtractMethod::kPaper) {

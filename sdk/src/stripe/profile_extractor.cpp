@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
 
-#include <striper/core/log.hpp>
+#include <striper/core/event.hpp>
 
 #include "stripe/line_choice.hpp"
 #include "stripe/line_view.hpp"
@@ -104,17 +104,17 @@ ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
   return images;
 }
 
-ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
-  return frame.lit.depth() == CV_8U ? images_of<std::uint8_t>(frame, axis)
-                                    : images_of<std::uint16_t>(frame, axis);
-}
-
 double noise_dn_of(const PlanNoise& noise) {
   return std::sqrt((1.0 + noise.dark_noise_gain) *
                    noise.model.variance_dn2(noise.model.black_level_dn));
 }
 
 }  // namespace
+
+ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
+  return frame.lit.depth() == CV_8U ? images_of<std::uint8_t>(frame, axis)
+                                    : images_of<std::uint16_t>(frame, axis);
+}
 
 void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   stripe.axis = options_.axis;
@@ -186,8 +186,14 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   measure_and_learn(current, learnt.width);
   report(current, learnt.width.model(), stripe);
   if (!options_.excess_sigma_px) learnt.excess.update(stripe);
-  edges_.correct(frame, noise, learnt.width.model(), stripe);
+  const std::optional<WidthModel> known = known_width(frame);
+  const WidthModel& width = known ? *known : learnt.width.model();
+  edges_.correct(frame, noise, width, stripe);
   add_other_errors(learnt.excess, step, stripe);
+  if (!options_.excess_sigma_px) {
+    texture_.add(width, known.has_value(), grid_across(frame.grid, options_.axis), stripe);
+  }
+  if (options_.can_explain) keep_for_explanation(frame, noise, width, stripe);
 }
 
 ProfileExtractor::Learnt& ProfileExtractor::learnt_of(int laser) {
@@ -225,24 +231,35 @@ void ProfileExtractor::take_given_noise(const LitFrame& frame, const ProfileImag
   const double value_dn = cv::mean(frame.lit.row(frame.lit.rows / 2))[0];
   given_noise_ = options_.noise->at_likely_depth(depth, shown_dn * shown_dn, value_dn);
   if (options_.noise->bit_depth || !given_noise_.bit_depth) return;
-  log(LogLevel::kWarning,
-      fmt::format("the model's noise is taken to be that of 8-bit pictures: these, of {} bits, "
-                  "have {:.1f} DN where it says {:.1f}; noise.bit_depth in the model says which "
-                  "(striper noise writes it)",
-                  depth, shown_dn, std::sqrt(options_.noise->variance_dn2(value_dn))));
+  options_.events.send(
+      {"noise_depth_assumed",
+       fmt::format("the model's noise is taken to be that of 8-bit pictures: these, of {} bits, "
+                   "have {:.1f} DN where it says {:.1f}; noise.bit_depth in the model says which "
+                   "(striper noise writes it)",
+                   depth, shown_dn, std::sqrt(options_.noise->variance_dn2(value_dn)))});
 }
 
-// The caller's, the model's, or what the brightest pixels show.
-void ProfileExtractor::begin_width(const Current& current, WidthTracker& width) const {
+// The caller's, or the model's.
+std::optional<WidthModel> ProfileExtractor::known_width(const LitFrame& frame) const {
   const auto effective = [](double sigma) { return std::sqrt(sigma * sigma + kPixelBox2); };
-  const ExpectedStripe* const expected = expected_of(current.frame.laser);
   if (options_.stripe_sigma_px) {
-    width.set(effective(*options_.stripe_sigma_px));
-  } else if (expected != nullptr && expected->sigma_px) {
-    const AxisGrid& across = grid_across(current.frame.grid, options_.axis);
-    const double at_pivot = effective(std::max(kLeastSigma, *expected->sigma_px / across.step));
-    const double slope = expected->sigma_slope * (*expected->sigma_px / across.step) / at_pivot;
-    width.expect({at_pivot, slope, across.index(expected->pivot_px), 0.0});
+    return WidthModel{effective(*options_.stripe_sigma_px), 0.0, 0.0, 0.0};
+  }
+  const ExpectedStripe* const expected = expected_of(frame.laser);
+  if (expected == nullptr || !expected->sigma_px) return {};
+  const AxisGrid& across = grid_across(frame.grid, options_.axis);
+  const double at_pivot = effective(std::max(kLeastSigma, *expected->sigma_px / across.step));
+  const double slope = expected->sigma_slope * (*expected->sigma_px / across.step) / at_pivot;
+  return WidthModel{at_pivot, slope, across.index(expected->pivot_px), 0.0};
+}
+
+// What is known, or what the brightest pixels show.
+void ProfileExtractor::begin_width(const Current& current, WidthTracker& width) const {
+  const std::optional<WidthModel> known = known_width(current.frame);
+  if (options_.stripe_sigma_px) {
+    width.set(known->at_pivot);
+  } else if (known) {
+    width.expect(*known);
   } else {
     const auto guess = guess_stripe_width(current.frame, options_.axis, chunks_, current.noise_dn);
     width.set(guess.value_or(kDefaultWidth));
@@ -258,6 +275,7 @@ void ProfileExtractor::measure_and_learn(const Current& current, WidthTracker& w
     const double filter = filter_sigma(width.model(), current.noise, refine);
     measure(current, width.model());
     choose(current, width);
+    if (is_more_than_peaks(current.frame)) choose_among_ridges(current, width);
     if (options_.stripe_sigma_px) return;
     const double change = width_learner_.learn(current.frame, options_.axis, choice_, width);
     const double filter_change = filter_sigma(width.model(), current.noise, refine) / filter;
@@ -311,6 +329,20 @@ bool ProfileExtractor::is_hidden_by_background(const LitFrame& frame) const {
   return unclear > kMostUnclear * chunks_.lines();
 }
 
+// Whether the frame is not so plain that the highest peak of a line were the stripe.
+bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
+  return !is_hidden_ && frame.dark.empty() && !is_by_itself() && !choice_.is_plain();
+}
+
+void ProfileExtractor::choose_among_ridges(const Current& current, const WidthTracker& width) {
+  is_hidden_ = true;
+  look_for_ridges(current, width.model());
+  refuse_outside(candidates_.firsts);
+  refuse_outside(candidates_.extras);
+  candidates_.blank_flat_lines();
+  choose(current, width);
+}
+
 // Between surfaces: an edge is no ridge, and a wide background would have other surfaces in it.
 void ProfileExtractor::look_for_ridges(const Current& current, const WidthModel& width) {
   const double reach =
@@ -327,14 +359,18 @@ void ProfileExtractor::look_for_ridges(const Current& current, const WidthModel&
   candidates_.blank_false_ridges();
 }
 
-// The rule `continuous` has its own chain along the stripe.
-bool ProfileExtractor::is_by_itself() const noexcept {
-  return options_.each_line_by_itself || options_.peak == PeakRule::kContinuous;
-}
+bool ProfileExtractor::is_by_itself() const noexcept { return options_.each_line_by_itself; }
 
 void ProfileExtractor::choose(const Current& current, const WidthTracker& width) {
-  const ChoiceContext context{width.model(), options_.stripe_sigma_px || width.is_trusted(),
-                              is_by_itself(), is_hidden_, !current.frame.dark.empty()};
+  const ChoiceContext context{.width = width.model(),
+                              .is_width_known = options_.stripe_sigma_px || width.is_trusted(),
+                              .is_by_itself = is_by_itself(),
+                              .is_hidden = is_hidden_,
+                              .is_subtracted = !current.frame.dark.empty(),
+                              .black_dn = static_cast<float>(current.noise.model.black_level_dn),
+                              .frame = &current.frame,
+                              .axis = options_.axis,
+                              .expected = expected_of(current.frame.laser)};
   choice_.choose(candidates_, context, static_cast<float>(detection_.threshold()));
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <striper/stripe/candidates.hpp>
@@ -17,6 +18,7 @@
 #include "stripe/reflectance_edge.hpp"
 #include "stripe/select/ridges.hpp"
 #include "stripe/select/stripe_choice.hpp"
+#include "stripe/texture_scatter.hpp"
 #include "stripe/width_learner.hpp"
 
 namespace striper::detail {
@@ -32,6 +34,7 @@ class ProfileExtractor : public StripeExtractor {
   explicit ProfileExtractor(const ExtractOptions& options) : options_(options) {}
 
   void extract(const LitFrame& frame, Stripe& stripe) override;
+  LineExplanation explain(int line) const override;
 
   /// What was decided of the last frame, for whoever fits the weights of the evidence.
   const StripeChoice& choice() const noexcept { return choice_; }
@@ -60,18 +63,33 @@ class ProfileExtractor : public StripeExtractor {
     double step;      // Sensor pixels per image pixel across.
   };
 
+  // Of the last frame, where it may have to be explained.
+  struct Kept {
+    LitFrame frame;
+    PlanNoise noise;
+    WidthModel width;
+    Stripe stripe;
+  };
+  void keep_for_explanation(const LitFrame& frame, const PlanNoise& noise, const WidthModel& width,
+                            const Stripe& stripe);
+  void explain_candidates(const AxisGrid& across, LineExplanation& why) const;
+  void explain_sigma(const AxisGrid& across, LineExplanation& why) const;
+
   const ExpectedStripe* expected_of(int laser) const;
   LitFrame searched_part(const LitFrame& frame, const ExpectedStripe* expected);
   void extract_searched(const LitFrame& frame, Stripe& stripe);
   Learnt& learnt_of(int laser);
   PlanNoise noise_of(const LitFrame& frame, const ProfileImages& images);
   void take_given_noise(const LitFrame& frame, const ProfileImages& images, double exposures);
+  std::optional<WidthModel> known_width(const LitFrame& frame) const;
   void begin_width(const Current& current, WidthTracker& width) const;
   void choose(const Current& current, const WidthTracker& width);
   void try_widths(const Current& current, WidthTracker& width);
   void measure(const Current& current, const WidthModel& width);
   bool is_by_itself() const noexcept;
   bool is_hidden_by_background(const LitFrame& frame) const;
+  bool is_more_than_peaks(const LitFrame& frame) const;
+  void choose_among_ridges(const Current& current, const WidthTracker& width);
   void look_for_ridges(const Current& current, const WidthModel& width);
   void measure(const Current& current, const WidthModel& width, const ProfilePlan& plan,
                PeakList& peaks);
@@ -105,7 +123,12 @@ class ProfileExtractor : public StripeExtractor {
   WidthLearner width_learner_;
   LineFollower follower_;
   ReflectanceEdges edges_;
+  TextureScatter texture_;
   std::vector<Learnt> learnt_;  // One per laser.
+  Kept kept_;
 };
+
+/// The pixels of a frame, as the kernel reads them.
+ProfileImages images_of(const LitFrame& frame, StripeAxis axis);
 
 }  // namespace striper::detail

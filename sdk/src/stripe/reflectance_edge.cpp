@@ -84,6 +84,7 @@ struct ReflectanceEdges::Place {
 namespace {
 
 double effective(double width) { return std::sqrt(width * width + kPixelBox2); }
+double without_box(double width) { return std::sqrt(std::max(0.04, width * width - kPixelBox2)); }
 
 // The pixels at which two sides are compared.
 struct Sides {
@@ -109,6 +110,8 @@ class EdgeTest {
         noise_(noise),
         has_dark_(!frame.dark.empty()),
         sides_(sides_of(frame, width)),
+        slope_part_(has_dark_ ? 0.0 : (sides_.near + 0.5) / (sides_.far + 0.5)),
+        least_variance_(noise.model.variance_dn2(noise.model.black_level_dn)),
         shift_(kLargestShift * width) {}
 
   // Whether the background beside a place is brighter on one side than noise makes it.
@@ -119,8 +122,8 @@ class EdgeTest {
     const Pair near = pair(pixels, at, sides_.near);
     const Pair far = pair(pixels, at, sides_.far);
     // A slope of the daylight is no edge, and the dark exposure has taken it away.
-    const double part = has_dark_ ? 0.0 : (sides_.near + 0.5) / (sides_.far + 0.5);
-    return differs(near.difference - part * far.difference, 1.0 + part * part, near, sigma) ||
+    return differs(near.difference - slope_part_ * far.difference, 1.0 + slope_part_ * slope_part_,
+                   near, sigma) ||
            (has_dark_ && differs(far.difference, 1.0, far, sigma));
   }
 
@@ -137,8 +140,12 @@ class EdgeTest {
   }
 
   bool differs(double difference, double variances, const Pair& at, double sigma) const {
-    const double variance = 4.0 * variances * noise_.model.variance_dn2(0.25 * at.sum);
-    if (difference * difference < kPlain2 * variance) return false;
+    // Nearly always the answer is no, and needs no noise of these very pixels.
+    const double squared = difference * difference;
+    if (squared < kPlain2 * 4.0 * variances * least_variance_) return false;
+    if (squared < kPlain2 * 4.0 * variances * noise_.model.variance_dn2(0.25 * at.sum)) {
+      return false;
+    }
     const double light = std::max(std::abs(difference), at.sum - 4.0 * black());
     return shift_ * std::abs(difference) > kNoticeable * sigma * light;
   }
@@ -149,6 +156,8 @@ class EdgeTest {
   const PlanNoise& noise_;
   bool has_dark_;
   Sides sides_;
+  double slope_part_;      // Of the farther difference, in the nearer one.
+  double least_variance_;  // Of a pixel.
   double shift_;
 };
 
@@ -295,14 +304,15 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
   const EdgeTest<std::uint16_t> test16(frame, noise, typical);
   const bool is_8_bit = frame.lit.depth() == CV_8U;
   const double per_step = 1.0 / across.step;
+  const double level_width = without_box(width.at_pivot);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     const double sigma = static_cast<double>(stripe.sigma_px[i]) * per_step;
     if (verdict(stripe.status[i]) == Verdict::kMissing || !(sigma > 0.0)) continue;
-    const double position = across.index(stripe.across_px[i]);
+    const double position = (stripe.across_px[i] - across.offset) * per_step;
     const int at = static_cast<int>(position + 0.5);
     const int line = stripe.line[i];
-    const double at_place = width.at(position);
-    const double own = width_scale_ * std::sqrt(std::max(0.04, at_place * at_place - kPixelBox2));
+    const double own =
+        width_scale_ * (width.slope == 0.0 ? level_width : without_box(width.at(position)));
     const double odd = std::abs(static_cast<double>(stripe.width_px[i]) * per_step - own);
     const bool is_suspicious = last_moved_line_ == line - 1 ||
                                odd > kOddWidth * own + kOddErrors * sigma ||
@@ -341,6 +351,7 @@ void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& no
   double sigma = std::hypot(place.sigma, kUnknown * place.width);
   if (is_fitted) {
     stripe.across_px[i] += (position - place.position) * place.step;
+    stripe.width_px[i] = static_cast<float>(both.model.of[EdgeModel::kWidth] * place.step);
     const double bad =
         std::clamp((both.misfit - kGoodMisfit) / (kBadMisfit - kGoodMisfit), 0.0, 1.0);
     sigma = std::hypot(std::sqrt(both.variance), bad * kUnknown * place.width);

@@ -29,7 +29,7 @@ Scene blank_board(double tilt_deg, const Sheet& sheet) {
   SceneObject& board = scene.objects.at(0);
   board.shape = Plane{};
   board.material.texture = std::monostate{};
-  board.motion = Motion{};
+  board.motion = SteadyMotion{};
   board.T_world_object.linear() = rotation_from_rpy(0.0, tilt_deg * kDegree, 0.0);
   board.T_world_object.translation() = Eigen::Vector3d(1.5, 0.0, -0.5);
   SimulatedLaser& laser = scene.lasers.at(0);

@@ -44,8 +44,8 @@ TEST_P(OtherLens, IsRefusedWhereALaserIsCalibratedWithIt) {
                                      {}};
   const Calibration c = calibrate(lit_session(striper), options);
   EXPECT_FALSE(c.trustworthy());
-  EXPECT_THAT(c.findings, Contains(AllOf(Field(&Finding::code, "known_camera_differs"),
-                                         Field(&Finding::severity, Finding::Severity::kRefusal))));
+  EXPECT_THAT(c.findings, Contains(AllOf(Field(&Event::code, EventCode("known_camera_differs")),
+                                         Field(&Event::severity, Severity::kRefusal))));
 }
 
 INSTANTIATE_TEST_SUITE_P(Guards, OtherLens, ::testing::Values(0.5, 0.9, 0.97, 1.03, 1.1, 1.5));
@@ -56,7 +56,7 @@ TEST(Guards, TakesTheIntrinsicsOfThisLens) {
   options.known_camera = KnownCamera{striper.camera, {}};
   const Calibration c = calibrate(lit_session(striper), options);
   EXPECT_TRUE(c.trustworthy()) << c.verdict();
-  EXPECT_THAT(c.findings, Not(Contains(Field(&Finding::code, "known_camera_differs"))));
+  EXPECT_THAT(c.findings, Not(Contains(Field(&Event::code, EventCode("known_camera_differs")))));
 }
 
 // ---- Lists that are swapped.
@@ -108,10 +108,10 @@ TEST(Guards, NamesAStripeThatIsClipped) {
   options.laser_dn = 240.0;
   input.lasers.push_back({render_session(striper, "clipped ", options), {}});
   const Calibration c = calibrate(input, {});
-  EXPECT_THAT(c.findings, Contains(AllOf(Field(&Finding::code, "stripe_clipped"),
-                                         Field(&Finding::message, HasSubstr("is clipped")))));
+  EXPECT_THAT(c.findings, Contains(AllOf(Field(&Event::code, EventCode("stripe_clipped")),
+                                         Field(&Event::message, HasSubstr("is clipped")))));
   const Calibration dim = calibrate(lit_session(striper), {});
-  EXPECT_THAT(dim.findings, Not(Contains(Field(&Finding::code, "stripe_clipped"))));
+  EXPECT_THAT(dim.findings, Not(Contains(Field(&Event::code, EventCode("stripe_clipped")))));
 }
 
 TEST(Guards, NamesTheSizeOfABoardThatWasCountedWrongly) {

@@ -140,7 +140,7 @@ TEST(RealBoards, NearlyParallelBoardsAreRefused) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("anugrah-step-scans");
   const Calibration c = calibrate(boards_of("anugrah-step-scans", "5x5", 0.005, "calibration"), {});
   EXPECT_FALSE(c.trustworthy());
-  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "boards_parallel")));
+  EXPECT_THAT(c.findings, Contains(Field(&Event::code, EventCode("boards_parallel"))));
   EXPECT_THAT(c.verdict(), ::testing::HasSubstr("Do not trust"));
 }
 

@@ -80,7 +80,7 @@ TEST(RealLasers, SrvsGreenLineComesOutAsItsPointsHaveIt) {
   EXPECT_NEAR(found.distance_m(), expected.distance_m(), 0.001);
   EXPECT_LE(return_rms_m(c), 0.00055);
   // The board of these pictures is bent, and the halves of them disagree: that is said here too.
-  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "board_bent")));
+  EXPECT_THAT(c.findings, Contains(Field(&Event::code, EventCode("board_bent"))));
   EXPECT_GT(c.validation.splits, 0);
 }
 
@@ -98,9 +98,9 @@ TEST(RealLasers, SrvsBoardThatGivesWayIsSaidToMoveTheCamera) {
   const Calibration c = calibrate(input, {});
   std::printf("camera and laser together: fx %.1f, bend %.2f mm; %s\n", c.model.camera.fx(),
               1e3 * c.solution.bend_m.y(), c.verdict().c_str());
-  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "stripes_move_camera")));
-  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "board_bent")));
-  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "halves_disagree")));
+  EXPECT_THAT(c.findings, Contains(Field(&Event::code, EventCode("stripes_move_camera"))));
+  EXPECT_THAT(c.findings, Contains(Field(&Event::code, EventCode("board_bent"))));
+  EXPECT_THAT(c.findings, Contains(Field(&Event::code, EventCode("halves_disagree"))));
 
   // Not for want of good corners: the bend of each set is in OpenCV's corners too.
   JointOptions bent;
@@ -154,8 +154,8 @@ TEST(RealLasers, ABentBoardIsTakenWithAWarning) {
   input.boards = testing::pictures_in(testing::real_data("b33-handheld-known-distance") / "cal_in");
   const Calibration c = calibrate(input, {});
   EXPECT_TRUE(c.trustworthy()) << c.verdict();
-  EXPECT_EQ(Finding::Severity::kWarning, worst(c.findings));
-  EXPECT_THAT(c.findings, Contains(Field(&Finding::code, "board_bent")));
+  EXPECT_EQ(Severity::kWarning, worst(c.findings));
+  EXPECT_THAT(c.findings, Contains(Field(&Event::code, EventCode("board_bent"))));
 }
 
 }  // namespace

@@ -17,7 +17,6 @@ using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::SyntheticStriper;
-using Severity = Finding::Severity;
 
 JointOptions given_sigmas() {
   JointOptions options;
@@ -26,22 +25,22 @@ JointOptions given_sigmas() {
   return options;
 }
 
-std::vector<Finding> findings_of(const Observations& observations, const JointSolution& solution,
-                                 const JointOptions& options = given_sigmas()) {
+std::vector<Event> findings_of(const Observations& observations, const JointSolution& solution,
+                               const JointOptions& options = given_sigmas()) {
   StriperModel model = testing::model_of(solution.camera, solution.planes.at(0));
   if (solution.covariance.size() > 0)
     model.covariance = ModelCovariance{covariance_names(solution.camera, 1), solution.covariance};
   return check_trust(observations, solution, options, model);
 }
 
-std::vector<Finding> findings_of(const Observations& observations,
-                                 const JointOptions& options = given_sigmas()) {
+std::vector<Event> findings_of(const Observations& observations,
+                               const JointOptions& options = given_sigmas()) {
   return findings_of(observations, solve_joint(observations, options), options);
 }
 
-auto refusal(const char* code) {
+auto refusal(EventCode code) {
   return Contains(
-      ::testing::AllOf(Field(&Finding::code, code), Field(&Finding::severity, Severity::kRefusal)));
+      ::testing::AllOf(Field(&Event::code, code), Field(&Event::severity, Severity::kRefusal)));
 }
 
 SyntheticStriper thinned() {
@@ -58,7 +57,7 @@ TEST(CheckTrust, AcceptsTenVariedBoards) {
 TEST(CheckTrust, RefusesFrontoParallelBoards) {
   const auto findings = findings_of(testing::boards_tilted(thinned(), 10, 0.0, 0.0));
   EXPECT_THAT(findings, refusal("boards_parallel"));
-  for (const Finding& finding : findings)
+  for (const Event& finding : findings)
     if (finding.code == "boards_parallel") {
       EXPECT_THAT(finding.advice, HasSubstr("turned by 30 to 45 degrees"));
     }
@@ -100,10 +99,10 @@ TEST(CheckTrust, SaysWhichDirectionIsFreeWhereNothingIsLeftOfItsInformation) {
                       observations);
   const auto findings = findings_of(observations);
   EXPECT_THAT(findings, Contains(::testing::AllOf(
-                            Field(&Finding::code, "singular"),
-                            Field(&Finding::message, HasSubstr("mostly laser0_")),
-                            Field(&Finding::message, HasSubstr("reciprocal condition 0)")))));
-  for (const Finding& finding : findings) EXPECT_THAT(finding.message, Not(HasSubstr("nan")));
+                            Field(&Event::code, EventCode("singular")),
+                            Field(&Event::message, HasSubstr("mostly laser0_")),
+                            Field(&Event::message, HasSubstr("reciprocal condition 0)")))));
+  for (const Event& finding : findings) EXPECT_THAT(finding.message, Not(HasSubstr("nan")));
 }
 
 TEST(CheckTrust, RefusesCoincidentStripesWithAKnownCamera) {
@@ -178,7 +177,7 @@ TEST(CheckTrust, WarnsOfAnUnlikelySquare) {
   Observations observations = testing::varied_boards(striper, 8);
   observations.board.square_m = 6.0;  // Centimetres, given as metres.
   const auto findings = findings_of(observations);
-  EXPECT_THAT(findings, Contains(Field(&Finding::code, "scale_unlikely")));
+  EXPECT_THAT(findings, Contains(Field(&Event::code, EventCode("scale_unlikely"))));
 }
 
 TEST(CrossValidate, PassesWhereTheModelIsRight) {

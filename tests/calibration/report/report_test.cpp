@@ -53,14 +53,14 @@ std::size_t count_of(const std::string& text, const std::string& what) {
 
 TEST(FormatReport, SaysTheVerdictBeforeAnyFigure) {
   Calibration c = simulated();
-  c.findings.push_back({Finding::Severity::kRefusal, "boards_parallel", "the boards are parallel",
-                        "tilt the board"});
+  c.findings.push_back(
+      {Severity::kRefusal, "boards_parallel", "the boards are parallel", "tilt the board"});
   const std::string html = format_report(c);
   EXPECT_LT(html.find("Do not trust this calibration: the boards are parallel."),
             html.find("<table"));
   EXPECT_THAT(html, HasSubstr("tilt the board"));
   EXPECT_THAT(html, HasSubstr("class=\"verdict bad\""));
-  c.findings.front().severity = Finding::Severity::kWarning;
+  c.findings.front().severity = Severity::kWarning;
   EXPECT_THAT(format_report(c), HasSubstr("class=\"verdict warn\""));
   c.findings.clear();
   EXPECT_THAT(format_report(c), HasSubstr("This calibration can be trusted."));

@@ -14,13 +14,13 @@
 #include <unistd.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
 #include <striper/gige/gige_network.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
 #include "gige/gvcp.hpp"
 #include "gige/gvcp_client.hpp"
 #include "gige/udp_socket.hpp"
+#include "support/heard.hpp"
 
 namespace striper::testing {
 namespace {
@@ -113,11 +113,9 @@ TEST(GigeAction, NeedsNoSelectorInACameraThatHasOneAction) {
 
 TEST(GigeAction, OnTheCamerasOwnKeysIsWarnedOf) {
   const VirtualStriper striper = still_camera();
-  std::string told;
-  set_log_callback([&](LogLevel, std::string_view message) { told += message; });
-  { const auto source = striper.open("trigger=Action"); }
-  set_log_callback(nullptr);
-  EXPECT_THAT(told, HasSubstr("trigger=Action without action="));
+  const Heard heard;
+  { const auto source = striper.open("trigger=Action", heard.port()); }
+  EXPECT_THAT(heard.events(), has_event("setting_unlikely"));
 }
 
 /// Answers every action command with our keys from each of its addresses, twice.

@@ -15,7 +15,7 @@
 #include <striper/core/error.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
-#include "support/told.hpp"
+#include "support/heard.hpp"
 
 namespace striper::testing {
 namespace {
@@ -148,17 +148,18 @@ TEST(GigeReopened, WovenPicturesGoOnAsTheyWere) {
 }
 
 TEST(GigeReopened, ACameraWithAnotherPictureSizeIsNotTaken) {
+  const auto of_another_size = ::testing::Contains(::testing::AllOf(
+      ::testing::Field(&Event::code, EventCode("source_not_open")),
+      ::testing::Field(&Event::message, ::testing::HasSubstr("came back with Mono8 96x48"))));
   VirtualStriper striper = lit_striper();
   const auto scene = striper.scene;
-  const auto source = striper.open("exposure_us=300");
+  const Heard heard;
+  const auto source = striper.open("exposure_us=300", heard.port());
   source->start();
   read(*source, 5);
-  const Told told;
   striper.scene = std::make_shared<PatternScene>(cv::Size(96, 48), 8, 50.0);
   replug(*source, striper, 1);
-  EXPECT_TRUE(comes_true([&] {
-    return told.text().find("came back with Mono8 96x48") != std::string::npos;
-  })) << told.text();
+  EXPECT_TRUE(comes_true([&] { return ::testing::Value(heard.events(), of_another_size); }));
   EXPECT_EQ(source->statistics().reconnects, 0u);
   Frame frame;
   EXPECT_EQ(source->next(frame, 100ms), NextStatus::kTimeout);
@@ -247,16 +248,15 @@ INSTANTIATE_TEST_SUITE_P(Switched, GigeLaserAfterLoss,
 
 TEST(GigeLaserAfterALoss, IsLeftToAnotherProgramAndThatIsTold) {
   const VirtualStriper striper = lit_striper();
-  const auto source = striper.open("exposure_us=300&reconnect=no&strobe=Line2");
+  const Heard heard;
+  const auto source = striper.open("exposure_us=300&reconnect=no&strobe=Line2", heard.port());
   source->start();
   read(*source, 10);
-  const Told told;
   striper.camera->forget_controller();
   const auto thief = striper.open("strobe=Line2");
   thief->start();
-  EXPECT_TRUE(comes_true([&] {
-    return told.text().find("cannot be commanded off: another program") != std::string::npos;
-  })) << told.text();
+  EXPECT_TRUE(
+      comes_true([&] { return ::testing::Value(heard.events(), has_event("laser_not_off")); }));
   source->stop();
   EXPECT_TRUE(striper.camera->statistics().is_laser_armed) << "the other's laser";
 }

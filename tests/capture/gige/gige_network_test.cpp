@@ -21,16 +21,16 @@ using ::testing::Contains;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-using Severity = Diagnosis::Severity;
 
 VirtualStriper small_striper(VirtualCameraOptions options = {}) {
   return VirtualStriper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 50.0),
                         std::move(options));
 }
 
-auto finding(Severity severity, const std::string& what, const std::string& cure) {
-  return AllOf(Field(&Diagnosis::severity, severity), Field(&Diagnosis::what, HasSubstr(what)),
-               Field(&Diagnosis::cure, HasSubstr(cure)));
+auto finding(EventCode code, const std::string& message, const std::string& advice) {
+  return AllOf(Field(&Event::code, code), Field(&Event::severity, code.kind().severity),
+               Field(&Event::message, HasSubstr(message)),
+               Field(&Event::advice, HasSubstr(advice)));
 }
 
 template <typename Listing>
@@ -74,28 +74,28 @@ TEST(GigeNetwork, WhoHoldsACameraIsTold) {
 TEST(GigeNetwork, AFreeCameraIsFound) {
   const VirtualStriper striper = small_striper();
   for (const std::string& name : {striper.options.address, striper.options.serial}) {
-    const std::vector<Diagnosis> findings = examine_gige_network(name);
-    EXPECT_FALSE(any_bad(findings)) << name;
-    EXPECT_THAT(findings, Contains(finding(Severity::kGood, "answers at", "")));
-    EXPECT_THAT(findings, Contains(finding(Severity::kGood, "free to be opened", "")));
+    const std::vector<Event> findings = examine_gige_network(name);
+    EXPECT_LT(worst(findings), Severity::kError) << name;
+    EXPECT_THAT(findings, Contains(finding("camera_found", "answers at", "")));
+    EXPECT_THAT(findings, Contains(finding("camera_free", "free to be opened", "")));
   }
 }
 
 TEST(GigeNetwork, AHeldCameraIsBad) {
   const VirtualStriper striper = small_striper();
   const auto source = striper.open();
-  const std::vector<Diagnosis> findings = examine_gige_network(striper.options.address);
-  EXPECT_TRUE(any_bad(findings));
+  const std::vector<Event> findings = examine_gige_network(striper.options.address);
+  EXPECT_EQ(worst(findings), Severity::kError);
   EXPECT_THAT(findings,
-              Contains(finding(Severity::kBad, "held by another program (127.", "stop that")));
+              Contains(finding("camera_held", "held by another program (127.", "stop that")));
 }
 
 TEST(GigeNetwork, AnUnknownNameIsAnsweredWithThoseThatAreThere) {
   const VirtualStriper striper = small_striper();
   EXPECT_THAT(examine_gige_network("NOBODY"),
-              Contains(finding(Severity::kBad, "no camera 'NOBODY'; there are", "name one")));
+              Contains(finding("camera_not_found", "no camera 'NOBODY'; there are", "name one")));
   EXPECT_THAT(examine_gige_network("NOBODY"),
-              Contains(finding(Severity::kBad,
+              Contains(finding("camera_not_found",
                                striper.options.serial + " at " + striper.options.address, "")));
 }
 
@@ -103,12 +103,13 @@ TEST(GigeNetwork, PacketsThatAreTooLargeAreToldFromATriggerThatNeverComes) {
   VirtualCameraOptions options;
   options.mtu = 1500;
   const VirtualStriper striper = small_striper(options);
-  EXPECT_THAT(examine_gige_stream(striper.options.address, 8000),
-              Contains(finding(Severity::kBad, "packets of 1400 bytes arrive, those of 8000 do not",
-                               "packet_size=1400")));
+  EXPECT_THAT(
+      examine_gige_stream(striper.options.address, 8000),
+      Contains(finding("stream_blocked", "packets of 1400 bytes arrive, those of 8000 do not",
+                       "packet_size=1400")));
   EXPECT_THAT(
       examine_gige_stream(striper.options.address, 1400),
-      Contains(finding(Severity::kBad, "test packets arrive and pictures do not", "trigger")));
+      Contains(finding("camera_silent", "test packets arrive and pictures do not", "trigger")));
   EXPECT_FALSE(striper.camera->statistics().is_controlled) << "control is given back";
 }
 
@@ -116,11 +117,12 @@ TEST(GigeNetwork, PacketsThatNeverArriveAreToldFromACameraThatDoesNotAnswer) {
   VirtualCameraOptions options;
   options.mtu = 576;
   const VirtualStriper striper = small_striper(options);
-  EXPECT_THAT(examine_gige_stream(striper.options.address, 1400),
-              Contains(finding(Severity::kBad, "packets of 576 bytes arrive", "packet_size=576")));
+  EXPECT_THAT(
+      examine_gige_stream(striper.options.address, 1400),
+      Contains(finding("stream_blocked", "packets of 576 bytes arrive", "packet_size=576")));
   striper.camera->set_stream_blocked(true);
   EXPECT_THAT(examine_gige_stream(striper.options.address, 1400),
-              Contains(finding(Severity::kBad, "none of its test packets arrives", "firewall")));
+              Contains(finding("stream_blocked", "none of its test packets arrives", "firewall")));
   EXPECT_TRUE(examine_gige_stream("NOBODY", 1400).empty());
 }
 

@@ -15,7 +15,7 @@
 #include "capture/gige/virtual_striper.hpp"
 #include "gige/host_clock.hpp"
 #include "support/error_of.hpp"
-#include "support/told.hpp"
+#include "support/heard.hpp"
 
 namespace striper::testing {
 namespace {
@@ -117,27 +117,26 @@ TEST(GigeSource, AUsbCameraThatIsNotThereIsLookedForAndRefused) {
   EXPECT_THAT(error.what(), HasSubstr("'u3v:NOBODY': no such USB3 Vision camera; there "));
 }
 
-std::string told_when_opened_with(const std::string& query) {
+std::vector<Event> events_when_opened_with(const std::string& query) {
   const VirtualStriper striper(pattern());
-  const Told told;
-  striper.open(query);
-  return told.text();
+  const Heard heard;
+  striper.open(query, heard.port());
+  return heard.events();
 }
 
 TEST(GigeSource, CadenceWithoutALineToSwitchIsExplained) {
-  EXPECT_THAT(told_when_opened_with("laser=0,dark"),
-              HasSubstr("laser=0,dark without strobe= switches nothing"));
-  EXPECT_THAT(told_when_opened_with("laser=0"), Not(HasSubstr("strobe=")));
-  EXPECT_THAT(told_when_opened_with("trigger=Line1&laser=0,dark"), Not(HasSubstr("strobe=")))
+  EXPECT_THAT(events_when_opened_with("laser=0,dark"), has_event("laser_not_switched"));
+  EXPECT_THAT(events_when_opened_with("laser=0"), Not(has_event("laser_not_switched")));
+  EXPECT_THAT(events_when_opened_with("trigger=Line1&laser=0,dark"),
+              Not(has_event("laser_not_switched")))
       << "who fires the trigger fires the laser";
-  EXPECT_THAT(told_when_opened_with("strobe=Line2&laser=0,dark"),
-              Not(HasSubstr("without strobe=")));
+  EXPECT_THAT(events_when_opened_with("strobe=Line2&laser=0,dark"),
+              Not(has_event("laser_not_switched")));
 }
 
 TEST(GigeSource, FieldsOfACameraOfWholePicturesAreExplained) {
-  EXPECT_THAT(told_when_opened_with("fields=split-top"),
-              HasSubstr("takes each picture as two fields"));
-  EXPECT_THAT(told_when_opened_with(""), Not(HasSubstr("fields")));
+  EXPECT_THAT(events_when_opened_with("fields=split-top"), has_event("setting_unlikely"));
+  EXPECT_THAT(events_when_opened_with(""), Not(has_event("setting_unlikely")));
 }
 
 TEST(GigeSource, ASecondProgramIsToldThatTheCameraIsBusy) {

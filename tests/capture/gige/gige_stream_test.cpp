@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
-#include <span>
 #include <thread>
 #include <vector>
 
@@ -61,7 +60,7 @@ TEST_P(GigeStream, BecomesScansWithoutLoss) {
   std::vector<double> latencies_ms;
   std::uint64_t scans = 0;
   std::size_t good_returns = 0;
-  const auto take = [&](std::span<const PolarScan> given) {
+  const auto take = [&](ScanSpan given) {
     scans += given.size();
     for (const PolarScan& scan : given) {
       good_returns += static_cast<std::size_t>(

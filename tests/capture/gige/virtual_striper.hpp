@@ -81,8 +81,9 @@ struct VirtualStriper {
     return fmt::format("gige:{}?frame_timeout_ms=1500{}{}", options.address,
                        query.empty() ? "" : "&", query);
   }
-  std::unique_ptr<GigeSource> open(const std::string& query = "") const {
-    return std::make_unique<GigeSource>(SourceUri::parse(uri(query)));
+  std::unique_ptr<GigeSource> open(const std::string& query = "",
+                                   const EventPort& events = {}) const {
+    return std::make_unique<GigeSource>(SourceUri::parse(uri(query)), events);
   }
 
   std::shared_ptr<VirtualScene> scene;

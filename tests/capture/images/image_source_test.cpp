@@ -14,10 +14,10 @@
 
 #include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
 #include <striper/images/image_source.hpp>
 
 #include "support/error_of.hpp"
+#include "support/heard.hpp"
 #include "support/scratch_directory.hpp"
 
 namespace striper {
@@ -42,7 +42,7 @@ class ImagesOfADirectory : public ::testing::Test {
     testing::write_bytes(scratch_ / name, bytes.substr(0, bytes.size() / 2));
   }
   std::unique_ptr<FrameSource> open(const std::string& query = "") {
-    return open_source("images:" + scratch_.path().string() + query);
+    return open_source("images:" + scratch_.path().string() + query, heard_.port());
   }
   std::vector<Frame> read_all(FrameSource& source) {
     std::vector<Frame> frames;
@@ -58,6 +58,7 @@ class ImagesOfADirectory : public ::testing::Test {
   }
 
   ScratchDirectory scratch_;
+  testing::Heard heard_;
 };
 
 TEST_F(ImagesOfADirectory, AreNumberedAndTimedInNaturalOrder) {
@@ -336,20 +337,16 @@ TEST_F(ImagesOfADirectory, BitsThatAPixelExceedsAreRefused) {
 }
 
 TEST_F(ImagesOfADirectory, WordsThatAreNeverFilledAreWarnedOf) {
-  std::vector<std::string> warnings;
-  set_log_callback([&](LogLevel level, std::string_view message) {
-    if (level == LogLevel::kWarning) warnings.emplace_back(message);
-  });
   put("1.png", 4096, CV_16UC1);
   read_all();
-  EXPECT_THAT(warnings, IsEmpty());
+  EXPECT_THAT(heard_.events(), IsEmpty());
   put("1.png", 4095, CV_16UC1);
   read_all("?bits=12");
-  EXPECT_THAT(warnings, IsEmpty());
+  EXPECT_THAT(heard_.events(), IsEmpty());
   read_all();
-  set_log_callback({});
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_THAT(warnings[0], HasSubstr("1.png' has 16 bits and no value above 4095"));
+  ASSERT_EQ(heard_.events().size(), 1U);
+  EXPECT_EQ(heard_.events()[0].code, EventCode("bits_unknown"));
+  EXPECT_THAT(heard_.events()[0].message, HasSubstr("1.png"));
 }
 
 TEST_F(ImagesOfADirectory, EmptyOrMissingDirectoryIsNotFound) {

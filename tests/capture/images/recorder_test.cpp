@@ -11,10 +11,10 @@
 
 #include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
 #include <striper/images/recorder.hpp>
 
 #include "support/error_of.hpp"
+#include "support/heard.hpp"
 #include "support/random.hpp"
 #include "support/scratch_directory.hpp"
 
@@ -286,12 +286,13 @@ TEST_F(FrameTable, MayBeWrittenByHandWithFilesAlone) {
 }
 
 TEST_F(FrameTable, LastLineCutOffIsLeftOutWithAWarning) {
-  std::string warning;
-  set_log_callback([&](LogLevel, std::string_view message) { warning = message; });
+  const testing::Heard heard;
   write_table("file,sequence\n00000000.png,4\n00000000.pn");
-  EXPECT_EQ(replay(scratch_ / "rec").size(), 1U);
-  set_log_callback({});
-  EXPECT_THAT(warning, HasSubstr("frames.csv' line 3 was cut off"));
+  const auto source = open_source("images:" + (scratch_ / "rec").string(), heard.port());
+  EXPECT_EQ(source->info().pictures, 1U);
+  ASSERT_EQ(heard.events().size(), 1U);
+  EXPECT_EQ(heard.events()[0].code, EventCode("recording_cut"));
+  EXPECT_THAT(heard.events()[0].message, HasSubstr("frames.csv' line 3"));
 }
 
 TEST_F(FrameTable, EveryMalformedLineIsNamed) {

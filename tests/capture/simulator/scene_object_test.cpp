@@ -66,10 +66,10 @@ TEST(RotationFromRpy, TurnsAboutFixedAxesRollFirst) {
 }
 
 // The naive way: many small steps, each along and about the world's axes.
-TEST(Motion, IsWhatManySmallStepsMakeOfIt) {
+TEST(SteadyMotion, IsWhatManySmallStepsMakeOfIt) {
   constexpr int kSteps = 100'000;
   constexpr double kTime_s = 1.7;
-  Motion motion;
+  SteadyMotion motion;
   motion.velocity_m_s = {3.0, -2.0, 0.5};
   motion.angular_velocity_rad_s = {0.4, -0.9, 1.3};
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -89,11 +89,11 @@ TEST(Motion, IsWhatManySmallStepsMakeOfIt) {
   EXPECT_FALSE(motion.is_still());
 }
 
-TEST(Motion, WithoutAnyThePoseStaysToTheBit) {
+TEST(SteadyMotion, WithoutAnyThePoseStaysToTheBit) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = rotation_from_rpy(0.3, -0.2, 1.0);
-  EXPECT_TRUE(Motion().is_still());
-  EXPECT_EQ(Motion().moved(pose, 1e6).matrix(), pose.matrix());
+  EXPECT_TRUE(SteadyMotion().is_still());
+  EXPECT_EQ(SteadyMotion().moved(pose, 1e6).matrix(), pose.matrix());
 }
 
 }  // namespace

@@ -178,7 +178,7 @@ void SideBySide::process(const Frame& came) {
 
 void SideBySide::finish() { compare(of_camera_.finish(), of_simulator_.finish()); }
 
-void SideBySide::compare(std::span<const PolarScan> camera, std::span<const PolarScan> simulator) {
+void SideBySide::compare(ScanSpan camera, ScanSpan simulator) {
   if (camera.size() != simulator.size()) worst_m_ = std::numeric_limits<double>::infinity();
   for (std::size_t at = 0; at < std::min(camera.size(), simulator.size()); ++at) {
     worst_m_ = std::max(worst_m_, largest_difference_m(camera[at], simulator[at]));

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <ostream>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -75,7 +74,7 @@ class SideBySide {
   const ScannerStatistics& statistics() const noexcept { return of_camera_.statistics(); }
 
  private:
-  void compare(std::span<const PolarScan> camera, std::span<const PolarScan> simulator);
+  void compare(ScanSpan camera, ScanSpan simulator);
 
   const TelevisedScene& scene_;
   Scanner of_camera_;

@@ -7,13 +7,14 @@
 
 #include <striper/ambient/ambient_stage.hpp>
 
+#include "support/heard.hpp"
 #include "support/stage_pairs.hpp"
 #include "support/street.hpp"
 
 namespace striper {
 namespace {
 
-using ::testing::HasSubstr;
+using testing::has_event;
 using ::testing::Not;
 using testing::Street;
 using testing::take;
@@ -32,6 +33,7 @@ TEST(FoundCadence, HeldPicturesAreAllScannedOnceTheCadenceIsFound) {
     take(stage, pairs);
   }
   EXPECT_TRUE(pairs.empty());
+  EXPECT_EQ(stage.status().phase, TrackingPhase::kSearching);
   stage.push(street.picture(5));
   take(stage, pairs);
   stage.finish();
@@ -39,8 +41,10 @@ TEST(FoundCadence, HeldPicturesAreAllScannedOnceTheCadenceIsFound) {
   ASSERT_EQ(pairs.size(), 3U);
   EXPECT_EQ(pairs[0].lit, 1U);
   EXPECT_EQ(pairs[2].lit, 5U);
-  EXPECT_THAT(stage.decisions(), HasSubstr("cadence dark,0 (found)"));
-  EXPECT_THAT(stage.decisions(), HasSubstr("ambient alternate"));
+  EXPECT_EQ(stage.status().pattern, Cadence::parse("dark,0"));
+  EXPECT_EQ(stage.status().origin, PatternOrigin::kFound);
+  EXPECT_EQ(stage.status().phase, TrackingPhase::kLocked);
+  EXPECT_EQ(stage.status().method, AmbientMethod::kAlternate);
 }
 
 TEST(FoundCadence, EmptySceneIsScannedAndTheCadenceFoundWhenThereIsSomethingToSee) {
@@ -57,7 +61,8 @@ TEST(FoundCadence, EmptySceneIsScannedAndTheCadenceFoundWhenThereIsSomethingToSe
       EXPECT_EQ(pairs.size(), 20U);
     }
   }
-  EXPECT_THAT(stage.decisions(), HasSubstr("cadence 0,dark (found)"));
+  EXPECT_EQ(stage.status().pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(stage.status().origin, PatternOrigin::kFound);
   EXPECT_EQ(pairs.back().lit, 78U);
 }
 
@@ -88,13 +93,16 @@ TEST(FoundCadence, WrongCadenceIsReported) {
   testing::reseed();
   Street street;
   street.build();
-  AmbientStage stage(with_cadence("dark,0"));
+  const testing::Heard heard;
+  AmbientOptions options = with_cadence("dark,0");
+  options.events = heard.port();
+  AmbientStage stage(options);
   for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
     stage.push(street.picture(sequence));
     while (stage.next() != nullptr) {
     }
   }
-  EXPECT_THAT(stage.decisions(), HasSubstr("'dark,0' was given, but the pictures show '0,dark'"));
+  EXPECT_THAT(heard.events(), has_event("pattern_contradicted"));
 }
 
 TEST(FoundCadence, WrongFieldOrderIsReported) {
@@ -105,7 +113,10 @@ TEST(FoundCadence, WrongFieldOrderIsReported) {
   street.edge_dn = 60.0;
   street.build();
   for (const bool is_wrong : {false, true}) {
-    AmbientStage stage{AmbientOptions{}};
+    const testing::Heard heard;
+    AmbientOptions options;
+    options.events = heard.port();
+    AmbientStage stage{options};
     for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
       Frame picture = street.picture(sequence);
       if (is_wrong) picture.field = Field::kInterlacedBottomFirst;
@@ -113,11 +124,10 @@ TEST(FoundCadence, WrongFieldOrderIsReported) {
       while (stage.next() != nullptr) {
       }
     }
-    const std::string complaint = "the fields seem to be in the wrong order";
     if (is_wrong) {
-      EXPECT_THAT(stage.decisions(), HasSubstr(complaint));
+      EXPECT_THAT(heard.events(), has_event("field_order"));
     } else {
-      EXPECT_THAT(stage.decisions(), Not(HasSubstr(complaint)));
+      EXPECT_THAT(heard.events(), Not(has_event("field_order")));
     }
   }
 }
@@ -125,7 +135,8 @@ TEST(FoundCadence, WrongFieldOrderIsReported) {
 // Pictures whose source does not count those that it loses.
 struct SilentLoss {
   std::vector<std::uint64_t> scanned;  // True numbers.
-  std::string decisions;
+  std::vector<Event> events;
+  std::uint64_t unpaired = 0;
 };
 
 SilentLoss scan_with_loss(const char* cadence, std::uint64_t lost, std::uint64_t count) {
@@ -135,7 +146,10 @@ SilentLoss scan_with_loss(const char* cadence, std::uint64_t lost, std::uint64_t
   street.speed_px = 3.0;
   street.texture_dn = 8.0;
   street.build();
-  AmbientStage stage{AmbientOptions{}};
+  const testing::Heard heard;
+  AmbientOptions options;
+  options.events = heard.port();
+  AmbientStage stage{options};
   std::vector<std::uint64_t> true_number;
   SilentLoss result;
   const auto take_true = [&] {
@@ -153,7 +167,8 @@ SilentLoss scan_with_loss(const char* cadence, std::uint64_t lost, std::uint64_t
   }
   stage.finish();
   take_true();
-  result.decisions = stage.decisions();
+  result.events = heard.events();
+  result.unpaired = stage.status().unpaired;
   return result;
 }
 
@@ -170,7 +185,7 @@ TEST(FoundCadence, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
         EXPECT_TRUE(pattern.at(number).is_lit()) << number;
       }
       EXPECT_GE(loss.scanned.size() + 4, lit);
-      EXPECT_THAT(loss.decisions, HasSubstr("the cadence slipped and was found again"));
+      EXPECT_THAT(loss.events, has_event("pattern_slipped"));
     }
   }
 }
@@ -195,7 +210,8 @@ TEST(FoundCadence, RefutedCadenceGivesWayToALaserThatIsAlwaysOn) {
   }
   stage.finish();
   while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
-  EXPECT_THAT(stage.decisions(), HasSubstr("cadence 0 (no dark exposure seen)"));
+  EXPECT_EQ(stage.status().pattern, Cadence::parse("0"));
+  EXPECT_EQ(stage.status().origin, PatternOrigin::kAssumed);
   std::size_t after = 0;
   for (const std::uint64_t sequence : scanned) {
     if (sequence < kSwitched) {
@@ -209,8 +225,8 @@ TEST(FoundCadence, RefutedCadenceGivesWayToALaserThatIsAlwaysOn) {
 TEST(FoundCadence, NothingLostIsNoSlip) {
   const SilentLoss none = scan_with_loss("0,0,dark", 1000, 30);
   EXPECT_EQ(none.scanned.size(), 20U);
-  EXPECT_THAT(none.decisions, Not(HasSubstr("slipped")));
-  EXPECT_THAT(none.decisions, Not(HasSubstr("gave no scan")));
+  EXPECT_THAT(none.events, Not(has_event("pattern_slipped")));
+  EXPECT_EQ(none.unpaired, 0U);
 }
 
 }  // namespace

@@ -3,29 +3,34 @@
 // whatever else passes by, and that a right one never is. The scenes are synthetic.
 #include <functional>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <striper/ambient/ambient_stage.hpp>
 
-#include "support/decisions_on.hpp"
+#include "support/ambient_account.hpp"
 
 namespace striper {
 namespace {
 
-using ::testing::HasSubstr;
+using testing::has_event;
 using ::testing::Not;
 using testing::Street;
 
-constexpr const char* kComplaint = "was given, but";
+// Whatever is wrong with a cadence that was given.
+auto complaint() {
+  return ::testing::AnyOf(has_event("pattern_contradicted"), has_event("pattern_unseen"),
+                          has_event("always_lit"));
+}
 
-std::string decisions_on(
+std::vector<Event> events_on(
     const Street& street, const char* given, std::uint64_t pictures = 8,
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
   AmbientOptions options;
   options.cadence = Cadence::parse(given);
-  return testing::decisions_on(street, options, pictures, change);
+  return testing::account_of(street, options, pictures, change).events;
 }
 
 // Past boxes, and at so many pixels an exposure that nothing is where it was.
@@ -56,7 +61,7 @@ TEST_P(GivenCadence, WrongOneIsReported) {
         SCOPED_TRACE(::testing::Message()
                      << truth << ", given " << given << ", speed " << street.speed_px);
         // What is less than plain must be seen twice.
-        EXPECT_THAT(decisions_on(street, given, 12), HasSubstr(kComplaint));
+        EXPECT_THAT(events_on(street, given, 12), complaint());
       }
     }
   }
@@ -66,7 +71,7 @@ TEST_P(GivenCadence, RightOneNeverIs) {
   for (const char* const truth : {"0", "0,dark", "dark,0", "0,dark,dark,dark,dark"}) {
     for (const Street& street : streets(truth, GetParam())) {
       SCOPED_TRACE(::testing::Message() << truth << ", speed " << street.speed_px);
-      EXPECT_THAT(decisions_on(street, truth, 24), Not(HasSubstr(kComplaint)));
+      EXPECT_THAT(events_on(street, truth, 24), Not(complaint()));
     }
   }
 }
@@ -80,7 +85,7 @@ TEST(GivenCadence, LaserThatIsAlwaysOnRefutesDarkExposures) {
   street.texture_dn = 2.0;
   testing::reseed();
   street.build();
-  EXPECT_THAT(decisions_on(street, "0,dark"), HasSubstr("the laser shows in every picture"));
+  EXPECT_THAT(events_on(street, "0,dark"), has_event("always_lit"));
 }
 
 TEST(GivenCadence, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
@@ -88,8 +93,8 @@ TEST(GivenCadence, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
   street.amplitude_dn = 0.0;
   testing::reseed();
   street.build();
-  EXPECT_THAT(decisions_on(street, "0,dark", 24), HasSubstr("nothing in the pictures tells"));
-  EXPECT_THAT(decisions_on(street, "0", 24), Not(HasSubstr(kComplaint)));
+  EXPECT_THAT(events_on(street, "0,dark", 24), has_event("pattern_unseen"));
+  EXPECT_THAT(events_on(street, "0", 24), Not(complaint()));
 }
 
 // Six pictures are one look, and so are eight.
@@ -99,15 +104,14 @@ TEST(GivenCadence, OneLookMustDoForAFewPictures) {
     Street street;
     street.amplitude_dn = 0.0;
     street.build();
-    EXPECT_THAT(decisions_on(street, "0,dark", pictures), HasSubstr("nothing in the pictures"));
-    EXPECT_THAT(decisions_on(street, "0", pictures), Not(HasSubstr(kComplaint)));
+    EXPECT_THAT(events_on(street, "0,dark", pictures), has_event("pattern_unseen"));
+    EXPECT_THAT(events_on(street, "0", pictures), Not(complaint()));
     street.amplitude_dn = 4.0;  // Too faint to be plain.
     street.cadence = Cadence::parse("0,0,dark");
     for (const char* const given : {"0,dark", "0", "dark,0,0"}) {
-      EXPECT_THAT(decisions_on(street, given, pictures), HasSubstr(kComplaint))
-          << given << ' ' << pictures;
+      EXPECT_THAT(events_on(street, given, pictures), complaint()) << given << ' ' << pictures;
     }
-    EXPECT_THAT(decisions_on(street, "0,0,dark", pictures), Not(HasSubstr(kComplaint)));
+    EXPECT_THAT(events_on(street, "0,0,dark", pictures), Not(complaint()));
   }
 }
 
@@ -119,6 +123,8 @@ TEST(GivenCadence, IsAskedForUntilThereIsSomethingToSee) {
     street.build();
     AmbientOptions options;
     options.cadence = Cadence::parse(given);
+    const testing::Heard heard;
+    options.events = heard.port();
     AmbientStage stage(options);
     for (std::uint64_t sequence = 0; sequence < 60; ++sequence) {
       street.amplitude_dn = sequence < 20 ? 0.0 : 40.0;
@@ -126,7 +132,7 @@ TEST(GivenCadence, IsAskedForUntilThereIsSomethingToSee) {
       while (stage.next() != nullptr) {
       }
     }
-    EXPECT_THAT(stage.decisions(), HasSubstr("but the pictures show '0,dark'")) << given;
+    EXPECT_THAT(heard.events(), has_event("pattern_contradicted")) << given;
   }
 }
 
@@ -140,9 +146,8 @@ TEST(GivenCadence, ThatSlipsIsReported) {
     frame = street.picture(frame.sequence + 1);
     --frame.sequence;
   };
-  EXPECT_THAT(decisions_on(street, "0,dark", 40), Not(HasSubstr(kComplaint)));
-  EXPECT_THAT(decisions_on(street, "0,dark", 40, lose_one),
-              HasSubstr("'0,dark' was given, but the pictures show 'dark,0'"));
+  EXPECT_THAT(events_on(street, "0,dark", 40), Not(complaint()));
+  EXPECT_THAT(events_on(street, "0,dark", 40, lose_one), has_event("pattern_contradicted"));
 }
 
 // What a source knows of its frames is no cadence that somebody gave.
@@ -151,7 +156,7 @@ TEST(GivenCadence, FramesThatKnowTheirLightAreBelieved) {
   Street street;
   street.build();
   const auto know = [&](Frame& frame) { frame.illumination = street.cadence.at(frame.sequence); };
-  EXPECT_THAT(decisions_on(street, "0,dark", 12, know), Not(HasSubstr(kComplaint)));
+  EXPECT_THAT(events_on(street, "0,dark", 12, know), Not(complaint()));
 }
 
 }  // namespace

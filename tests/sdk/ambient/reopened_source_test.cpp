@@ -11,13 +11,14 @@
 
 #include <striper/ambient/ambient_stage.hpp>
 
+#include "support/heard.hpp"
 #include "support/stage_pairs.hpp"
 #include "support/street.hpp"
 
 namespace striper {
 namespace {
 
-using ::testing::HasSubstr;
+using testing::has_event;
 using ::testing::Not;
 using testing::Street;
 using testing::take;
@@ -28,7 +29,8 @@ using Pairs = testing::StagePairs;
 struct Reopened {
   Pairs before;
   Pairs after;
-  std::string decisions;
+  AmbientStatus status;
+  std::vector<Event> events;
 };
 
 Reopened reopen(
@@ -37,7 +39,10 @@ Reopened reopen(
   testing::reseed();
   Street street;
   street.build();
-  AmbientStage stage(with_cadence(cadence));
+  const testing::Heard heard;
+  AmbientOptions options = with_cadence(cadence);
+  options.events = heard.port();
+  AmbientStage stage(options);
   Reopened result;
   const auto push_all = [&](std::uint64_t first, std::uint64_t count, const char* lit, Pairs& pairs,
                             bool is_told) {
@@ -58,7 +63,8 @@ Reopened reopen(
   push_all(120, 24, cadence, result.after, false);
   stage.finish();
   take(stage, result.after);
-  result.decisions = stage.decisions();
+  result.status = stage.status();
+  result.events = heard.events();
   return result;
 }
 
@@ -74,8 +80,8 @@ TEST(ReopenedSource, PhaseIsFoundAgainWhereTheSourceDoesNotKnowIt) {
       const Cadence truth = Cadence::parse(is_after ? after : given);
       EXPECT_TRUE(truth.at(pair.lit).is_lit()) << pair.lit;
     }
-    EXPECT_THAT(reopened.decisions, HasSubstr("its phase found in the pictures"));
-    EXPECT_THAT(reopened.decisions, Not(HasSubstr("no longer knows")));
+    EXPECT_EQ(reopened.status.origin, PatternOrigin::kPhase);
+    EXPECT_THAT(reopened.events, Not(has_event("pattern_lost")));
   }
 }
 
@@ -109,7 +115,7 @@ TEST(ReopenedSource, NothingIsScannedWhereThePhaseCannotBeFound) {
     EXPECT_EQ(pair.lit % 2, 0U);
   }
   EXPECT_GE(reopened.after.size(), 9U);
-  EXPECT_THAT(reopened.decisions, HasSubstr("the source no longer knows which exposures"));
+  EXPECT_THAT(reopened.events, has_event("pattern_lost"));
 }
 
 TEST(ReopenedSource, SourceThatKnowsThePhaseAgainIsBelieved) {
@@ -117,7 +123,8 @@ TEST(ReopenedSource, SourceThatKnowsThePhaseAgainIsBelieved) {
     const bool is_second = frame.sequence >= 120;
     if (is_second) frame.illumination = Cadence::parse("0,dark").at(frame.sequence);
   });
-  EXPECT_THAT(reopened.decisions, HasSubstr("cadence 0,dark (given)"));
+  EXPECT_EQ(reopened.status.pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(reopened.status.origin, PatternOrigin::kGiven);
   for (const Pair& pair : reopened.after) EXPECT_EQ(pair.lit % 2, pair.lit < 120 ? 1U : 0U);
 }
 

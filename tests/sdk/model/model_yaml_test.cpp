@@ -16,10 +16,10 @@
 #include <unistd.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/log.hpp>
 #include <striper/model/model_yaml.hpp>
 
 #include "support/error_of.hpp"
+#include "support/heard.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -49,19 +49,11 @@ std::string plane_and_covariance(const char* plane, const char* covariance) {
          covariance + "}\n";
 }
 
-class Warnings {
- public:
-  Warnings() {
-    set_log_callback([this](LogLevel level, std::string_view message) {
-      if (level == LogLevel::kWarning) messages.emplace_back(message);
-    });
-  }
-  Warnings(const Warnings&) = delete;
-  Warnings& operator=(const Warnings&) = delete;
-  ~Warnings() { set_log_callback({}); }
-
+std::vector<std::string> messages_of(const testing::Heard& heard) {
   std::vector<std::string> messages;
-};
+  for (const Event& event : heard.events()) messages.push_back(event.message);
+  return messages;
+}
 
 bool same_look(const StripeLook& a, const StripeLook& b) {
   const auto same_width = [](const StripeLook::WidthAt& x, const StripeLook::WidthAt& y) {
@@ -204,9 +196,9 @@ TEST(ParseModel, WarnsOfAMisspeltKeyOfALook) {
   text.replace(text.find("lasers: []"), std::string::npos,
                "lasers: [{normal: [0, 1, 0], distance_m: 0.4}]\n"
                "stripe: {axis: columns, channel: grey, lasers: [{width: 1.5}]}\n");
-  const Warnings warnings;
-  parse_model(text, "m.yaml");
-  EXPECT_THAT(warnings.messages,
+  const testing::Heard heard;
+  parse_model(text, "m.yaml", heard.port());
+  EXPECT_THAT(messages_of(heard),
               ElementsAre("m.yaml:9: unknown key 'stripe.lasers[0].width' is ignored; did you mean "
                           "'width_px'?"));
 }
@@ -240,10 +232,10 @@ TEST(FormatModel, ReadsBackBitForBit) {
   for (int i = 0; i < 300; ++i) {
     const StriperModel model = random_model();
     const std::string text = format_model(model);
-    const Warnings warnings;
-    const StriperModel back = parse_model(text, "model.yaml");
+    const testing::Heard heard;
+    const StriperModel back = parse_model(text, "model.yaml", heard.port());
     EXPECT_TRUE(same_bits(model, back)) << text;
-    EXPECT_THAT(warnings.messages, IsEmpty());
+    EXPECT_THAT(messages_of(heard), IsEmpty());
     EXPECT_EQ(format_model(back), text);
   }
 }
@@ -268,10 +260,10 @@ TEST(FormatModel, KeepsAQualityBlockInFlowStyle) {
 }
 
 TEST(ParseModel, WarnsOfUnknownKeysNamingTheNearest) {
-  const Warnings warnings;
-  parse_model(std::string(kCameraOnly) + "qualty: {a: 1}\nnosie: 3\nunrelated_thing: 0\n",
-              "m.yaml");
-  EXPECT_THAT(warnings.messages,
+  const testing::Heard heard;
+  parse_model(std::string(kCameraOnly) + "qualty: {a: 1}\nnosie: 3\nunrelated_thing: 0\n", "m.yaml",
+              heard.port());
+  EXPECT_THAT(messages_of(heard),
               ElementsAre("m.yaml:10: unknown key 'qualty' is ignored; did you mean 'quality'?",
                           "m.yaml:11: unknown key 'nosie' is ignored; did you mean 'noise'?",
                           "m.yaml:12: unknown key 'unrelated_thing' is ignored"));
@@ -280,10 +272,10 @@ TEST(ParseModel, WarnsOfUnknownKeysNamingTheNearest) {
 TEST(ParseModel, WarnsOfALensThatFoldsInsideTheImage) {
   std::string text = kCameraOnly;
   text.replace(text.find("[0.1, -0.2"), 10, "[-0.9, 0.0");
-  const Warnings warnings;
-  parse_model(text, "m.yaml");
-  ASSERT_EQ(warnings.messages.size(), 1U);
-  EXPECT_THAT(warnings.messages[0],
+  const testing::Heard heard;
+  parse_model(text, "m.yaml", heard.port());
+  ASSERT_EQ(messages_of(heard).size(), 1U);
+  EXPECT_THAT(messages_of(heard)[0],
               HasSubstr("m.yaml:3: the distortion folds back inside the image: it is one-to-one "
                         "only up to 3"));
 }
@@ -295,13 +287,15 @@ TEST(ParseModel, WarnsOfAPlaneThatNoPixelSees) {
         text.find("lasers: []"), 10,
         fmt::format("lasers: [{{normal: {}, distance_m: 0.5}}]", normal));
   };
-  const Warnings warnings;
-  parse_model(with_plane("[1, 0, 0]"), "m.yaml");  // Beside the camera: half the picture sees it.
-  parse_model(with_plane("[0.8, 0, 0.6]"), "m.yaml");
-  EXPECT_THAT(warnings.messages, IsEmpty());
-  parse_model(with_plane("[0.6, 0, -0.8]"), "m.yaml");  // Behind it, within 53 degrees.
-  ASSERT_EQ(warnings.messages.size(), 1U);
-  EXPECT_THAT(warnings.messages[0],
+  const testing::Heard heard;
+  parse_model(with_plane("[1, 0, 0]"), "m.yaml",
+              heard.port());  // Beside the camera: half the picture sees it.
+  parse_model(with_plane("[0.8, 0, 0.6]"), "m.yaml", heard.port());
+  EXPECT_THAT(messages_of(heard), IsEmpty());
+  parse_model(with_plane("[0.6, 0, -0.8]"), "m.yaml",
+              heard.port());  // Behind it, within 53 degrees.
+  ASSERT_EQ(messages_of(heard).size(), 1U);
+  EXPECT_THAT(messages_of(heard)[0],
               HasSubstr("m.yaml:8: lasers[0]: no pixel sees this plane in front of the camera"));
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the stages are put together right: one scan per lit exposure, none for dark or
 // refused frames, fields triangulated with the full-sensor model, nothing allocated once warm.
+#include <array>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +12,7 @@
 
 #include "support/allocation_counter.hpp"
 #include "support/error_of.hpp"
+#include "support/heard.hpp"
 #include "support/models.hpp"
 #include "support/synthetic_stripe.hpp"
 
@@ -77,37 +80,49 @@ TEST(Scanner, CadenceDecidesWhichExposuresAreLit) {
 
 TEST(Scanner, FrameOfAnotherSizeIsRefusedWithBothSizes) {
   const StriperModel model = testing::paper_model();
-  Scanner scanner(model, paper_options());
+  const testing::Heard heard;
+  ScannerOptions options = paper_options();
+  options.events = heard.port();
+  Scanner scanner(model, options);
   Frame frame = picture_of_wall(model, 2.0);
   frame.sensor_size = {320, 240};
   EXPECT_TRUE(scanner.process(frame).empty());
   EXPECT_EQ(scanner.statistics().refused, 1U);
-  EXPECT_THAT(scanner.last_refusal(), HasSubstr("320x240"));
-  EXPECT_THAT(scanner.last_refusal(), HasSubstr("640x480"));
+  ASSERT_EQ(heard.events().size(), 1U);
+  EXPECT_EQ(heard.events()[0].code, EventCode("frame_refused"));
+  EXPECT_THAT(heard.events()[0].message, HasSubstr("320x240"));
+  EXPECT_THAT(heard.events()[0].message, HasSubstr("640x480"));
 }
 
-TEST(Scanner, CorruptFrameIsRefusedWithItsOwnReason) {
-  Scanner scanner(paper_options());
+// Its source has said so.
+TEST(Scanner, CorruptFrameIsRefusedWithoutAWord) {
+  const testing::Heard heard;
+  ScannerOptions options = paper_options();
+  options.events = heard.port();
+  Scanner scanner(options);
   Frame frame;
   frame.status = FrameStatus::kCorrupt;
   frame.status_detail = "img_3.png: truncated";
   EXPECT_TRUE(scanner.process(frame).empty());
-  EXPECT_EQ(scanner.last_refusal(), "img_3.png: truncated");
+  EXPECT_EQ(scanner.statistics().refused, 1U);
+  EXPECT_TRUE(heard.events().empty());
 }
 
 std::string refusal_of(const Frame& frame) {
+  const testing::Heard heard;
   ScannerOptions options;
   options.ambient.cadence = {};
+  options.events = heard.port();
   Scanner scanner(options);
   EXPECT_TRUE(scanner.process(frame).empty());
   EXPECT_TRUE(scanner.finish().empty());
   EXPECT_EQ(scanner.statistics().refused, 1U);
-  return scanner.last_refusal();
+  return heard.events().empty() ? "" : heard.events().front().message;
 }
 
 TEST(Scanner, WhatIsNoPictureIsRefusedSayingWhatIsExpected) {
   Frame frame;
-  EXPECT_EQ(refusal_of(frame), "the frame has no pixels");
+  EXPECT_THAT(refusal_of(frame), HasSubstr("the frame has no pixels"));
   for (const int type : {CV_32FC1, CV_8SC1, CV_8UC4, CV_16UC2}) {
     frame.image = cv::Mat::zeros(48, 64, type);
     EXPECT_THAT(refusal_of(frame), HasSubstr("expected 1 or 3 channels of 8 or 16 bits"));
@@ -122,7 +137,7 @@ TEST(Scanner, SingleRowIsNotTwoFields) {
   frame.image = cv::Mat::zeros(1, 640, CV_8UC1);
   frame.field = Field::kInterlacedTopFirst;
   frame.exposures_per_picture = 2;
-  EXPECT_EQ(refusal_of(frame), "one row is not two fields");
+  EXPECT_THAT(refusal_of(frame), HasSubstr("one row is not two fields"));
 }
 
 TEST(Scanner, PictureThatChangesItsSizeIsScannedAsItIs) {
@@ -204,7 +219,8 @@ TEST(Scanner, PicturesHeldForTheCadenceComeOutAtTheEnd) {
   ASSERT_EQ(scans.size(), 1U);
   EXPECT_EQ(scans[0].returns[320].status, ReturnStatus::kOk);
   EXPECT_EQ(scanner.statistics().scans, 1U);
-  EXPECT_THAT(scanner.decisions(), HasSubstr("cadence 0 (no dark exposure seen)"));
+  EXPECT_EQ(scanner.status().ambient.pattern, Cadence::parse("0"));
+  EXPECT_EQ(scanner.status().ambient.origin, PatternOrigin::kAssumed);
 }
 
 // What 8-bit pictures say of a camera's noise serves its 12-bit pictures: in those without a stripe
@@ -253,6 +269,44 @@ TEST(Scanner, AllocatesNothingOnceWarm) {
   for (int i = 0; i < 6; ++i) scanner.process(frame);  // The cadence is looked at in so many.
   const testing::AllocationCounter counter;
   for (int i = 0; i < 10; ++i) scanner.process(frame);
+  EXPECT_EQ(counter.count(), 0U);
+}
+
+TEST(Scanner, ScansSayWhoseTheyAreAndWhere) {
+  ScannerOptions options = paper_options();
+  options.head = "left";
+  std::shared_ptr<const PolarScan> kept;
+  {
+    Scanner scanner(testing::paper_model(), options);
+    kept = scanner.process(picture_of_wall(testing::paper_model(), 2.0)).shared(0);
+  }
+  EXPECT_EQ(kept->head(), "left");
+  EXPECT_EQ(kept->frame->frame_id, "left_scan0");
+  EXPECT_NEAR(kept->frame->T_head_scan.translation().z(), -0.5, 1e-12);
+  ASSERT_NE(kept->frame->model, nullptr);
+  EXPECT_EQ(kept->frame->model->camera, testing::paper_model().camera);
+  EXPECT_EQ(kept->returns[320].status, ReturnStatus::kOk);
+}
+
+TEST(Scanner, ScanThatIsKeptStaysAsItIs) {
+  const StriperModel model = testing::paper_model();
+  Scanner scanner(model, paper_options());
+  const auto kept = scanner.process(picture_of_wall(model, 2.0)).shared(0);
+  const double range_m = kept->returns[320].range_m;
+  for (int i = 0; i < 4; ++i) scanner.process(picture_of_wall(model, 1.5));
+  EXPECT_EQ(kept->returns[320].range_m, range_m);
+}
+
+TEST(Scanner, AllocatesNothingOnceWarmWhereScansAreKeptAWhile) {
+  const StriperModel model = testing::paper_model();
+  Scanner scanner(model, paper_options());
+  const Frame frame = picture_of_wall(model, 2.0);
+  std::array<std::shared_ptr<const PolarScan>, 5> kept;
+  std::size_t n = 0;
+  const auto scan = [&] { kept[n++ % kept.size()] = scanner.process(frame).shared(0); };
+  for (int i = 0; i < 8; ++i) scan();
+  const testing::AllocationCounter counter;
+  for (int i = 0; i < 10; ++i) scan();
   EXPECT_EQ(counter.count(), 0U);
 }
 

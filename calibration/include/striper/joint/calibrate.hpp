@@ -112,7 +112,7 @@ struct BoardDistances {
 /// A finished calibration, with all that is needed to judge it.
 struct Calibration {
   StriperModel model;  ///< With covariance and quality.
-  std::vector<Finding> findings;
+  std::vector<Event> findings;
   bool forced = false;  ///< Written against a refusal.
 
   Observations observations;
@@ -128,7 +128,7 @@ struct Calibration {
   std::vector<PictureResult> pictures;
   double seconds = 0.0;
 
-  bool trustworthy() const { return worst(findings) != Finding::Severity::kRefusal; }
+  bool trustworthy() const { return worst(findings) != Severity::kRefusal; }
   /// Of the boards that were used; zeros where there is none.
   BoardDistances board_distances() const;
   /// One sentence that says whether to trust it.

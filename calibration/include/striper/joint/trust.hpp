@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include <striper/joint/finding.hpp>
+#include <striper/core/event.hpp>
 #include <striper/joint/observations.hpp>
 #include <striper/joint/solve_joint.hpp>
 #include <striper/model/striper_model.hpp>
@@ -88,9 +88,9 @@ RangeMap range_map(const StriperModel& model, int laser, int columns, int rows);
 /// What is refused is a set that cannot determine the model: whether it can is judged with the
 /// covariance as the pictures' geometry gives it, before it was widened by `covariance_factor` for
 /// a misfit. A misfit alone is a warning, with the widened error.
-std::vector<Finding> check_trust(const Observations& observations, const JointSolution& solution,
-                                 const JointOptions& options, const StriperModel& model,
-                                 double covariance_factor = 1.0, const TrustLimits& limits = {});
+std::vector<Event> check_trust(const Observations& observations, const JointSolution& solution,
+                               const JointOptions& options, const StriperModel& model,
+                               double covariance_factor = 1.0, const TrustLimits& limits = {});
 
 /// Quantile of the chi-square distribution (Wilson & Hilferty 1931: within 0.006 in
 /// probability for dof >= 3).

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string_view>
 
+#include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 
 namespace striper {
@@ -23,6 +24,7 @@ namespace striper {
 /// @throws Error{kUsage} for a wrong address, Error{kNotFound} where there is nothing there,
 ///         Error{kUnsupported} where this build lacks the backend, Error{kDevice} where a device
 ///         refuses.
-std::unique_ptr<FrameSource> open_source(std::string_view uri);
+/// @param events hears what the source has to say, now and while it streams.
+std::unique_ptr<FrameSource> open_source(std::string_view uri, const EventPort& events = {});
 
 }  // namespace striper

@@ -1,55 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
-#include <optional>
-#include <set>
-#include <string>
 #include <string_view>
+
+#include <striper/core/uri.hpp>
 
 namespace striper {
 
-/// A source's address taken apart: `scheme:path?key=value&key=value`.
-///
-/// The query begins at the last `?` that is followed by `key=`, so that a glob may contain question
-/// marks. A bare path gets its scheme from what it is: a `.yaml` file is `sim`, `/dev/video*` is
-/// `v4l2`, the rest `images`.
-///
-/// Values are taken with the functions below; `refuse_unused` then names whatever nobody asked for,
-/// so that a misspelt key is an error and never ignored.
-class SourceUri {
+/// A source's address taken apart. A bare path gets its scheme from what it is: a `.yaml` file is
+/// `sim`, `/dev/video*` is `v4l2`, the rest `images`.
+class SourceUri : public Uri {
  public:
   /// @throws Error{kUsage} on an empty address, an unknown scheme or a key that is given twice.
   static SourceUri parse(std::string_view text);
 
-  const std::string& scheme() const noexcept { return scheme_; }
-  const std::string& path() const noexcept { return path_; }
-  const std::string& text() const noexcept { return text_; }
-
-  /// Returns a value as text, empty where the key is absent, and marks it as used.
-  std::optional<std::string> take(const std::string& key);
-
-  /// The same as a number. @throws Error{kUsage} quoting key and value where it is no number or
-  /// outside [low, high].
-  std::optional<double> take_number(const std::string& key, double low, double high);
-  std::optional<long> take_integer(const std::string& key, long low, long high);
-  /// `1`, `true`, `yes`, `on` or their opposites.
-  std::optional<bool> take_bool(const std::string& key);
-
-  /// @throws Error{kUsage} naming the keys that nobody took and, after them, `known`: those that
-  /// exist.
-  void refuse_unused(std::string_view known) const;
-
-  /// Everything not yet taken: for sources whose keys are the device's own (GenICam, V4L2
-  /// controls).
-  std::map<std::string, std::string> take_rest();
-
  private:
-  std::string text_;
-  std::string scheme_;
-  std::string path_;
-  std::map<std::string, std::string> parameters_;
-  std::set<std::string> used_;
+  using Uri::Uri;
 };
 
 }  // namespace striper

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <striper/core/event.hpp>
 #include <striper/gige/gige_options.hpp>
 
 namespace striper {
@@ -35,26 +36,14 @@ std::vector<GigeListing> list_gige_cameras();
 int trigger_gige_action(const ActionKeys& keys, int cameras = 1,
                         std::chrono::milliseconds patience = std::chrono::milliseconds(100));
 
-/// One thing that was looked at, what was found and what to do.
-struct Diagnosis {
-  enum class Severity { kGood, kDoubtful, kBad };
-  Severity severity = Severity::kGood;
-  std::string what;
-  std::string cure;       ///< Empty where nothing need be done.
-  std::string code = {};  ///< A word for programs, `no_stripe`; empty where there is none.
-};
-
 /// Looks for what keeps a GigE Vision camera from being reached: nobody answers, another subnet,
 /// filters in this machine, another program that holds it, small packets. Takes no control.
 /// @param name as in `gige:NAME`.
-std::vector<Diagnosis> examine_gige_network(const std::string& name);
+std::vector<Event> examine_gige_network(const std::string& name);
 
 /// Finds out why a camera that answers gives no picture: has it fire test packets and sees which
 /// sizes arrive. Takes control of it for a moment.
 /// @param packet_bytes the size that was agreed on, with IP and UDP headers; 0: not known.
-std::vector<Diagnosis> examine_gige_stream(const std::string& name, int packet_bytes);
-
-/// Whether any finding is bad: streaming need not be tried.
-bool any_bad(const std::vector<Diagnosis>& findings) noexcept;
+std::vector<Event> examine_gige_stream(const std::string& name, int packet_bytes);
 
 }  // namespace striper

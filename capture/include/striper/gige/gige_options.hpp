@@ -12,6 +12,7 @@
 
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/cadence.hpp>
+#include <striper/core/event.hpp>
 
 namespace striper {
 
@@ -38,6 +39,7 @@ struct GigeOptions {
   std::string name;     ///< Serial, user name, IP, MAC, model or `vendor-serial`; empty: first.
   bool is_usb = false;  ///< USB3 Vision instead of GigE Vision.
   std::string uri = "gige:";  ///< For messages and SourceInfo.
+  EventPort events;           ///< Hears what the camera and the network do.
 
   std::optional<std::string>
       pixel_format;  ///< `Mono8`, `Mono12Packed`; default: what is set, if it is understood.

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/gige/gige_options.hpp>
 
@@ -68,7 +69,7 @@ class GigeSource final : public FrameSource {
  public:
   /// Opens and sets up. @throws Error{kUsage, kNotFound, kUnsupported, kDevice} quoting feature,
   /// value and what is allowed.
-  explicit GigeSource(SourceUri uri);
+  explicit GigeSource(SourceUri uri, const EventPort& events = {});
   ~GigeSource() override;
 
   SourceInfo info() const override;

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 
 namespace striper {
@@ -34,7 +35,7 @@ class ImageSource final : public FrameSource {
   /// @throws Error{kUsage} on a wrong key or value, Error{kNotFound} where there are no pictures,
   ///         Error{kIo} where the directory cannot be read, Error{kBadFile} on a malformed
   ///         frames.csv.
-  explicit ImageSource(SourceUri uri);
+  explicit ImageSource(SourceUri uri, const EventPort& events = {});
   ~ImageSource() override;
 
   SourceInfo info() const override;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,12 +40,11 @@ class Recorder {
 
  private:
   std::string write_picture(const Frame& frame);
-  void append_row(const std::string& row);
 
+  struct Table;  // frames.csv
   std::filesystem::path directory_;
   Cadence cadence_;
-  int table_ = -1;                // frames.csv
-  std::uint64_t table_size_ = 0;  // Bytes of whole lines, for cutting back.
+  std::unique_ptr<Table> table_;
   std::uint64_t frames_ = 0;
   std::vector<unsigned char> encoded_;
 };

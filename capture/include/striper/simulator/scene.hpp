@@ -56,7 +56,7 @@ struct Scene {
   /// Rotation of the camera on the device; identity looks along x with the picture upright.
   Eigen::Matrix3d camera_rotation = Eigen::Matrix3d::Identity();
   Eigen::Isometry3d T_world_device = Eigen::Isometry3d::Identity();  ///< At time zero.
-  Motion device_motion;
+  SteadyMotion device_motion;
 
   StripeAxis axis = StripeAxis::kColumns;
   std::vector<SimulatedLaser> lasers = {SimulatedLaser{}};

@@ -50,7 +50,7 @@ struct Sweep {
 using Shape = std::variant<Plane, Rectangle, Disc, Box, Cylinder, Sweep>;
 
 /// How something moves: with a constant velocity, and turning about its own origin.
-struct Motion {
+struct SteadyMotion {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();            ///< World axes.
   Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  ///< World axes.
 
@@ -67,7 +67,7 @@ struct SceneObject {
   Shape shape = Plane{};
   Material material;
   Eigen::Isometry3d T_world_object = Eigen::Isometry3d::Identity();  ///< At time zero.
-  Motion motion;
+  SteadyMotion motion;
 };
 
 /// The rotation that shows a flat shape's front along `normal`: its `up` is as near to the world's

@@ -9,6 +9,7 @@
 
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/cadence.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 
 namespace striper {
@@ -42,6 +43,7 @@ struct V4l2Options {
   double time_offset_us = 0.0;  ///< Added to every time: the camera's own latency, if known.
 
   std::string uri;              ///< What it was opened by; made from `device` when empty.
+  EventPort events;             ///< Hears what the device does.
   Cadence cadence;              ///< `laser=`
   std::optional<Field> fields;  ///< `fields=`: what the driver says of the field order is wrong.
 

@@ -6,6 +6,7 @@
 
 #include <striper/core/cadence.hpp>
 #include <striper/core/channel.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/noise_model.hpp>
 #include <striper/core/stripe_axis.hpp>
 
@@ -45,6 +46,9 @@ struct AmbientOptions {
   std::optional<Channel> difference_channel;
   /// How the stripe runs. A Scanner takes it from its ExtractOptions.
   StripeAxis axis = StripeAxis::kColumns;
+
+  /// Hears of the pattern, the fields and what is wrong with what was given.
+  EventPort events;
 
   /// @throws Error{kBadValue} where the method needs dark exposures and the cadence has none.
   void validate() const;

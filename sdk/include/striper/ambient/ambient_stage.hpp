@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
 
 #include <striper/ambient/ambient_options.hpp>
+#include <striper/ambient/ambient_status.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/core/lit_frame.hpp>
 
@@ -22,7 +22,7 @@ namespace striper {
 /// that was found is doubted where a line shows dark instead of bright, or in one dark exposure and
 /// not in the other (but for fields, whose order goes on across a lost picture): that lit exposure
 /// gives nothing and what follows is held again. A lit exposure whose dark neighbours are all lost
-/// gives nothing either; both are counted in `unpaired_exposures`.
+/// gives nothing either; both are counted in `AmbientStatus::unpaired`.
 ///
 /// A cadence that was given is followed, and reported where the pictures show another one: at once
 /// where they do so plainly, else when they do so twice. They are asked until they have confirmed
@@ -58,15 +58,12 @@ class AmbientStage {
   /// call of anything here.
   const LitFrame* next();
 
+  /// How it stands. 1 us; allocates.
+  AmbientStatus status() const;
+
+  // The counts in it, for every frame.
   std::uint64_t dark_exposures() const noexcept;
-
-  /// Lit exposures that could not be given because no dark neighbour was left: lost, or, as the
-  /// pictures show, not dark.
   std::uint64_t unpaired_exposures() const noexcept;
-
-  /// What was decided, for people: channel, cadence, method, and what is wrong with what was given.
-  /// One line each; empty before anything was decided.
-  std::string decisions() const;
 
  private:
   struct State;

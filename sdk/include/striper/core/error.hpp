@@ -24,12 +24,16 @@ enum class ErrorKind {
 /// `what()` is one sentence that names the file or field, the value found and what was expected.
 class Error : public std::runtime_error {
  public:
-  Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}
+  /// @param system_error the system's reason (an errno), 0 where there is none.
+  Error(ErrorKind kind, const std::string& message, int system_error = 0)
+      : std::runtime_error(message), kind_(kind), system_error_(system_error) {}
 
   ErrorKind kind() const noexcept { return kind_; }
+  int system_error() const noexcept { return system_error_; }
 
  private:
   ErrorKind kind_;
+  int system_error_;
 };
 
 }  // namespace striper

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include <striper/core/event.hpp>
 #include <striper/model/striper_model.hpp>
 
 namespace striper {
@@ -15,10 +16,11 @@ namespace striper {
 /// @throws Error{kNotFound} where there is no such file, Error{kBadFile} quoting the file, the
 /// field, the
 ///         value and what was expected for everything else.
-StriperModel load_model(const std::filesystem::path& path);
+StriperModel load_model(const std::filesystem::path& path, const EventPort& events = {});
 
 /// The same from text; `name` stands for the file in messages.
-StriperModel parse_model(const std::string& yaml, const std::string& name);
+StriperModel parse_model(const std::string& yaml, const std::string& name,
+                         const EventPort& events = {});
 
 /// Writes a model file; what `load_model` reads back is equal, bit for bit. The file appears whole
 /// or not at all (written beside and renamed).

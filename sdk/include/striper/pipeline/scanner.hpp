@@ -4,16 +4,17 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
 #include <striper/ambient/ambient_options.hpp>
+#include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/model/striper_model.hpp>
+#include <striper/pipeline/scan_explanation.hpp>
 #include <striper/pipeline/scanner_status.hpp>
-#include <striper/scan/polar_scan.hpp>
 #include <striper/scan/scan_options.hpp>
+#include <striper/scan/scan_span.hpp>
 #include <striper/stripe/extractor.hpp>
 
 namespace striper {
@@ -23,6 +24,10 @@ struct ScannerOptions {
   AmbientOptions ambient;
   ExtractOptions stripe;
   ScanOptions scan;
+  std::string head{kDefaultHead};  ///< What the striper is called; its scans say so.
+
+  /// Hears of the pattern, the stripe, refused frames and what does not fit; all stages send there.
+  EventPort events;
 
   /// The defaults with the axis and channel of a model: what an option does not say, the model
   /// does.
@@ -52,21 +57,28 @@ class Scanner {
 
   /// Processes the next frame. Usually gives one scan; none for a dark or refused frame or while
   /// frames are held until the laser's cadence is known; two for two lit fields; more when held
-  /// frames are released. The scans stay valid until the next call. No allocation after the first
-  /// frames of a stream, but see AmbientStage. Never throws for what a frame is: one that cannot be
-  /// used is refused, see `last_refusal`.
-  std::span<const PolarScan> process(const Frame& frame);
+  /// frames are released. What is given stays valid until the next call; `ScanSpan::shared` keeps a
+  /// scan for as long as one likes, in any thread. No allocation after the first frames of a
+  /// stream, once scans come back as fast as they are made, but see AmbientStage. Never throws for
+  /// what a frame is: one that cannot be used is refused and counted, and, unless its source had
+  /// called it bad, `frame_refused` is sent.
+  ScanSpan process(const Frame& frame);
 
   /// Gives what is still held, at the end of a stream.
-  std::span<const PolarScan> finish();
+  ScanSpan finish();
 
   const ScannerStatistics& statistics() const noexcept;
 
-  /// Why the last frame was refused, for people; empty if it was not.
-  const std::string& last_refusal() const noexcept;
+  /// Why a line (column or row) of the image that the last scan came from gave what it gave. For
+  /// people: 50 us, allocates. Needs `options.stripe.can_explain`; of `peak = all` the element is
+  /// not told.
+  /// @throws Error{kBadValue} where there is no scan or no such line, Error{kUnsupported} for
+  /// method
+  ///         `paper`.
+  ScanExplanation explain(int line) const;
 
-  /// What the stages decided by themselves (channel, cadence, method), for people; one line each.
-  std::string decisions() const;
+  /// How it stands: what the stages decided by themselves (pattern, channel, method), and counts.
+  ScannerStatus status() const;
 
  private:
   struct Stages;

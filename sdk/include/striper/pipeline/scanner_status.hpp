@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include <striper/ambient/ambient_status.hpp>
 #include <striper/core/stripe_axis.hpp>
+#include <striper/scan/scan_frame.hpp>
 
 namespace striper {
 
@@ -23,6 +25,7 @@ struct ScannerStatistics {
 
 /// The one form of how a scanner stands; programs make their sentences of it.
 struct ScannerStatus {
+  std::string head{kDefaultHead};  ///< Whose it is.
   AmbientStatus ambient;
   StripeAxis axis = StripeAxis::kColumns;
   bool is_stripe_seen = false;  ///< In the last scan.

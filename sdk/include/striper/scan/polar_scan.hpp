@@ -3,11 +3,14 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <string_view>
 #include <vector>
 
 #include <striper/core/frame.hpp>
 #include <striper/core/return_status.hpp>
 #include <striper/core/stripe_axis.hpp>
+#include <striper/scan/scan_frame.hpp>
 
 namespace striper {
 
@@ -44,14 +47,21 @@ struct Return {
 };
 
 /// What one lit exposure gives: one return per column (or row), in order along the stripe.
+///
+/// It stands alone: it says whose it is and in which frame, may outlive what made it, and go from
+/// thread to thread as `std::shared_ptr<const PolarScan>`.
 struct PolarScan {
-  std::uint64_t sequence = 0;  ///< The source's number of the picture.
-  FrameTime time;              ///< Exposure midpoint.
-  int laser = 0;               ///< Which laser plane; 0 if unknown.
+  std::shared_ptr<const ScanFrame> frame;  ///< Whose, and where; null for one made by hand.
+  std::uint64_t sequence = 0;              ///< The source's number of the picture.
+  FrameTime time;                          ///< Exposure midpoint.
+  int laser = 0;                           ///< Which laser plane; 0 if unknown.
   Field field = Field::kProgressive;
   StripeAxis axis = StripeAxis::kColumns;
   bool is_stripe_seen = true;  ///< False: no laser's stripe is in the image; no return is kOk.
   std::vector<Return> returns;
+
+  /// Which striper it is of. Valid as long as `frame`.
+  std::string_view head() const noexcept { return frame ? frame->head : kDefaultHead; }
 };
 
 }  // namespace striper

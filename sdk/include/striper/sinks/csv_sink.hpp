@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include <striper/scan/polar_scan.hpp>
@@ -44,15 +45,11 @@ class CsvSink {
   std::uint64_t lines() const noexcept { return lines_; }
 
  private:
-  void write_bytes();
-  void cut_back_to_whole_lines(std::size_t done);
-  void close_quietly() noexcept;
+  struct Table;
 
-  std::string path_;
   CsvOptions options_;
-  int file_ = -1;
+  std::unique_ptr<Table> table_;
   std::uint64_t lines_ = 0;
-  std::string buffer_;
 };
 
 }  // namespace striper

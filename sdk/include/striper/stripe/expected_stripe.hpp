@@ -21,6 +21,10 @@ struct ExpectedStripe {
   std::optional<double> sigma_px;
   double sigma_slope = 0.0;  ///< Pixels per pixel.
   double pivot_px = 0.0;
+
+  /// How high it is on white paper that faces the laser squarely, of each pixel across, in the
+  /// DN of the calibration's images: exposures may differ by a factor. 0: not known. May be empty.
+  std::vector<float> amplitude_dn;
 };
 
 }  // namespace striper

@@ -5,10 +5,12 @@
 #include <optional>
 #include <vector>
 
+#include <striper/core/event.hpp>
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/noise_model.hpp>
 #include <striper/core/stripe_axis.hpp>
 #include <striper/stripe/expected_stripe.hpp>
+#include <striper/stripe/line_explanation.hpp>
 #include <striper/stripe/stripe.hpp>
 
 namespace striper {
@@ -80,7 +82,7 @@ struct ExtractOptions {
   bool each_line_by_itself = false;
 
   /// Returns that are the stripe with a smaller probability than this are kOutlier.
-  double min_confidence = 0.8;
+  double min_confidence = 0.99;
 
   /// An error that every return has besides the noise of its pixels (speckle, rough surfaces),
   /// pixels of the image; empty: measured from the scatter of the stripe along itself.
@@ -88,6 +90,11 @@ struct ExtractOptions {
 
   /// @throws Error{kBadValue} naming the field and its bound.
   void validate() const;
+
+  EventPort events;  ///< Hears what is wrong with what was given.
+
+  /// Keeps what `StripeExtractor::explain` needs: a copy of the last frame.
+  bool can_explain = false;
 };
 
 /// Finds the stripe in lit frames. Holds its buffers and what it learnt from earlier frames, so one
@@ -102,6 +109,11 @@ class StripeExtractor {
   /// Fills `stripe` with one element per column or row of `frame.lit`. No allocation after the
   /// first frame of a size.
   virtual void extract(const LitFrame& frame, Stripe& stripe) = 0;
+
+  /// Why a line of the last frame gave the return that it gave. For people: 50 us, allocates.
+  /// @throws Error{kUnsupported} for method `paper`, Error{kBadValue} where `can_explain` was not
+  ///         asked for or there is no such line.
+  virtual LineExplanation explain(int line) const;
 };
 
 /// @throws Error{kBadValue} where the options are not valid.

@@ -2,24 +2,20 @@
 #include "stripe/select/stripe_choice.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
-#include "stripe/select/choice_weights.hpp"
+#include "stripe/select/choice_trees.hpp"
 
 namespace striper::detail {
 namespace {
 
-// A rougher bend is no rougher: an edge, not a surface. Variances, and pixels.
-constexpr float kRoughest = 50.0F;
-constexpr float kLargestBend = 1.5F;
-// What real surfaces bend by beyond noise, pixels: paint, paper, cloth.
-constexpr float kSurfaceBend = 0.1F;
-constexpr float kLargestTilt = 1.0F;
-constexpr float kLargestChange = 2.0F;
 // An orderly frame: so many of its lines have a candidate, or so few candidates a line stand out so
 // far.
 constexpr double kNearlyAll = 0.9;
+// And hardly anything else (kClutter), or the background under it hardly changes: log, .05 on even
+// ones, .13 and more on wood and paper with print.
+constexpr float kBareClutter = 0.1F;
+constexpr float kEvenLevel = 0.06F;
 constexpr double kMostlyWeak = 0.7;
 constexpr double kFewClear = 0.3;
 // Or what is like a stripe covers so much, and there is hardly anything else: as kCoverage,
@@ -30,30 +26,13 @@ constexpr float kClearSignificance = 8.0F;
 constexpr double kLittle = 0.02;
 constexpr float kPlainLogOdds = 12.0F;
 constexpr float kLargestOff = 3.0F;
-constexpr float kLargestSnr = 64.0F;
-constexpr float kLeastOfWidths = 0.3F;
+constexpr float kLargestBend = 1.5F;
 
-// To 0.01.
-float fast_log2(float x) {
-  const auto bits = std::bit_cast<std::uint32_t>(x);
-  const auto exponent = static_cast<float>(static_cast<int>(bits >> 23U) - 127);
-  const auto mantissa = std::bit_cast<float>((bits & 0x7FFFFFU) | 0x3F800000U);
-  return exponent + (-0.33582878F * mantissa + 2.0F) * mantissa - 1.65871022F;
-}
-
-// The sum of the terms, fitted to candidates of many scenes, as log odds of what is chosen: Platt's
-// scaling on rooms of another kind than those (random_room, seeds 1 to 24). Where it says more than
-// kMostLogOdds, 3 in 1000 were something else.
-constexpr float kCalibrationGain = 2.5F;
-constexpr float kCalibrationOffset = 1.6F;
-constexpr float kMostLogOdds = 6.0F;
-
-float calibrated(float log_odds) {
-  return std::min(kMostLogOdds, kCalibrationGain * log_odds + kCalibrationOffset);
-}
-
-// To some thousandths of its value.
-float logistic(float x) { return 1.0F / (1.0F + std::exp(-x)); }
+// Beyond these log odds no frame of those that were learnt from can tell.
+constexpr float kMostLogOdds = 9.0F;
+// What is so improbable at first is not looked at again.
+constexpr float kHopeless = -5.0F;
+constexpr float kLeastWidth = 0.05F;
 
 }  // namespace
 
@@ -61,22 +40,25 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
                           float threshold) {
   pieces_.find(candidates, context.width, threshold);
   traits_.reserve(pieces_.most());
-  for (std::vector<float>* some : {&log_odds_, &scatter_px_, &backward_}) {
+  for (std::vector<float>* some :
+       {&log_odds_, &scatter_px_, &backward_, &first_odds_, &first_rivals_}) {
     some->reserve(pieces_.most());
   }
+  next_.reserve(pieces_.most());
+  piece_odds_.reserve(pieces_.most());
   context_ = context;
-  width_ = context.width;
-  sum_up(context);
-  find_main_pieces(context);
-  measure_frame();
+  traits_.sum_up(pieces_, context);
   is_plain_ = context.is_subtracted || context.is_by_itself || (!context.is_hidden && is_orderly());
   if (is_plain_) {
     choose_highest();
     return;
   }
-  weigh();
-  choose_in_lines();
+  if (!context.is_hidden) return;
+  traits_.look_closer(pieces_, context);
   measure_scatter();
+  weigh_first();
+  weigh_again();
+  choose_in_lines();
 }
 
 // Of a candidate and those about it, the mean square running along the piece both ways; what lies
@@ -128,8 +110,10 @@ bool StripeChoice::is_orderly() const noexcept {
   const bool is_weak =
       static_cast<double>(weak) >= kMostlyWeak * static_cast<double>(weak + clear) &&
       static_cast<double>(clear) < kFewClear * all;
-  if (coverage_ >= kAloneCoverage && clutter_ <= kAloneClutter) return true;
-  return is_weak || static_cast<double>(lines) >= kNearlyAll * all;
+  if (traits_.coverage() >= kAloneCoverage && traits_.clutter() <= kAloneClutter) return true;
+  const bool is_bare =
+      traits_.clutter() <= kBareClutter || traits_.main_level_spread() <= kEvenLevel;
+  return is_weak || (is_bare && static_cast<double>(lines) >= kNearlyAll * all);
 }
 
 // The highest peak of a line.
@@ -149,105 +133,6 @@ void StripeChoice::choose_highest() {
   }
 }
 
-// The traits of each piece.
-void StripeChoice::sum_up(const ChoiceContext& context) {
-  traits_.assign(pieces_.pieces().size(), Trait{});
-  const auto pivot_width = static_cast<float>(context.width.at(0.0));
-  const auto slope = static_cast<float>(context.width.slope);
-  for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    const Candidate& c = pieces_.candidate(i);
-    const Link& link = pieces_.link(i);
-    Trait& t = traits_[static_cast<std::size_t>(link.piece)];
-    t.height += fast_log2(c.amplitude);
-    t.tilt += std::min(c.tilt, kLargestTilt);
-    t.snr += std::min(c.snr, kLargestSnr);
-    if (c.is_clipped) {
-      t.clipped += 1.0F;
-    } else {
-      t.width += std::min(c.width / (pivot_width + slope * c.across), 4.0F);
-      t.seen_widths += 1.0F;
-    }
-    if (link.before < 0) continue;
-    const Candidate& b = pieces_.candidate(static_cast<std::size_t>(link.before));
-    t.height_change += std::min(std::abs(c.amplitude - b.amplitude) / b.amplitude, kLargestChange);
-    if (!c.is_clipped && !b.is_clipped) {
-      t.width_spread += std::min(std::abs(c.width - b.width) / b.width, 1.0F);
-    }
-    if (!(link.bend_sigma > 0.0F)) continue;
-    t.bends += std::min(std::abs(link.bend), kLargestBend);
-    const float allowed = link.bend_sigma * link.bend_sigma + kSurfaceBend * kSurfaceBend;
-    t.roughness += std::min(link.bend * link.bend / allowed, kRoughest);
-  }
-  for (std::size_t p = 0; p < traits_.size(); ++p) {
-    Trait& t = traits_[p];
-    const auto count = static_cast<float>(pieces_.pieces()[p].count);
-    const float links = std::max(1.0F, count - 1.0F);
-    const float bends = std::max(1.0F, count - 2.0F);
-    t.height /= count;
-    t.tilt /= count;
-    t.snr = fast_log2(std::max(1.0F, t.snr / count));
-    t.clipped /= count;
-    // What is not clipped of a clipped piece is its ends and what is darker: no sample of it.
-    const bool shows_width = t.seen_widths > kLeastOfWidths * count;
-    t.width = shows_width ? t.width / t.seen_widths : 0.0F;
-    t.height_change /= links;
-    t.width_spread /= links;
-    t.bends /= bends;
-    t.roughness = fast_log2(1.0F + t.roughness / bends);
-  }
-}
-
-void StripeChoice::guess_pieces(bool use_width) {
-  for (std::size_t p = 0; p < traits_.size(); ++p) {
-    Trait& t = traits_[p];
-    const auto count = static_cast<float>(pieces_.pieces()[p].support);
-    const bool has_width = use_width && t.width > 0.0F;
-    const float off = has_width ? std::abs(fast_log2(t.width / width_scale_)) : 0.0F;
-    t.first_guess = 1.2F * fast_log2(count) - 0.7F * t.roughness - 3.0F * t.bends - 4.0F * t.tilt +
-                    0.5F * t.snr - 4.0F * off - 2.0F * t.width_spread - 4.0F;
-  }
-}
-
-// Which pieces are about as the stripe is, whatever the frame; of the best of them the width, where
-// it is not known.
-void StripeChoice::find_main_pieces(const ChoiceContext& context) {
-  width_scale_ = 1.0F;
-  guess_pieces(context.is_width_known);
-  if (context.is_width_known) return;
-  float best = 0.0F;
-  for (std::size_t p = 0; p < traits_.size(); ++p) {
-    const Trait& t = traits_[p];
-    const auto count = static_cast<float>(pieces_.pieces()[p].count);
-    const float merit = count * logistic(t.first_guess);
-    if (!(merit > best)) continue;
-    best = merit;
-    width_scale_ = t.width > 0.0F ? t.width : 1.0F;
-  }
-  guess_pieces(true);
-  width_.at_pivot *= static_cast<double>(width_scale_);
-  width_.slope *= static_cast<double>(width_scale_);
-}
-
-// What the frame shows as a whole: how high the main pieces are, how much of the lines they cover,
-// and how much else there is.
-void StripeChoice::measure_frame() {
-  float lines = 0.0F;
-  float heights = 0.0F;
-  float others = 0.0F;
-  for (std::size_t p = 0; p < traits_.size(); ++p) {
-    const Trait& t = traits_[p];
-    const auto count = static_cast<float>(pieces_.pieces()[p].count);
-    const float main = count * logistic(t.first_guess);
-    lines += main;
-    heights += main * t.height;
-    others += count - main;
-  }
-  main_height_ = lines > 0.0F ? heights / lines : 0.0F;
-  const auto all = static_cast<float>(std::max(1, pieces_.lines()));
-  coverage_ = std::min(1.0F, lines / all);
-  clutter_ = fast_log2(1.0F + others / all);
-}
-
 // A stripe is the only thing of its kind in a line: others as like it count against it.
 float StripeChoice::merit() const noexcept {
   float merit = 0.0F;
@@ -256,7 +141,7 @@ float StripeChoice::merit() const noexcept {
     float sum = 0.0F;
     for (std::size_t i = pieces_.first_of(line); i < pieces_.first_of(line + 1); ++i) {
       const auto p = static_cast<std::size_t>(pieces_.link(i).piece);
-      const float likeness = logistic(traits_[p].first_guess);
+      const float likeness = traits_.likeness(p);
       best = std::max(best, likeness);
       sum += likeness;
     }
@@ -265,40 +150,47 @@ float StripeChoice::merit() const noexcept {
   return merit;
 }
 
-Evidence StripeChoice::evidence_of_piece(std::size_t piece) const noexcept {
-  const Trait& t = traits_[piece];
-  const auto count = static_cast<float>(pieces_.pieces()[piece].count);
-  const float width = t.width > 0.0F ? t.width / width_scale_ : 1.0F;
-  Evidence e;
-  e.of[Evidence::kOne] = 1.0F;
-  e.of[Evidence::kLength] = 0.125F * fast_log2(std::min(count, 256.0F));
-  e.of[Evidence::kIsShort] = 1.0F / count;
-  const auto support = static_cast<float>(pieces_.pieces()[piece].support);
-  e.of[Evidence::kSupport] = 0.125F * fast_log2(std::min(support, 256.0F));
-  e.of[Evidence::kRoughness] = 0.2F * t.roughness;
+void StripeChoice::add_piece(std::size_t piece, Evidence& e) const noexcept {
+  const PieceTraits::Trait& t = traits_.of_piece(piece);
+  const Piece& p = pieces_.pieces()[piece];
+  e.of[Evidence::kLength] = fast_log2(static_cast<float>(p.count));
+  e.of[Evidence::kSupport] = fast_log2(static_cast<float>(p.support));
+  e.of[Evidence::kRoughness] = t.roughness;
   e.of[Evidence::kBends] = t.bends;
-  e.of[Evidence::kWide] = std::clamp(width - 1.0F, 0.0F, 1.0F);
-  e.of[Evidence::kNarrow] = std::clamp(1.0F / width - 1.0F, 0.0F, 1.0F);
+  const bool has_width = t.width > kLeastWidth;
+  e.of[Evidence::kWidth] = has_width ? fast_log2(t.width / traits_.width_scale()) : 0.0F;
   e.of[Evidence::kWidthSpread] = t.width_spread;
-  e.of[Evidence::kFaint] = 0.25F * std::clamp(main_height_ - t.height, 0.0F, 6.0F);
-  e.of[Evidence::kBright] = 0.25F * std::clamp(t.height - main_height_, 0.0F, 6.0F);
+  e.of[Evidence::kHeight] = t.height - traits_.main_height();
   e.of[Evidence::kHeightChange] = t.height_change;
   e.of[Evidence::kTilt] = t.tilt;
-  e.of[Evidence::kSnr] = t.snr / 6.0F;
+  e.of[Evidence::kSnr] = t.snr;
   e.of[Evidence::kClipped] = t.clipped;
-  e.of[Evidence::kClippedBright] = e.of[Evidence::kClipped] * e.of[Evidence::kBright];
-  e.of[Evidence::kCoverage] = coverage_;
-  e.of[Evidence::kClutter] = clutter_;
-  e.of[Evidence::kSubtracted] = context_.is_subtracted ? 1.0F : 0.0F;
+  e.of[Evidence::kHeightSpread] = t.height_spread;
+  e.of[Evidence::kLightSpread] = t.light_spread;
+  e.of[Evidence::kLightFollows] = t.follows;
+  e.of[Evidence::kLight] = t.light;
+  e.of[Evidence::kLightOff] = t.light - traits_.main_light();
+  const bool has_gain = t.gain > 0.5F * Evidence::kUnknown;
+  e.of[Evidence::kGain] = has_gain ? t.gain - traits_.main_gain() : Evidence::kUnknown;
+  e.of[Evidence::kMisfit] = t.misfit;
+  e.of[Evidence::kCoverage] = traits_.coverage();
+  e.of[Evidence::kClutter] = traits_.clutter();
   e.of[Evidence::kHidden] = context_.is_hidden ? 1.0F : 0.0F;
-  e.of[Evidence::kHiddenSupport] = e.of[Evidence::kHidden] * e.of[Evidence::kSupport];
-  e.of[Evidence::kClutterSupport] = clutter_ * e.of[Evidence::kSupport];
-  const float known = context_.is_width_known ? 1.0F : 0.0F;
-  e.of[Evidence::kWideKnown] = known * e.of[Evidence::kWide];
-  e.of[Evidence::kNarrowKnown] = known * e.of[Evidence::kNarrow];
-  e.of[Evidence::kCoverageShort] = coverage_ / count;
-  e.of[Evidence::kClutterShort] = clutter_ / count;
-  return e;
+  e.of[Evidence::kWidthKnown] = context_.is_width_known ? 1.0F : 0.0F;
+}
+
+// Of the background, from a candidate to those beside it in its piece.
+float StripeChoice::level_step(std::size_t candidate) const noexcept {
+  const auto level = [&](std::size_t i) {
+    const PieceTraits::Look& look = traits_.of_candidate(i);
+    return look.height - look.light;
+  };
+  float step = 0.0F;
+  for (const std::int32_t beside : {pieces_.link(candidate).before, next_[candidate]}) {
+    if (beside < 0) continue;
+    step = std::max(step, std::abs(level(static_cast<std::size_t>(beside)) - level(candidate)));
+  }
+  return step;
 }
 
 void StripeChoice::add_own(std::size_t candidate, Evidence& e) const noexcept {
@@ -306,34 +198,148 @@ void StripeChoice::add_own(std::size_t candidate, Evidence& e) const noexcept {
   const Link& link = pieces_.link(candidate);
   const auto p = static_cast<std::size_t>(link.piece);
   const Piece& piece = pieces_.pieces()[p];
-  if (!c.is_clipped && traits_[p].width > 0.0F) {
-    const auto expected = static_cast<float>(width_.at(static_cast<double>(c.across)));
-    const float own = c.width * width_scale_ / (expected * traits_[p].width);
-    e.of[Evidence::kOwnWidth] = std::min(std::abs(own - 1.0F), 1.0F);
-  }
+  const PieceTraits::Trait& t = traits_.of_piece(p);
+  const PieceTraits::Look& look = traits_.of_candidate(candidate);
+  const auto expected = static_cast<float>(traits_.width().at(static_cast<double>(c.across)));
+  const float width = std::max(c.width / expected, kLeastWidth);
+  e.of[Evidence::kOwnWidth] = c.is_clipped ? 0.0F : fast_log2(width);
+  const bool has_width = !c.is_clipped && t.width > kLeastWidth;
+  e.of[Evidence::kOwnWidthOfPiece] =
+      has_width ? std::abs(fast_log2(width * traits_.width_scale() / t.width)) : 0.0F;
   e.of[Evidence::kOwnBend] = std::min(std::abs(link.bend), kLargestBend);
   e.of[Evidence::kOwnOffNear] = std::min(link.off_near, kLargestOff);
   e.of[Evidence::kOwnOffFar] = std::min(link.off_far, kLargestOff);
   const std::int32_t end = std::min(c.line - piece.first_line, piece.last_line - c.line);
-  e.of[Evidence::kOwnEnd] = 1.0F / (1.0F + static_cast<float>(end));
+  e.of[Evidence::kOwnEnd] = static_cast<float>(end);
+  e.of[Evidence::kOwnHeight] = look.height - t.height;
+  e.of[Evidence::kOwnSnr] = fast_log2(std::max(1.0F, c.snr));
+  e.of[Evidence::kOwnTilt] = c.tilt;
+  e.of[Evidence::kOwnMisfit] = look.misfit;
+  e.of[Evidence::kOwnLight] = look.light;
+  e.of[Evidence::kOwnLightOff] = look.light - t.light;
+  const bool has_gain = look.gain > 0.5F * Evidence::kUnknown;
+  e.of[Evidence::kOwnGain] = has_gain ? look.gain - traits_.main_gain() : Evidence::kUnknown;
+  e.of[Evidence::kOwnSigma] = fast_log2(std::max(scatter_px_[candidate], c.sigma) / expected);
+  e.of[Evidence::kOwnLevelStep] = level_step(candidate);
+  e.of[Evidence::kOwnSides] = look.sides;
+  std::size_t higher = 0;
+  const std::size_t first = pieces_.first_of(c.line);
+  const std::size_t last = pieces_.first_of(c.line + 1);
+  for (std::size_t i = first; i < last; ++i) {
+    higher += static_cast<std::size_t>(pieces_.candidate(i).amplitude > c.amplitude);
+  }
+  e.of[Evidence::kOwnRank] = static_cast<float>(higher);
+  e.of[Evidence::kOwnRivals] = static_cast<float>(last - first);
+}
+
+void StripeChoice::add_first(std::size_t candidate, Evidence& e) const noexcept {
+  const Candidate& c = pieces_.candidate(candidate);
+  const PieceTraits::Look& look = traits_.of_candidate(candidate);
+  const PieceOdds& odds = piece_odds_[static_cast<std::size_t>(pieces_.link(candidate).piece)];
+  e.of[Evidence::kFirst] = first_odds_[candidate];
+  e.of[Evidence::kFirstOfPiece] = odds.own;
+  e.of[Evidence::kFirstRival] = first_rivals_[candidate];
+  e.of[Evidence::kFirstPieceRival] = odds.rival;
+  e.of[Evidence::kFirstCoverage] = stripe_.coverage;
+  e.of[Evidence::kFirstBefore] = odds.before;
+  e.of[Evidence::kFirstAfter] = odds.after;
+  const auto expected = static_cast<float>(traits_.width().at(static_cast<double>(c.across)));
+  const float width = fast_log2(std::max(c.width / expected, kLeastWidth));
+  e.of[Evidence::kFirstWidth] = c.is_clipped ? 0.0F : width - stripe_.width;
+  e.of[Evidence::kFirstHeight] = look.height - stripe_.height;
+  e.of[Evidence::kFirstLight] = look.light - stripe_.light;
+  const bool has_gain = look.gain > 0.5F * Evidence::kUnknown;
+  e.of[Evidence::kFirstGain] = has_gain ? look.gain - stripe_.gain : Evidence::kUnknown;
 }
 
 Evidence StripeChoice::evidence(std::size_t candidate) const noexcept {
-  Evidence e = evidence_of_piece(static_cast<std::size_t>(pieces_.link(candidate).piece));
+  Evidence e;
+  add_piece(static_cast<std::size_t>(pieces_.link(candidate).piece), e);
   add_own(candidate, e);
+  add_first(candidate, e);
   return e;
 }
 
-void StripeChoice::weigh() {
-  for (std::size_t p = 0; p < traits_.size(); ++p) {
-    traits_[p].log_odds = detail::weigh(piece_terms(), evidence_of_piece(p));
-  }
-  log_odds_.resize(pieces_.size());
+void StripeChoice::weigh_first() {
+  next_.assign(pieces_.size(), -1);
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    Evidence own;
-    add_own(i, own);
-    const auto p = static_cast<std::size_t>(pieces_.link(i).piece);
-    log_odds_[i] = calibrated(traits_[p].log_odds + detail::weigh(own_terms(), own));
+    const std::int32_t before = pieces_.link(i).before;
+    if (before >= 0) next_[static_cast<std::size_t>(before)] = static_cast<std::int32_t>(i);
+  }
+  first_odds_.resize(pieces_.size());
+  const ChoiceForest forest = first_forest();
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    Evidence e;
+    add_piece(static_cast<std::size_t>(pieces_.link(i).piece), e);
+    add_own(i, e);
+    first_odds_[i] = detail::weigh(forest, e);
+  }
+  sum_up_first();
+  find_stripe_mean();
+}
+
+float StripeChoice::best_of_line(int line) const noexcept {
+  if (line < 0 || line >= pieces_.lines()) return Evidence::kUnknown;
+  float best = Evidence::kUnknown;
+  for (std::size_t i = pieces_.first_of(line); i < pieces_.first_of(line + 1); ++i) {
+    best = std::max(best, first_odds_[i]);
+  }
+  return best;
+}
+
+// Of each candidate the best rival, and the means of each piece.
+void StripeChoice::sum_up_first() {
+  first_rivals_.assign(pieces_.size(), Evidence::kUnknown);
+  piece_odds_.assign(pieces_.pieces().size(), PieceOdds{});
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const int line = pieces_.candidate(i).line;
+    for (std::size_t k = pieces_.first_of(line); k < pieces_.first_of(line + 1); ++k) {
+      if (k != i) first_rivals_[i] = std::max(first_rivals_[i], first_odds_[k]);
+    }
+    PieceOdds& odds = piece_odds_[static_cast<std::size_t>(pieces_.link(i).piece)];
+    odds.own += first_odds_[i];
+    odds.rival += first_rivals_[i];
+  }
+  for (std::size_t p = 0; p < piece_odds_.size(); ++p) {
+    const Piece& piece = pieces_.pieces()[p];
+    piece_odds_[p].own /= static_cast<float>(piece.count);
+    piece_odds_[p].rival /= static_cast<float>(piece.count);
+    piece_odds_[p].before = best_of_line(piece.first_line - 1);
+    piece_odds_[p].after = best_of_line(piece.last_line + 1);
+  }
+}
+
+void StripeChoice::find_stripe_mean() {
+  stripe_ = StripeMean{};
+  float sum = 0.0F;
+  float widths = 0.0F;
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    if (first_odds_[i] < 0.0F || first_odds_[i] < first_rivals_[i]) continue;
+    const Candidate& c = pieces_.candidate(i);
+    const PieceTraits::Look& look = traits_.of_candidate(i);
+    const float share = logistic(first_odds_[i]);
+    sum += share;
+    stripe_.height += share * look.height;
+    stripe_.light += share * look.light;
+    stripe_.gain += share * look.gain;
+    if (c.is_clipped) continue;
+    const auto expected = static_cast<float>(traits_.width().at(static_cast<double>(c.across)));
+    stripe_.width += share * fast_log2(std::max(c.width / expected, kLeastWidth));
+    widths += share;
+  }
+  if (widths > 0.0F) stripe_.width /= widths;
+  stripe_.coverage = sum / static_cast<float>(std::max(1, pieces_.lines()));
+  if (!(sum > 0.0F)) return;
+  for (float* mean : {&stripe_.height, &stripe_.light, &stripe_.gain}) *mean /= sum;
+}
+
+void StripeChoice::weigh_again() {
+  log_odds_.resize(pieces_.size());
+  const ChoiceForest forest = second_forest();
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    log_odds_[i] = first_odds_[i];
+    if (first_odds_[i] < kHopeless) continue;
+    log_odds_[i] = std::min(kMostLogOdds, detail::weigh(forest, evidence(i)));
   }
 }
 
@@ -342,11 +348,10 @@ void StripeChoice::choose_in_lines() {
   chosen_.assign(static_cast<std::size_t>(pieces_.lines()), Chosen{});
   for (int line = 0; line < pieces_.lines(); ++line) {
     Chosen& chosen = chosen_[static_cast<std::size_t>(line)];
-    float best = -1e9F;
-    float next = -1e9F;
+    float best = -30.0F;
+    float next = -30.0F;
     for (std::size_t i = pieces_.first_of(line); i < pieces_.first_of(line + 1); ++i) {
-      const auto p = static_cast<std::size_t>(pieces_.link(i).piece);
-      const float odds = std::max(log_odds_[i], traits_[p].log_odds - 4.0F);
+      const float odds = log_odds_[i];
       if (odds > best) {
         next = best;
         chosen.rival_candidate = chosen.candidate;
@@ -358,10 +363,8 @@ void StripeChoice::choose_in_lines() {
       }
     }
     if (chosen.candidate < 0) continue;
-    const float own = std::exp(log_odds_[static_cast<std::size_t>(chosen.candidate)]);
-    const float other = chosen.rival_candidate < 0 ? 0.0F : std::exp(std::min(next, 20.0F));
-    chosen.confidence = own / (1.0F + own + other);
-    chosen.rival = other / (1.0F + own + other);
+    chosen.confidence = logistic(best);
+    chosen.rival = std::min(logistic(next), 1.0F - chosen.confidence);
   }
 }
 

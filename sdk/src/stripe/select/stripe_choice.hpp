@@ -1,64 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "stripe/select/evidence.hpp"
+#include "stripe/select/piece_traits.hpp"
 #include "stripe/select/stripe_pieces.hpp"
 
 namespace striper::detail {
-
-/// What is known of the frame before its pieces are looked at.
-struct ChoiceContext {
-  WidthModel width;  // Expected, effective sigma, pixels of the image.
-  bool is_width_known =
-      false;                   // Given, or learnt from frames before; else from the frame's pieces.
-  bool is_by_itself = false;   // Each line is to tell by itself.
-  bool is_hidden = false;      // The background is such that candidates are ridges.
-  bool is_subtracted = false;  // An exposure without the laser has taken the background away.
-};
-
-/// What is seen of a candidate, its piece and its frame, that tells the stripe from the background;
-/// each number is about 0 to 1. The confidence is a logistic function of their weighted sum.
-struct Evidence {
-  enum Kind : std::size_t {
-    kOne,
-    kLength,       // log2 of the piece's lines,
-    kIsShort,      // and 1 over them,
-    kSupport,      // and log2 of those of all pieces that it is joined with.
-    kRoughness,    // Its bends over what noise makes of them, log2,
-    kBends,        // and in pixels.
-    kWide,         // Mean width over the expected one, less 1,
-    kNarrow,       // and the other way round.
-    kWidthSpread,  // About its own mean.
-    kFaint,        // log2 of the main pieces' height over its own,
-    kBright,       // and the other way round.
-    kHeightChange,
-    kTilt,      // Of the background, in heights over a width: an edge.
-    kSnr,       // log2.
-    kClipped,   // Share of clipped peaks.
-    kCoverage,  // Part of the scan lines that the main pieces cover,
-    kClutter,   // and log2 of 1 + how many other candidates as strong there are a line.
-    kSubtracted,
-    kHidden,          // By its background: candidates are ridges.
-    kHiddenSupport,   // kHidden x kSupport.
-    kClutterSupport,  // kClutter x kSupport.
-    kWideKnown,       // kWide and kNarrow, where the expected width was known before.
-    kNarrowKnown,
-    kCoverageShort,  // kCoverage x kIsShort.
-    kClutterShort,   // kClutter x kIsShort.
-    kOwnWidth,       // The candidate's own difference from its piece's width,
-    kOwnBend,        // and bend,
-    kOwnEnd,         // and 1 over its distance from the piece's end,
-    kOwnOffNear,     // and how far it lies off those beside it, pixels.
-    kOwnOffFar,
-    kClippedBright,  // kClipped x kBright: a light source.
-    kCount
-  };
-  std::array<float, kCount> of{};
-};
 
 /// Decides over the whole image which candidate of each line is the stripe, and how probable that
 /// is: the candidates' pieces against the background's, the frame's main pieces against no laser at
@@ -95,44 +46,48 @@ class StripeChoice {
   float scatter_px(std::size_t candidate) const noexcept { return scatter_px_[candidate]; }
 
   /// The expected width as it was used: the context's, or that of the main pieces.
-  const WidthModel& width() const noexcept { return width_; }
+  const WidthModel& width() const noexcept { return traits_.width(); }
 
   /// How many lines the main pieces cover, each as far as it is like a stripe and alone. 5 us.
   float merit() const noexcept;
 
-  /// For whoever fits the weights.
+  /// For whoever fits the trees. Its second part is the latest frame's, as weighed by the first.
   Evidence evidence(std::size_t candidate) const noexcept;
 
  private:
-  // Of one piece. Sums become means.
-  struct Trait {
-    float bends = 0.0F, roughness = 0.0F, width = 0.0F, width_spread = 0.0F, height = 0.0F,
-          height_change = 0.0F, tilt = 0.0F, snr = 0.0F, clipped = 0.0F;
-    float seen_widths = 0.0F;  // How many of its candidates tell their width.
-    float first_guess = 0.0F;
-    float log_odds = 0.0F;
+  // What was made of a piece's candidates by their first log odds.
+  struct PieceOdds {
+    float own = 0.0F;  // Means.
+    float rival = 0.0F;
+    float before = Evidence::kUnknown;
+    float after = Evidence::kUnknown;
   };
-  void sum_up(const ChoiceContext& context);
-  void find_main_pieces(const ChoiceContext& context);
-  void guess_pieces(bool use_width);
-  void measure_frame();
-  void weigh();
-  Evidence evidence_of_piece(std::size_t piece) const noexcept;
+  // The mean look of what is probably the stripe, logs.
+  struct StripeMean {
+    float coverage = 0.0F, width = 0.0F, height = 0.0F, light = 0.0F, gain = 0.0F;
+  };
+  void weigh_first();
+  void weigh_again();
+  void sum_up_first();
+  void find_stripe_mean();
+  float best_of_line(int line) const noexcept;
+  void add_piece(std::size_t piece, Evidence& evidence) const noexcept;
   void add_own(std::size_t candidate, Evidence& evidence) const noexcept;
+  void add_first(std::size_t candidate, Evidence& evidence) const noexcept;
+  float level_step(std::size_t candidate) const noexcept;
   bool is_orderly() const noexcept;
   void choose_in_lines();
   void choose_highest();
   void measure_scatter();
 
   StripePieces pieces_;
-  WidthModel width_;
+  PieceTraits traits_;
   ChoiceContext context_;
   bool is_plain_ = false;
-  float width_scale_ = 1.0F;
-  float main_height_ = 0.0F;  // log2 DN.
-  float coverage_ = 0.0F;
-  float clutter_ = 0.0F;
-  std::vector<Trait> traits_;
+  StripeMean stripe_;
+  std::vector<PieceOdds> piece_odds_;
+  std::vector<std::int32_t> next_;                // Candidate after each in its piece; -1: none.
+  std::vector<float> first_odds_, first_rivals_;  // Of each candidate.
   std::vector<float> log_odds_;
   std::vector<float> scatter_px_, backward_;
   std::vector<Chosen> chosen_;

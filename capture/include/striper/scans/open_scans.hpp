@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include <striper/pipeline/scanner.hpp>
+#include <striper/stream/scan_source.hpp>
+
+namespace striper {
+
+/// Opens scans by their address:
+///
+///     FILE.csv, csv:FILE      a table of scans, also one made elsewhere
+///     FILE.jsonl, jsonl:FILE  scans as lines of JSON
+///     SOURCE                  any source of frames (`open_source`), scanned on the way
+///
+/// @param model what the ranges are computed with; may be null for files, whose scans then do not
+///        say how their frames lie in the head.
+/// @param options how a source of frames is scanned; default: as the model says. The cadence is the
+///        source's.
+/// @throws Error as `open_source` and Scanner do, as `read_csv_scans` does; Error{kUsage} for a
+///         source of frames without a model.
+std::unique_ptr<ScanSource> open_scans(std::string_view uri,
+                                       const std::shared_ptr<const StriperModel>& model,
+                                       std::optional<ScannerOptions> options = std::nullopt);
+
+}  // namespace striper

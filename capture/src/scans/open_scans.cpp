@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <deque>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/capture/open_source.hpp>
+#include <striper/core/error.hpp>
+#include <striper/scans/open_scans.hpp>
+#include <striper/stream/scan_files.hpp>
+
+namespace striper {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// A source of frames and the scanner behind it.
+class ScannedSource : public ScanSource {
+ public:
+  ScannedSource(std::unique_ptr<FrameSource> source,
+                const std::shared_ptr<const StriperModel>& model, const ScannerOptions& options)
+      : source_(std::move(source)),
+        info_(head_info(options.head, source_->info(), model, options.stripe.axis)),
+        scanner_(*model, options) {
+    source_->start();
+  }
+
+  HeadInfo info() const override { return info_; }
+
+  NextStatus next(PolarScan& scan, std::chrono::milliseconds timeout) override {
+    const Clock::time_point end = Clock::now() + timeout;
+    while (ready_.empty()) {
+      if (has_ended_) return NextStatus::kEnd;
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+      const NextStatus status = source_->next(frame_, std::max(left, std::chrono::milliseconds(0)));
+      if (status == NextStatus::kTimeout || status == NextStatus::kStopped) return status;
+      has_ended_ = status == NextStatus::kEnd;
+      keep(has_ended_ ? scanner_.finish() : scanner_.process(frame_));
+      const bool is_late = info_.source.is_live && ready_.empty() && Clock::now() >= end;
+      if (is_late && !has_ended_) return NextStatus::kTimeout;
+    }
+    scan = *ready_.front();
+    ready_.pop_front();
+    return NextStatus::kFrame;
+  }
+
+ private:
+  void keep(ScanSpan scans) {
+    for (std::size_t i = 0; i < scans.size(); ++i) ready_.push_back(scans.shared(i));
+  }
+
+  std::unique_ptr<FrameSource> source_;
+  HeadInfo info_;
+  Scanner scanner_;
+  Frame frame_;
+  std::deque<std::shared_ptr<const PolarScan>> ready_;
+  bool has_ended_ = false;
+};
+
+// The file that an address names, if it is of that kind: by its scheme or its extension.
+std::optional<std::filesystem::path> file_of(std::string_view uri, std::string_view kind) {
+  const std::string scheme = fmt::format("{}:", kind);
+  if (uri.starts_with(scheme)) return uri.substr(scheme.size());
+  if (uri.ends_with(fmt::format(".{}", kind)) && uri.find(':') == std::string_view::npos) {
+    return uri;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::unique_ptr<ScanSource> open_scans(std::string_view uri,
+                                       const std::shared_ptr<const StriperModel>& model,
+                                       std::optional<ScannerOptions> options) {
+  if (const auto path = file_of(uri, "csv")) return read_csv_scans(*path, model);
+  if (const auto path = file_of(uri, "jsonl")) return read_jsonl_scans(*path, model);
+  if (!model) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("'{}' gives frames: a model makes scans of them", uri));
+  }
+  auto source = open_source(uri);
+  if (!options) options = ScannerOptions::for_model(*model);
+  options->ambient.cadence = source->info().cadence;
+  return std::make_unique<ScannedSource>(std::move(source), model, *options);
+}
+
+}  // namespace striper

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <striper/stream/scan_sink.hpp>
+#include <striper/stream/sink_uri.hpp>
+
+namespace striper {
+
+/// Makes a sink from its address: takes its keys and calls `refuse_unused`.
+using SinkFactory = std::function<std::unique_ptr<ScanSink>(SinkUri uri)>;
+
+/// Makes the sink that an address names:
+///
+///     csv:FILE?doubtful=yes&missing=yes   the agreed CSV; only `ok` returns unless said otherwise
+///     jsonl:FILE                          a line of JSON per scan and event
+///     PATH                                whichever of these the extension says; `-` is CSV on the
+///                                         standard output
+///
+/// Files are made when the first head opens: nothing gives way to nothing.
+/// @throws Error{kUsage} for a wrong address, or a file that is there and holds something else.
+std::unique_ptr<ScanSink> open_sink(std::string_view uri);
+std::unique_ptr<ScanSink> open_sink(SinkUri uri);
+
+/// Adds a kind of sink; the last of a scheme wins. Thread-safe.
+/// @param scheme a word. @param extension of files that are of this kind, ".csv"; may be empty.
+void register_sink(std::string scheme, SinkFactory factory, std::string extension = {});
+
+/// The schemes that there are.
+std::vector<std::string> sink_schemes();
+
+}  // namespace striper

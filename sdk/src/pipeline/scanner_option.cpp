@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <striper/core/error.hpp>
+#include <striper/pipeline/scanner_option.hpp>
+
+namespace striper {
+namespace {
+
+template <typename Value, std::size_t N>
+using Words = std::array<std::pair<std::string_view, Value>, N>;
+
+constexpr Words<ExtractMethod, 3> kMethods{{
+    {"paper", ExtractMethod::kPaper},
+    {"fast", ExtractMethod::kFast},
+    {"refined", ExtractMethod::kRefined},
+}};
+
+constexpr Words<PeakRule, 5> kPeakRules{{
+    {"brightest", PeakRule::kBrightest},
+    {"nearest", PeakRule::kNearest},
+    {"farthest", PeakRule::kFarthest},
+    {"continuous", PeakRule::kContinuous},
+    {"all", PeakRule::kAll},
+}};
+
+constexpr Words<AmbientMethod, 5> kAmbientMethods{{
+    {"auto", AmbientMethod::kAuto},
+    {"none", AmbientMethod::kNone},
+    {"alternate", AmbientMethod::kAlternate},
+    {"fields", AmbientMethod::kFields},
+    {"temporal", AmbientMethod::kTemporal},
+}};
+
+template <typename Value, std::size_t N>
+std::vector<std::string_view> words_of(const Words<Value, N>& known) {
+  std::vector<std::string_view> words;
+  for (const auto& [word, value] : known) words.push_back(word);
+  return words;
+}
+
+// `why_not` has accepted the word.
+template <typename Value, std::size_t N>
+void put_word(const Words<Value, N>& known, std::string_view word, Value& value) {
+  for (const auto& [name, meaning] : known) {
+    if (name == word) value = meaning;
+  }
+}
+
+template <typename Value, std::size_t N>
+std::string word_for(const Words<Value, N>& known, Value value) {
+  for (const auto& [word, meaning] : known) {
+    if (meaning == value) return std::string(word);
+  }
+  return {};
+}
+
+std::optional<double> number_in(std::string_view text) {
+  double number = 0.0;
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  if (error != std::errc() || end != last || std::isnan(number)) return std::nullopt;
+  return number;
+}
+
+double number_of(std::string_view text) { return number_in(text).value_or(0.0); }
+
+std::string text_of(const std::optional<double>& number) {
+  return number ? fmt::format("{}", *number) : std::string();
+}
+
+const std::vector<ScannerOption>& table() {
+  using Options = ScannerOptions;
+  using Text = std::string_view;
+  static const std::vector<ScannerOption> options{
+      {.name = "method",
+       .unit = {},
+       .words = words_of(kMethods),
+       .what_if_not_given = "refined",
+       .help = "How the stripe is found: paper (the brightest pixel and its two neighbours), fast "
+               "or refined",
+       .put = [](Options& o, Text v) { put_word(kMethods, v, o.stripe.method); },
+       .get = [](const Options& o) { return word_for(kMethods, o.stripe.method); }},
+      {.name = "peak",
+       .unit = {},
+       .words = words_of(kPeakRules),
+       .what_if_not_given = "brightest",
+       .help = "Which of several peaks of a line is the stripe: brightest, nearest, farthest, "
+               "continuous (the one that continues its neighbours, for weak stripes) or all",
+       .put = [](Options& o, Text v) { put_word(kPeakRules, v, o.stripe.peak); },
+       .get = [](const Options& o) { return word_for(kPeakRules, o.stripe.peak); }},
+      {.name = "axis",
+       .unit = {},
+       .words = {"columns", "rows"},
+       .what_if_not_given = "the model's, else columns",
+       .help = "One return per image line: columns (the stripe runs from left to right) or rows",
+       .put = [](Options& o, Text v) { o.stripe.axis = *stripe_axis_from_string(v); },
+       .get = [](const Options& o) { return std::string(to_string(o.stripe.axis)); }},
+      {.name = "channel",
+       .unit = {},
+       .words = {"auto", "grey", "red", "green", "blue", "green-red", "red-green"},
+       .what_if_not_given = "the model's, else auto",
+       .help = "What of a colour picture is searched: auto, grey, red, green, blue, green-red or "
+               "red-green",
+       .put =
+           [](Options& o, Text v) {
+             o.ambient.channel = *channel_from_string(v);
+             o.ambient.difference_channel.reset();  // What was asked for holds everywhere.
+           },
+       .get = [](const Options& o) { return std::string(to_string(o.ambient.channel)); }},
+      {.name = "ambient",
+       .unit = {},
+       .words = words_of(kAmbientMethods),
+       .what_if_not_given = "auto: what the lasers' cadence allows",
+       .help = "How daylight is taken off: auto, none, alternate (dark pictures), fields (dark "
+               "fields; the source must have fields, see fields= below) or temporal (a standing "
+               "sensor before a stripe that wanders)",
+       .put = [](Options& o, Text v) { put_word(kAmbientMethods, v, o.ambient.method); },
+       .get = [](const Options& o) { return word_for(kAmbientMethods, o.ambient.method); }},
+      {.name = "threshold",
+       .unit = "DN",
+       .words = {},
+       .what_if_not_given = "from the noise",
+       .help = "A stripe rises this far above the background, in digital numbers of the picture",
+       .put = [](Options& o, Text v) { o.stripe.threshold_dn = number_of(v); },
+       .get = [](const Options& o) { return text_of(o.stripe.threshold_dn); }},
+      {.name = "width",
+       .unit = "px",
+       .words = {},
+       .low = 0.0,
+       .high = std::numeric_limits<double>::max(),
+       .is_low_allowed = false,
+       .what_if_not_given = "the model's, else measured",
+       .help =
+           "The stripe's Gaussian sigma (its width at half its height over 2.35), pixels of the "
+           "picture",
+       .put = [](Options& o, Text v) { o.stripe.stripe_sigma_px = number_of(v); },
+       .get = [](const Options& o) { return text_of(o.stripe.stripe_sigma_px); }},
+      {.name = "min_confidence",
+       .unit = "probability",
+       .words = {},
+       .low = 0.0,
+       .high = 1.0,
+       .what_if_not_given = "",
+       .help = "Returns that are the stripe with a smaller probability than this are outlier, 0 to "
+               "1",
+       .put = [](Options& o, Text v) { o.stripe.min_confidence = number_of(v); },
+       .get = [](const Options& o) { return fmt::format("{}", o.stripe.min_confidence); }},
+      {.name = "min_range",
+       .unit = "m",
+       .words = {},
+       .what_if_not_given = "none",
+       .help = "Nearer returns are out_of_range, metres",
+       .put = [](Options& o, Text v) { o.scan.min_range_m = number_of(v); },
+       .get = [](const Options& o) { return fmt::format("{}", o.scan.min_range_m); }},
+      {.name = "max_range",
+       .unit = "m",
+       .words = {},
+       .what_if_not_given = "none",
+       .help = "Farther returns are out_of_range, metres",
+       .put = [](Options& o, Text v) { o.scan.max_range_m = number_of(v); },
+       .get = [](const Options& o) { return fmt::format("{}", o.scan.max_range_m); }},
+  };
+  return options;
+}
+
+bool is_same_name(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return (x == '-' ? '_' : x) == (y == '-' ? '_' : y); });
+}
+
+}  // namespace
+
+std::string ScannerOption::why_not(std::string_view value) const {
+  if (!is_number()) {
+    if (std::find(words.begin(), words.end(), value) != words.end()) return {};
+    return fmt::format("'{}' is none of {}", value, fmt::join(words, ", "));
+  }
+  const std::optional<double> number = number_in(value);
+  const bool is_above = number && (is_low_allowed ? *number >= low : *number > low);
+  if (is_above && *number <= high) return {};
+  if (unit == "probability") return fmt::format("'{}' is no probability, 0 to 1", value);
+  if (std::isfinite(low)) return fmt::format("'{}' is no number above {}", value, low);
+  return fmt::format("'{}' is no number", value);
+}
+
+std::span<const ScannerOption> scanner_options() { return table(); }
+
+const ScannerOption* find_scanner_option(std::string_view name) {
+  for (const ScannerOption& option : table()) {
+    if (is_same_name(option.name, name)) return &option;
+  }
+  return nullptr;
+}
+
+void set_scanner_option(ScannerOptions& options, std::string_view name, std::string_view value) {
+  const ScannerOption* const option = find_scanner_option(name);
+  if (option == nullptr) {
+    std::vector<std::string_view> names;
+    for (const ScannerOption& one : table()) names.push_back(one.name);
+    throw Error(ErrorKind::kUsage,
+                fmt::format("option '{}' is none of {}", name, fmt::join(names, ", ")));
+  }
+  if (const std::string reason = option->why_not(value); !reason.empty()) {
+    throw Error(ErrorKind::kUsage, fmt::format("{}: {}", option->name, reason));
+  }
+  option->put(options, value);
+}
+
+}  // namespace striper

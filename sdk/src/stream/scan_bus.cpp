@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include <striper/stream/scan_bus.hpp>
+
+#include "stream/sink_lane.hpp"
+
+namespace striper {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using detail::SinkLane;
+
+// How often sinks are looked after, in shares of their patience: a stuck one is closed a tenth
+// late.
+constexpr int kLooksWhilePatient = 10;
+
+// The same but for what counts up all the time.
+bool says_the_same(const ScannerStatus& a, const ScannerStatus& b) {
+  const AmbientStatus& x = a.ambient;
+  const AmbientStatus& y = b.ambient;
+  return a.axis == b.axis && a.is_stripe_seen == b.is_stripe_seen && x.pattern == y.pattern &&
+         x.origin == y.origin && x.phase == y.phase && x.channel == y.channel &&
+         x.method == y.method;
+}
+
+Frame with_own_pixels(const Frame& frame) {
+  Frame copy = frame;
+  copy.image = frame.image.clone();
+  copy.lease.reset();
+  return copy;
+}
+
+// What a bus remembers of a head.
+struct KnownHead {
+  std::string name;
+  bool can_wait = true;
+  std::optional<ScannerStatus> status;
+  Clock::time_point status_time;
+};
+
+}  // namespace
+
+std::string_view to_string(SinkReport::State state) noexcept {
+  switch (state) {
+    case SinkReport::State::kFinished:
+      return "finished";
+    case SinkReport::State::kClosed:
+      return "closed";
+    case SinkReport::State::kOpen:
+      break;
+  }
+  return "open";
+}
+
+HeadInfo head_info(std::string_view head, const SourceInfo& source,
+                   const std::shared_ptr<const StriperModel>& model, StripeAxis axis) {
+  HeadInfo info{std::string(head), source, model, axis, {}};
+  const int lasers = model ? std::max(1, static_cast<int>(model->lasers.size())) : 1;
+  for (int laser = 0; laser < lasers; ++laser) {
+    info.frames.push_back(make_scan_frame(head, laser, model));
+  }
+  return info;
+}
+
+class ScanBus::Impl {
+ public:
+  Impl(EventPort events, const BusOptions& options)
+      : events_(std::move(events)), options_(options) {}
+
+  void add(std::string uri, std::unique_ptr<ScanSink> sink);
+  void open(const HeadInfo& head);
+  bool is_status_due(const ScannerStatus& status);
+  bool can_wait(std::string_view head);
+  void finish();
+
+  // Added to before the first scan, and only read from then on.
+  std::vector<std::shared_ptr<SinkLane>> lanes;
+
+ private:
+  KnownHead& head_of(std::string_view name);
+  void look_after_lanes();
+
+  EventPort events_;
+  BusOptions options_;
+
+  std::mutex heads_mutex_;
+  std::vector<KnownHead> heads_;
+
+  std::mutex mutex_;  // Of the lanes while they are added, and of what follows.
+  std::condition_variable ended_;
+  bool is_ending_ = false;
+  std::thread guard_;
+};
+
+void ScanBus::Impl::add(std::string uri, std::unique_ptr<ScanSink> sink) {
+  const auto lane = std::make_shared<SinkLane>(std::move(uri), std::move(sink), options_, events_);
+  const std::lock_guard lock(mutex_);
+  lanes.push_back(lane);
+  lane->start();
+  if (!guard_.joinable()) guard_ = std::thread([this] { look_after_lanes(); });
+}
+
+void ScanBus::Impl::look_after_lanes() {
+  const auto interval = options_.stuck_after / kLooksWhilePatient;
+  std::unique_lock lock(mutex_);
+  while (!ended_.wait_for(lock, interval, [&] { return is_ending_; })) {
+    const std::vector<std::shared_ptr<SinkLane>> now = lanes;
+    lock.unlock();  // What a lane says may come back as an event for all of them.
+    for (const auto& lane : now) lane->look_after(Clock::now());
+    lock.lock();
+  }
+}
+
+KnownHead& ScanBus::Impl::head_of(std::string_view name) {
+  for (KnownHead& head : heads_) {
+    if (head.name == name) return head;
+  }
+  heads_.push_back({std::string(name), true, std::nullopt, {}});
+  return heads_.back();
+}
+
+void ScanBus::Impl::open(const HeadInfo& head) {
+  const std::lock_guard lock(heads_mutex_);
+  head_of(head.head).can_wait = head.can_wait();
+}
+
+bool ScanBus::Impl::can_wait(std::string_view head) {
+  const std::lock_guard lock(heads_mutex_);
+  return head_of(head).can_wait;
+}
+
+bool ScanBus::Impl::is_status_due(const ScannerStatus& status) {
+  const std::lock_guard lock(heads_mutex_);
+  KnownHead& head = head_of(status.head);
+  const Clock::time_point now = Clock::now();
+  const bool is_old = !head.status || now - head.status_time >= options_.status_every;
+  if (!is_old && says_the_same(*head.status, status)) return false;
+  head.status = status;
+  head.status_time = now;
+  return true;
+}
+
+void ScanBus::Impl::finish() {
+  for (const auto& lane : lanes) lane->ask_to_finish();
+  for (const auto& lane : lanes) lane->join();
+  {
+    const std::lock_guard lock(mutex_);
+    is_ending_ = true;
+  }
+  ended_.notify_all();
+  if (guard_.joinable()) guard_.join();
+}
+
+ScanBus::ScanBus(EventPort events, const BusOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(events), options)) {}
+
+ScanBus::~ScanBus() { impl_->finish(); }
+
+void ScanBus::add(std::string uri, std::unique_ptr<ScanSink> sink) {
+  impl_->add(std::move(uri), std::move(sink));
+}
+
+void ScanBus::open(const HeadInfo& head) {
+  impl_->open(head);
+  const auto shared = std::make_shared<const HeadInfo>(head);
+  for (const auto& lane : impl_->lanes) lane->take(shared);
+}
+
+void ScanBus::write(const std::shared_ptr<const PolarScan>& scan) {
+  const bool can_wait = impl_->can_wait(scan->head());
+  for (const auto& lane : impl_->lanes) {
+    if (lane->needs().scans) lane->take(scan, can_wait);
+  }
+}
+
+void ScanBus::write(ScanSpan scans) {
+  for (std::size_t i = 0; i < scans.size(); ++i) write(scans.shared(i));
+}
+
+void ScanBus::write(const Frame& frame) {
+  std::shared_ptr<const Frame> copy;
+  const Clock::time_point now = Clock::now();
+  for (const auto& lane : impl_->lanes) {
+    if (!lane->is_frame_due(now)) continue;
+    if (!copy) copy = std::make_shared<const Frame>(with_own_pixels(frame));
+    lane->take(copy);
+  }
+}
+
+void ScanBus::status(const ScannerStatus& status) {
+  if (!impl_->is_status_due(status)) return;
+  const auto shared = std::make_shared<const ScannerStatus>(status);
+  for (const auto& lane : impl_->lanes) {
+    if (lane->needs().status) lane->take(shared);
+  }
+}
+
+void ScanBus::event(const Event& event) {
+  const auto shared = std::make_shared<const Event>(event);
+  for (const auto& lane : impl_->lanes) lane->take(shared);
+}
+
+void ScanBus::finish() { impl_->finish(); }
+
+std::vector<SinkReport> ScanBus::sinks() const {
+  std::vector<SinkReport> reports;
+  for (const auto& lane : impl_->lanes) reports.push_back(lane->report());
+  return reports;
+}
+
+bool ScanBus::is_any_open() const {
+  return std::any_of(impl_->lanes.begin(), impl_->lanes.end(), [](const auto& lane) {
+    return lane->report().state == SinkReport::State::kOpen;
+  });
+}
+
+std::exception_ptr ScanBus::failure() const {
+  for (const auto& lane : impl_->lanes) {
+    if (const std::exception_ptr failure = lane->failure()) return failure;
+  }
+  return nullptr;
+}
+
+}  // namespace striper

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+
+#include "stream/scan_columns.hpp"
+#include "stream/sinks/built_in.hpp"
+#include "stream/sinks/line_file.hpp"
+
+namespace striper {
+namespace {
+
+constexpr std::string_view kScanBegins = "{\"head\":";
+constexpr std::string_view kEventBegins = "{\"event\":";
+
+// The model, or a picture, is not for this to overwrite.
+void require_replaceable(const std::string& path) {
+  std::error_code ignored;
+  if (path == "-" || !std::filesystem::is_regular_file(path, ignored)) return;
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(kEventBegins.size(), '\0');
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(file.gcount()));
+  const bool is_ours = begin.empty() || begin.starts_with(kScanBegins) || begin == kEventBegins;
+  if (is_ours) return;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("'{}' is there and holds no scans: it is not overwritten; remove it, or "
+                          "name another file",
+                          path));
+}
+
+void append_text(std::string& out, std::string_view text) {
+  out += '"';
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      fmt::format_to(std::back_inserter(out), "\\u{:04x}", static_cast<int>(c));
+    } else {
+      out += c;
+    }
+  }
+  out += '"';
+}
+
+// The shortest text that reads back to the same bits; JSON has neither NaN nor infinity.
+template <typename Number>
+void append_number(std::string& out, Number value) {
+  if (std::isnan(value)) {
+    out += "null";
+  } else if (std::isinf(value)) {
+    out += value > 0 ? "\"inf\"" : "\"-inf\"";
+  } else {
+    fmt::format_to(std::back_inserter(out), "{}", value);
+  }
+}
+
+void append_key(std::string& out, std::string_view key) {
+  out += ",\"";
+  out += key;
+  out += "\":";
+}
+
+// [a,b,...]: what `append_one` writes for each return.
+template <typename AppendOne>
+void append_array(std::string& out, const PolarScan& scan, AppendOne append_one) {
+  char separator = '[';
+  for (const Return& one : scan.returns) {
+    out += separator;
+    append_one(one);
+    separator = ',';
+  }
+  if (scan.returns.empty()) out += '[';
+  out += ']';
+}
+
+void append_scan(std::string& out, const PolarScan& scan) {
+  out += kScanBegins;
+  append_text(out, scan.head());
+  fmt::format_to(std::back_inserter(out), ",\"laser\":{},\"sequence\":{},\"time_s\":{}", scan.laser,
+                 scan.sequence, scan.time.seconds());
+  append_key(out, "frame_id");
+  append_text(out, scan.frame ? std::string_view(scan.frame->frame_id) : std::string_view());
+  append_key(out, "axis");
+  append_text(out, to_string(scan.axis));
+  const bool is_field = scan.field == Field::kTop || scan.field == Field::kBottom;
+  if (is_field) {
+    append_key(out, "field");
+    append_text(out, scan.field == Field::kTop ? "top" : "bottom");
+  }
+  if (!scan.is_stripe_seen) out += ",\"is_stripe_seen\":false";
+  append_key(out, "status");
+  append_array(out, scan, [&](const Return& one) { append_text(out, to_string(one.status)); });
+  for (const detail::ScanColumn& column : detail::kScanColumns) {
+    append_key(out, column.name);
+    std::visit(
+        [&](auto member) {
+          append_array(out, scan, [&](const Return& one) { append_number(out, one.*member); });
+        },
+        column.member);
+  }
+  out += "}\n";
+}
+
+void append_event(std::string& out, const Event& event) {
+  out += kEventBegins;
+  append_text(out, event.code.word());
+  append_key(out, "severity");
+  append_text(out, to_string(event.severity));
+  append_key(out, "head");
+  append_text(out, event.head);
+  append_key(out, "time_s");
+  append_number(out, event.time_s);
+  append_key(out, "message");
+  append_text(out, event.message);
+  append_key(out, "advice");
+  append_text(out, event.advice);
+  out += "}\n";
+}
+
+// A line of JSON per scan and event.
+class JsonlScanSink : public ScanSink {
+ public:
+  using ScanSink::write;
+
+  explicit JsonlScanSink(std::string path) : path_(std::move(path)) { require_replaceable(path_); }
+
+  void open(const HeadInfo& /*head*/) override {
+    if (file_) return;
+    file_.emplace(path_);
+    file_->write(buffer_);  // Events from before.
+  }
+
+  void write(const PolarScan& scan) override {
+    buffer_.clear();
+    append_scan(buffer_, scan);
+    file_->write(buffer_);
+  }
+
+  void event(const Event& event) override {
+    if (file_) buffer_.clear();
+    append_event(buffer_, event);
+    if (file_) file_->write(buffer_);
+  }
+
+  void finish() override {
+    if (file_) file_->close();
+  }
+
+ private:
+  std::string path_;
+  std::optional<detail::LineFile> file_;
+  std::string buffer_;
+};
+
+}  // namespace
+
+std::unique_ptr<ScanSink> detail::make_jsonl_sink(SinkUri uri) {
+  uri.refuse_unused("nothing");
+  return std::make_unique<JsonlScanSink>(uri.path());
+}
+
+}  // namespace striper

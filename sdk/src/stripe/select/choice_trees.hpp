@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "stripe/select/evidence.hpp"
+
+namespace striper::detail {
+
+/// A decision tree that asks the same question of all nodes of a level: evidence > limit?
+///
+/// Oblivious trees, as Prokhorenkova et al. 2018 boost them: no branches, and little to learn by
+/// heart.
+struct ChoiceTree {
+  static constexpr std::size_t kDepth = 5;
+
+  std::array<std::uint8_t, kDepth> kind;  // Of the evidence.
+  std::array<float, kDepth> limit;
+  std::array<std::int16_t, std::size_t{1} << kDepth> leaf;  // Log odds / kUnit.
+
+  static constexpr float kUnit = 1e-3F;
+};
+
+/// A sum of trees: the log odds that what shows such evidence is the stripe.
+struct ChoiceForest {
+  float bias;
+  std::span<const ChoiceTree> trees;
+};
+
+/// From what is seen of a candidate, its piece and its frame; and once all candidates of a frame
+/// have been weighed so, from that too. Made by tests/bench/choice_training.cpp.
+ChoiceForest first_forest() noexcept;
+ChoiceForest second_forest() noexcept;
+
+/// 2 ns a tree.
+float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept;
+
+}  // namespace striper::detail

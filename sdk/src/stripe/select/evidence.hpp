@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace striper::detail {
+
+/// What is seen of a candidate, its piece and its frame, that tells the stripe from the background.
+/// Logarithms are to base 2.
+struct Evidence {
+  static constexpr float kUnknown = -16.0F;  ///< Where there is nothing to be seen.
+
+  enum Kind : std::size_t {
+    // Of the piece.
+    kLength,       ///< Log of its candidates,
+    kSupport,      ///< and of those of all pieces that it is joined with.
+    kRoughness,    ///< Its bends over what noise makes of them, log,
+    kBends,        ///< and in pixels.
+    kWidth,        ///< Log of its mean width over the expected one.
+    kWidthSpread,  ///< About its own mean.
+    kHeight,       ///< Log of its height over the main pieces'.
+    kHeightChange,
+    kTilt,  ///< Of the background, in heights over a width: an edge.
+    kSnr,   ///< Log.
+    kClipped,
+    kHeightSpread,  ///< Of the logs of its heights,
+    kLightSpread,   ///< and of those of its heights over the background's brightness: the laser's
+                    ///< light and the room's meet the same paint.
+    kLightFollows,  ///< Correlation of the logs of height and background.
+    kLight,         ///< Mean log of height over background,
+    kLightOff,      ///< and its difference from the main pieces'.
+    kGain,          ///< Mean log of the height over that of a stripe on white paper at its range.
+    kMisfit,        ///< What a Gaussian leaves of the profile, in heights.
+    // Of the frame.
+    kCoverage,  ///< Part of the scan lines that the main pieces cover,
+    kClutter,   ///< and log of 1 + how many other candidates there are a line.
+    kHidden,    ///< By its background: candidates are ridges.
+    kWidthKnown,
+    // Of the candidate itself.
+    kOwnWidth,         ///< Log of its width over the expected one,
+    kOwnWidthOfPiece,  ///< and over its piece's.
+    kOwnBend,
+    kOwnEnd,      ///< Lines to its piece's nearer end,
+    kOwnOffNear,  ///< How far it lies off those beside it, pixels.
+    kOwnOffFar,
+    kOwnHeight,  ///< Log, over its piece's.
+    kOwnSnr,
+    kOwnTilt,
+    kOwnMisfit,
+    kOwnLight,     ///< As kLight,
+    kOwnLightOff,  ///< and its difference from its piece's.
+    kOwnGain,
+    kOwnSigma,      ///< Log of its error over its width.
+    kOwnLevelStep,  ///< Log by which the background changes to the neighbours of its piece.
+    kOwnSides,      ///< Rise above the brighter side over that above the darker one.
+    kOwnRank,       ///< How many candidates of its line are higher.
+    kOwnRivals,     ///< How many there are.
+    // Once all have been weighed by what is above.
+    kFirst,            ///< Log odds of the candidate,
+    kFirstOfPiece,     ///< mean of its piece,
+    kFirstRival,       ///< of the best other candidate of its line,
+    kFirstPieceRival,  ///< mean of that over the piece.
+    kFirstCoverage,    ///< Part of the lines with something that is probably the stripe.
+    kFirstBefore,      ///< Best log odds in the line before the piece begins,
+    kFirstAfter,       ///< and after it ends.
+    kFirstWidth,  ///< Log width, height, light, gain over those of what is probably the stripe.
+    kFirstHeight,
+    kFirstLight,
+    kFirstGain,
+    kCount
+  };
+  static constexpr std::size_t kFirstKinds = kFirst;  ///< Those before anything was weighed.
+
+  std::array<float, kCount> of{};
+};
+
+}  // namespace striper::detail

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+#include <striper/stripe/expected_stripe.hpp>
+
+#include "stripe/select/evidence.hpp"
+#include "stripe/select/stripe_pieces.hpp"
+
+namespace striper::detail {
+
+/// What is known of the frame before its pieces are looked at.
+struct ChoiceContext {
+  WidthModel width;  // Expected, effective sigma, pixels of the image.
+  bool is_width_known =
+      false;                   // Given, or learnt from frames before; else from the frame's pieces.
+  bool is_by_itself = false;   // Each line is to tell by itself.
+  bool is_hidden = false;      // The background is such that candidates are ridges.
+  bool is_subtracted = false;  // An exposure without the laser has taken the background away.
+  float black_dn = 0.0F;
+  const LitFrame* frame = nullptr;  // Null: profiles are not looked at.
+  StripeAxis axis = StripeAxis::kColumns;
+  const ExpectedStripe* expected = nullptr;
+};
+
+/// Sums up each piece of a frame: how smooth, wide, high it is. Logarithms are to base 2, good to
+/// 0.01. 20 ns a candidate. No allocation after the first frame of a size.
+class PieceTraits {
+ public:
+  // Of one piece. Sums become means.
+  struct Trait {
+    float bends = 0.0F, roughness = 0.0F, width = 0.0F, width_spread = 0.0F, height = 0.0F,
+          height_change = 0.0F, tilt = 0.0F, snr = 0.0F, clipped = 0.0F, misfit = 0.0F;
+    float height_spread = 0.0F, light = 0.0F, light_spread = 0.0F, level = 0.0F, levels = 0.0F,
+          follows = 0.0F, gain = 0.0F;
+    float seen_widths = 0.0F;  // How many of its candidates tell their width.
+    float first_guess = 0.0F;
+  };
+
+  /// What is seen of a candidate beyond its measurement.
+  struct Look {
+    float height = 0.0F;  // Log of its amplitude,
+    float light = 0.0F;   // of that over the background,
+    float gain = 0.0F;    // over that on white paper at its range; kUnknown.
+    float misfit = 0.0F;
+    float sides = 0.0F;
+  };
+
+  void reserve(std::size_t most);
+
+  /// Sums up all pieces of a frame and finds those that are about as the stripe is.
+  void sum_up(const StripePieces& pieces, const ChoiceContext& context);
+
+  /// Looks at the profiles' pixels too, and at what is expected of them.
+  void look_closer(const StripePieces& pieces, const ChoiceContext& context);
+
+  const Trait& of_piece(std::size_t piece) const noexcept { return traits_[piece]; }
+  const Look& of_candidate(std::size_t candidate) const noexcept { return looks_[candidate]; }
+
+  /// The expected width as it was used: the context's, or that of the main pieces.
+  const WidthModel& width() const noexcept { return width_; }
+  /// What the context's width is to be multiplied with.
+  float width_scale() const noexcept { return width_scale_; }
+
+  // Of the main pieces, logs:
+  float main_height() const noexcept { return main_height_; }
+  float main_light() const noexcept { return main_light_; }
+  float main_gain() const noexcept { return main_gain_; }
+  /// Spread of the background's brightness along them, log.
+  float main_level_spread() const noexcept { return main_level_spread_; }
+  float coverage() const noexcept { return coverage_; }
+  float clutter() const noexcept { return clutter_; }
+
+  /// How likely a piece is a stripe, whatever the frame: 0 to 1.
+  float likeness(std::size_t piece) const noexcept;
+
+ private:
+  void add_candidates(const StripePieces& pieces, const ChoiceContext& context);
+  void finish(const StripePieces& pieces);
+  void guess_pieces(const StripePieces& pieces, bool use_width);
+  void find_main_pieces(const StripePieces& pieces, const ChoiceContext& context);
+  void measure_frame(const StripePieces& pieces);
+
+  std::vector<Trait> traits_;
+  std::vector<Look> looks_;
+  WidthModel width_;
+  float width_scale_ = 1.0F;
+  float main_height_ = 0.0F;
+  float main_light_ = 0.0F;
+  float main_gain_ = 0.0F;
+  float main_level_spread_ = 0.0F;
+  float coverage_ = 0.0F;
+  float clutter_ = 0.0F;
+};
+
+/// The logarithm to base 2, to 0.01.
+float fast_log2(float x) noexcept;
+/// 1 / (1 + exp(-x)).
+float logistic(float x) noexcept;
+
+}  // namespace striper::detail

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "boosted_trees.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <random>
+
+#include <fmt/format.h>
+
+namespace striper::bench {
+namespace {
+
+using detail::ChoiceTree;
+
+constexpr std::size_t kBins = 64;
+constexpr std::size_t kLeaves = std::size_t{1} << ChoiceTree::kDepth;
+constexpr std::size_t kSamples = 100000;  // Of all and of the stripes, for the quantiles.
+constexpr double kLargestStep = 3.0;
+constexpr float kLeastHessian = 1e-6F;
+
+// The evidence in quantiles: bin > b where it is above limits[b].
+struct Binned {
+  std::vector<std::vector<float>> limits;       // Of each kind.
+  std::vector<std::vector<std::uint8_t>> bins;  // [kind][example]
+};
+
+// Half of the samples are stripes: it is among them that limits matter.
+std::vector<float> samples_of(const Examples& examples, std::size_t kind) {
+  std::vector<float> values;
+  std::size_t stripes = 0;
+  for (const std::uint8_t is : examples.is_stripe) stripes += is;
+  const std::size_t size = examples.evidence.size();
+  const std::size_t step = std::max<std::size_t>(1, size / kSamples);
+  for (std::size_t i = 0; i < size; i += step) values.push_back(examples.evidence[i].of[kind]);
+  const std::size_t stripe_step = std::max<std::size_t>(1, stripes / kSamples);
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (examples.is_stripe[i] == 0 || n++ % stripe_step != 0) continue;
+    values.push_back(examples.evidence[i].of[kind]);
+  }
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+Binned binned(const Examples& examples) {
+  Binned data;
+  data.limits.resize(examples.kinds);
+  data.bins.resize(examples.kinds);
+  for (std::size_t kind = 0; kind < examples.kinds; ++kind) {
+    const std::vector<float> values = samples_of(examples, kind);
+    std::vector<float>& limits = data.limits[kind];
+    for (std::size_t b = 1; b < kBins; ++b) {
+      const float limit = values[values.size() * b / kBins];
+      if ((limits.empty() || limit > limits.back()) && limit < values.back()) {
+        limits.push_back(limit);
+      }
+    }
+    for (const detail::Evidence& e : examples.evidence) {
+      const auto at = std::lower_bound(limits.begin(), limits.end(), e.of[kind]);
+      data.bins[kind].push_back(static_cast<std::uint8_t>(at - limits.begin()));
+    }
+  }
+  return data;
+}
+
+struct Sums {
+  double gradient = 0.0;
+  double hessian = 0.0;
+  void add(const Sums& other) {
+    gradient += other.gradient;
+    hessian += other.hessian;
+  }
+  double gain(double prior) const { return gradient * gradient / (hessian + prior); }
+};
+
+class Booster {
+ public:
+  Booster(const Examples& examples, const BoostOptions& options)
+      : examples_(examples), options_(options), data_(binned(examples)) {
+    const std::size_t size = examples.evidence.size();
+    double stripes = 0.0;
+    double all = 0.0;
+    for (std::size_t i = 0; i < size; ++i) {
+      all += examples.weight[i];
+      stripes += examples.is_stripe[i] * examples.weight[i];
+    }
+    trees_.bias = static_cast<float>(std::log(stripes / (all - stripes)));
+    odds_.assign(size, trees_.bias);
+    gradients_.resize(size);
+    hessians_.resize(size);
+    leaves_.resize(size);
+  }
+
+  BoostedTrees run() {
+    for (int t = 0; t < options_.trees; ++t) {
+      differentiate();
+      trees_.trees.push_back(grow());
+      if (t % 20 == 19) std::cout << fmt::format("{:4} trees: loss {:.5f}\n", t + 1, loss());
+    }
+    return trees_;
+  }
+
+ private:
+  void differentiate() {
+    sample_.clear();
+    for (std::size_t i = 0; i < odds_.size(); ++i) {
+      const float p = 1.0F / (1.0F + std::exp(-odds_[i]));
+      gradients_[i] = examples_.weight[i] * (static_cast<float>(examples_.is_stripe[i]) - p);
+      hessians_[i] = examples_.weight[i] * std::max(kLeastHessian, p * (1.0F - p));
+      if (dice_() % 2 == 0) sample_.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  ChoiceTree grow() {
+    ChoiceTree tree{};
+    std::fill(leaves_.begin(), leaves_.end(), std::uint8_t{0});
+    for (std::size_t level = 0; level < ChoiceTree::kDepth; ++level) {
+      const auto [kind, bin] = best_question(std::size_t{1} << level);
+      tree.kind[level] = static_cast<std::uint8_t>(kind);
+      tree.limit[level] = data_.limits[kind][bin];
+      for (std::size_t i = 0; i < leaves_.size(); ++i) {
+        const int is_above = data_.bins[kind][i] > bin ? 1 : 0;
+        leaves_[i] = static_cast<std::uint8_t>(leaves_[i] | (is_above << level));
+      }
+    }
+    std::array<Sums, kLeaves> sums{};
+    for (std::size_t i = 0; i < leaves_.size(); ++i) {
+      sums[leaves_[i]].add({gradients_[i], hessians_[i]});
+    }
+    for (std::size_t l = 0; l < kLeaves; ++l) {
+      const double newton = sums[l].gradient / (sums[l].hessian + 2.0 * options_.prior);
+      const double step = std::clamp(options_.rate * newton, -kLargestStep, kLargestStep);
+      tree.leaf[l] =
+          static_cast<std::int16_t>(std::lround(step / static_cast<double>(ChoiceTree::kUnit)));
+    }
+    for (std::size_t i = 0; i < leaves_.size(); ++i) {
+      odds_[i] += ChoiceTree::kUnit * static_cast<float>(tree.leaf[leaves_[i]]);
+    }
+    return tree;
+  }
+
+  // Of which evidence and beyond which bin, asked of all leaves that there are.
+  std::pair<std::size_t, std::size_t> best_question(std::size_t leaves) {
+    std::pair<std::size_t, std::size_t> best{0, 0};
+    double best_gain = -1.0;
+    for (std::size_t kind = 0; kind < examples_.kinds; ++kind) {
+      const std::size_t questions = data_.limits[kind].size();
+      if (questions == 0 || dice_() % 4 == 0) continue;
+      const std::vector<double> gains = gains_of(kind, leaves);
+      const auto highest = std::max_element(gains.begin(), gains.end());
+      if (!(*highest > best_gain)) continue;
+      best_gain = *highest;
+      best = {kind, static_cast<std::size_t>(highest - gains.begin())};
+    }
+    return best;
+  }
+
+  std::vector<double> gains_of(std::size_t kind, std::size_t leaves) {
+    std::vector<Sums> sums(leaves * kBins);
+    const std::vector<std::uint8_t>& bins = data_.bins[kind];
+    for (const std::uint32_t i : sample_) {
+      sums[leaves_[i] * kBins + bins[i]].add({gradients_[i], hessians_[i]});
+    }
+    std::vector<double> gains(data_.limits[kind].size());
+    for (std::size_t l = 0; l < leaves; ++l) {
+      Sums all;
+      for (std::size_t b = 0; b < kBins; ++b) all.add(sums[l * kBins + b]);
+      Sums below;
+      for (std::size_t b = 0; b < gains.size(); ++b) {
+        below.add(sums[l * kBins + b]);
+        const Sums above{all.gradient - below.gradient, all.hessian - below.hessian};
+        gains[b] += below.gain(options_.prior) + above.gain(options_.prior);
+      }
+    }
+    return gains;
+  }
+
+  double loss() const {
+    double sum = 0.0;
+    double weights = 0.0;
+    for (std::size_t i = 0; i < odds_.size(); ++i) {
+      const double right = examples_.is_stripe[i] != 0 ? odds_[i] : -odds_[i];
+      sum += examples_.weight[i] * std::log1p(std::exp(-right));
+      weights += examples_.weight[i];
+    }
+    return sum / weights;
+  }
+
+  const Examples& examples_;
+  BoostOptions options_;
+  Binned data_;
+  BoostedTrees trees_;
+  std::vector<float> odds_, gradients_, hessians_;
+  std::vector<std::uint8_t> leaves_;
+  std::vector<std::uint32_t> sample_;
+  std::mt19937 dice_{7};
+};
+
+template <typename Values>
+std::string joined(const Values& values, const char* format) {
+  std::string text;
+  for (const auto value : values) text += fmt::format(fmt::runtime(format), value) + ",";
+  return text;
+}
+
+}  // namespace
+
+BoostedTrees boost(const Examples& examples, const BoostOptions& options) {
+  return Booster(examples, options).run();
+}
+
+void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path) {
+  std::ofstream file(path);
+  file << fmt::format("constexpr float k{}Bias = {:.4f}F;\n", name, trees.bias);
+  file << fmt::format("constexpr ChoiceTree k{}Trees[] = {{\n", name);
+  for (const ChoiceTree& tree : trees.trees) {
+    file << "{{" << joined(tree.kind, "{}") << "},{" << joined(tree.limit, "{:.8e}F") << "},{"
+         << joined(tree.leaf, "{}") << "}},\n";
+  }
+  file << "};\n";
+}
+
+}  // namespace striper::bench

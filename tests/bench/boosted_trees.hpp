@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "stripe/select/choice_trees.hpp"
+
+namespace striper::bench {
+
+/// Examples to learn from, one element each.
+struct Examples {
+  std::size_t kinds = 0;  ///< Only evidence before this kind is asked for.
+  std::vector<detail::Evidence> evidence;
+  std::vector<std::uint8_t> is_stripe;
+  std::vector<float> weight;
+};
+
+struct BoostOptions {
+  int trees = 100;
+  double rate = 0.25;   ///< Of each tree's Newton step.
+  double prior = 20.0;  ///< Added to the Hessian of a leaf: so many examples say nothing.
+};
+
+/// A forest that owns its trees.
+struct BoostedTrees {
+  float bias = 0.0F;
+  std::vector<detail::ChoiceTree> trees;
+
+  detail::ChoiceForest forest() const { return {bias, trees}; }
+};
+
+/// Fits a sum of oblivious trees to the log loss: Newton boosting (Friedman 2001) over histograms
+/// of 64 quantiles, each tree on a random half of the examples and three quarters of the evidence.
+/// Minutes; prints the loss.
+BoostedTrees boost(const Examples& examples, const BoostOptions& options);
+
+/// Writes what sdk/src/stripe/select/choice_trees.cpp includes. @param name First or Second.
+void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path);
+
+}  // namespace striper::bench

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that scans come back from their files bit for bit and as the same text, tables made
+// elsewhere are read, and what is no such file is refused with its place. Does not prove the CSV's
+// form itself: csv_sink_test does.
+#include <cstring>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <striper/core/error.hpp>
+#include <striper/stream/open_sink.hpp>
+#include <striper/stream/scan_files.hpp>
+
+#include "support/error_of.hpp"
+#include "support/made_scans.hpp"
+#include "support/scratch_directory.hpp"
+
+namespace striper {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void put(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+std::vector<PolarScan> read_all(ScanSource& source) {
+  std::vector<PolarScan> scans;
+  PolarScan scan;
+  while (source.next(scan, std::chrono::milliseconds(0)) == NextStatus::kFrame) {
+    scans.push_back(scan);
+  }
+  return scans;
+}
+
+template <typename Scans>
+void write_all(const std::string& uri, const HeadInfo& head, const Scans& scans) {
+  const auto sink = open_sink(uri);
+  sink->open(head);
+  for (const PolarScan& scan : scans) sink->write(scan);
+  sink->finish();
+}
+
+// NaN is NaN, and every other number the same bits.
+template <typename Number>
+bool is_same(Number a, Number b) {
+  return (std::isnan(a) && std::isnan(b)) || std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+void expect_same(const Return& a, const Return& b) {
+  EXPECT_EQ(a.status, b.status);
+  for (double Return::*const member :
+       {&Return::u_px, &Return::v_px, &Return::bearing_rad, &Return::range_m, &Return::range_near_m,
+        &Return::range_far_m, &Return::sigma_m, &Return::sigma_cal_m, &Return::x_m, &Return::y_m}) {
+    EXPECT_TRUE(is_same(a.*member, b.*member)) << a.*member << " is not " << b.*member;
+  }
+  for (float Return::*const member :
+       {&Return::intensity_dn, &Return::width_px, &Return::row_sigma_px, &Return::confidence}) {
+    EXPECT_TRUE(is_same(a.*member, b.*member)) << a.*member << " is not " << b.*member;
+  }
+}
+
+void expect_same(const PolarScan& a, const PolarScan& b) {
+  EXPECT_EQ(a.sequence, b.sequence);
+  EXPECT_EQ(a.time.seconds(), b.time.seconds());
+  EXPECT_EQ(a.laser, b.laser);
+  EXPECT_EQ(a.axis, b.axis);
+  EXPECT_EQ(a.is_stripe_seen, b.is_stripe_seen);
+  EXPECT_EQ(a.head(), b.head());
+  ASSERT_NE(b.frame, nullptr);
+  EXPECT_EQ(a.frame->frame_id, b.frame->frame_id);
+  ASSERT_EQ(a.returns.size(), b.returns.size());
+  for (std::size_t i = 0; i < a.returns.size(); ++i) expect_same(a.returns[i], b.returns[i]);
+}
+
+std::vector<PolarScan> some_scans() {
+  testing::reseed();
+  std::vector<PolarScan> scans;
+  for (std::uint64_t n = 0; n < 20; ++n) {
+    scans.push_back(testing::made_scan(n));
+    scans.back().axis = StripeAxis::kColumns;
+  }
+  return scans;
+}
+
+class ScanFiles : public ::testing::TestWithParam<std::string> {
+ protected:
+  std::string path(const char* name) const { return (scratch_ / name).string() + "." + GetParam(); }
+  std::unique_ptr<ScanSource> read(const std::string& path) const {
+    return GetParam() == "csv" ? read_csv_scans(path) : read_jsonl_scans(path);
+  }
+
+  testing::ScratchDirectory scratch_;
+};
+
+TEST_P(ScanFiles, GiveTheSameScansAndTheSameText) {
+  const std::string keys = GetParam() == "csv" ? "?missing=yes" : "";
+  const std::vector<PolarScan> scans = some_scans();
+  write_all(path("first") + keys, {}, scans);
+  const auto source = read(path("first"));
+  const std::vector<PolarScan> back = read_all(*source);
+  ASSERT_EQ(back.size(), scans.size());
+  for (std::size_t i = 0; i < scans.size(); ++i) expect_same(scans[i], back[i]);
+  EXPECT_TRUE(source->info().source.has_clock);
+
+  write_all(path("second") + keys, source->info(), back);
+  EXPECT_EQ(text_of(path("first")), text_of(path("second")));
+}
+
+TEST_P(ScanFiles, TimesOfAYearComeBackAsTheyStand) {
+  std::vector<PolarScan> scans(1000, testing::made_scan(0, 1));
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    scans[i].sequence = i;
+    scans[i].time.monotonic_ns = static_cast<std::int64_t>(i * i) * 31'557'600'123;
+  }
+  write_all(path("first"), {}, scans);
+  write_all(path("second"), {}, read_all(*read(path("first"))));
+  EXPECT_EQ(text_of(path("first")), text_of(path("second")));
+}
+
+TEST_P(ScanFiles, WhatIsSomethingElseIsNotOverwritten) {
+  put(path("model"), "striper_model: 1\n");
+  const Error error = testing::error_of([&] { open_sink(path("model")); });
+  EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+  EXPECT_EQ(text_of(path("model")), "striper_model: 1\n");
+}
+
+TEST_P(ScanFiles, ScansGiveWayToScansOnceAHeadOpens) {
+  write_all(path("scans"), {}, some_scans());
+  const std::string before = text_of(path("scans"));
+  const auto sink = open_sink(path("scans"));
+  EXPECT_EQ(text_of(path("scans")), before);
+  sink->open({});
+  EXPECT_LT(text_of(path("scans")).size(), before.size());
+}
+
+TEST_P(ScanFiles, MissingFileIsNotFound) {
+  EXPECT_EQ(testing::error_of([&] { read(path("none")); }).kind(), ErrorKind::kNotFound);
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, ScanFiles, ::testing::Values("csv", "jsonl"),
+                         [](const auto& format) { return format.param; });
+
+TEST(CsvScans, TableMadeElsewhereNeedsFourColumns) {
+  const testing::ScratchDirectory scratch;
+  put(scratch / "a.csv",
+      "range_m,frame,extra,bearing_rad,time_s\r\n"
+      "2,7,word,0.5,1.25\r\n"
+      "1,7,word,0,1.25\r\n"
+      "3,8,word,0,1.5\r\n");
+  const auto scans = read_all(*read_csv_scans(scratch / "a.csv"));
+  ASSERT_EQ(scans.size(), 2U);
+  ASSERT_EQ(scans[0].returns.size(), 2U);
+  EXPECT_EQ(scans[0].sequence, 7U);
+  EXPECT_EQ(scans[0].time.monotonic_ns, 1'250'000'000);
+  EXPECT_FALSE(scans[0].time.utc_offset_ns.has_value());
+  EXPECT_EQ(scans[0].axis, StripeAxis::kColumns);
+  const Return& one = scans[0].returns[0];
+  EXPECT_EQ(one.status, ReturnStatus::kOk);
+  EXPECT_DOUBLE_EQ(one.x_m, 2.0 * std::cos(0.5));
+  EXPECT_DOUBLE_EQ(one.y_m, 2.0 * std::sin(0.5));
+  EXPECT_TRUE(std::isnan(one.sigma_m));
+}
+
+TEST(CsvScans, AxisIsTheOneWhosePixelsAreWhole) {
+  const testing::ScratchDirectory scratch;
+  put(scratch / "a.csv",
+      "frame,time_s,bearing_rad,range_m,u_px,v_px\n1,0,0,1,10.25,3\n1,0,0,1,11.5,4\n");
+  EXPECT_EQ(read_all(*read_csv_scans(scratch / "a.csv")).at(0).axis, StripeAxis::kRows);
+}
+
+TEST(CsvScans, WhatIsWrongIsNamedWithItsPlace) {
+  const testing::ScratchDirectory scratch;
+  const auto problem = [&](const std::string& text) {
+    put(scratch / "a.csv", text);
+    const Error error = testing::error_of([&] { read_all(*read_csv_scans(scratch / "a.csv")); });
+    EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
+    return std::string(error.what());
+  };
+  const std::string header = "frame,time_s,bearing_rad,range_m,status\n";
+  EXPECT_THAT(problem(""), HasSubstr("a.csv:0: is empty"));
+  EXPECT_THAT(problem("a,b\n"), HasSubstr("a.csv:1: there is no column frame"));
+  EXPECT_THAT(problem(header + "1,0,0,1,ok\n1,0,zero,1,ok\n"),
+              HasSubstr("a.csv:3: bearing_rad is 'zero' - expected a number"));
+  EXPECT_THAT(problem(header + "1,0,0,1,fine\n"), HasSubstr("a.csv:2: status is 'fine'"));
+  EXPECT_THAT(problem(header + "1,0,0\n"), HasSubstr("a.csv:2: expected 5 fields"));
+  EXPECT_THAT(problem(header + "1,0,0,1,ok,7\n"), HasSubstr("a.csv:2: expected 5 fields"));
+}
+
+TEST(JsonlScans, KeepsFieldsAxesHeadsAndLasers) {
+  const testing::ScratchDirectory scratch;
+  PolarScan scan = testing::made_scan(3);
+  scan.frame = make_scan_frame("le\"ft\\\n", 2, nullptr);
+  scan.laser = 2;
+  scan.axis = StripeAxis::kRows;
+  scan.field = Field::kBottom;
+  scan.is_stripe_seen = false;
+  write_all((scratch / "a.jsonl").string(), {}, std::vector{scan});
+  const auto source = read_jsonl_scans(scratch / "a.jsonl");
+  EXPECT_EQ(source->info().head, "le\"ft\\\n");
+  const auto back = read_all(*source);
+  ASSERT_EQ(back.size(), 1U);
+  expect_same(scan, back[0]);
+  EXPECT_EQ(back[0].field, Field::kBottom);
+}
+
+TEST(JsonlScans, EventsStandBetweenScansAndAreReadOver) {
+  const testing::ScratchDirectory scratch;
+  const auto sink = open_sink((scratch / "a.jsonl").string());
+  Event event("source_lost", "no \"answer\"", "the cable?");
+  event.time_s = 12.5;
+  event.head = "left";
+  sink->event(event);
+  sink->open({});
+  sink->open({});  // A model that was read anew.
+  sink->write(testing::made_scan(1));
+  sink->event(event);
+  sink->finish();
+  const std::string text = text_of(scratch / "a.jsonl");
+  const std::string line =
+      "{\"event\":\"source_lost\",\"severity\":\"warning\",\"head\":\"left\",\"time_s\":12.5,"
+      "\"message\":\"no \\\"answer\\\"\",\"advice\":\"the cable?\"}\n";
+  EXPECT_TRUE(text.starts_with(line) && text.ends_with(line)) << text;
+  EXPECT_EQ(read_all(*read_jsonl_scans(scratch / "a.jsonl")).size(), 1U);
+}
+
+TEST(JsonlScans, WhatIsWrongIsNamedWithItsPlace) {
+  const testing::ScratchDirectory scratch;
+  const auto problem = [&](const std::string& text) {
+    put(scratch / "a.jsonl", text);
+    const Error error =
+        testing::error_of([&] { read_all(*read_jsonl_scans(scratch / "a.jsonl")); });
+    EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
+    return std::string(error.what());
+  };
+  EXPECT_THAT(problem("{\"head\":"), HasSubstr("a.jsonl:1: is no JSON"));
+  EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0}\n"), HasSubstr("expected sequence, time_s"));
+  EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"fine\"]}\n"),
+              HasSubstr("status is 'fine'"));
+  EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"ok\"],\"u_px\":[1,2]}\n"),
+              HasSubstr("u_px is '2 elements' - expected 1"));
+}
+
+TEST(SinkUri, BarePathIsAFileByItsExtension) {
+  EXPECT_EQ(SinkUri::parse("a.jsonl").scheme(), "jsonl");
+  EXPECT_EQ(SinkUri::parse("dir.d/scans").scheme(), "csv");
+  EXPECT_EQ(SinkUri::parse("-").scheme(), "csv");
+  EXPECT_EQ(SinkUri::parse("/dev/full").scheme(), "csv");
+  EXPECT_EQ(SinkUri::parse("csv:a.txt").path(), "a.txt");
+  EXPECT_EQ(SinkUri::parse("csv:a.csv?missing=yes").path(), "a.csv");
+}
+
+TEST(SinkUri, UnknownKindsAndKeysAreRefusedNamingTheKnown) {
+  EXPECT_THAT(testing::error_of([] { open_sink("a.docx"); }).what(), HasSubstr(".csv, .jsonl"));
+  EXPECT_THAT(testing::error_of([] { open_sink("ftp:a.csv"); }).what(), HasSubstr("csv, jsonl"));
+  EXPECT_THAT(testing::error_of([] { open_sink("csv:a.csv?mising=yes"); }).what(),
+              HasSubstr("unknown key 'mising'"));
+  EXPECT_EQ(testing::error_of([] { open_sink(""); }).kind(), ErrorKind::kUsage);
+}
+
+}  // namespace
+}  // namespace striper
