@@ -22,12 +22,13 @@ constexpr std::array kCommands{
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_calibrate,
 #endif
-    striper::program::add_verify,    striper::program::add_why,      striper::program::add_noise,
+    striper::program::add_verify,    striper::program::add_why,     striper::program::add_noise,
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_board,     striper::program::add_diff,
 #endif
-    striper::program::add_design,    striper::program::add_eyesafe, striper::program::add_simulate,
-    striper::program::add_devices,   striper::program::add_bench,   striper::program::add_doctor,
+    striper::program::add_compare,   striper::program::add_design,  striper::program::add_eyesafe,
+    striper::program::add_simulate,  striper::program::add_devices, striper::program::add_bench,
+    striper::program::add_doctor,
 };
 
 constexpr const char* kDescription =
