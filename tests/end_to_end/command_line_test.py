@@ -131,7 +131,7 @@ class WrongUsage(EndToEnd):
         self.assertEqual(done.stdout, "")
 
     def test_command_that_does_not_exist(self):
-        self.check("no command 'captur'; there are capture, record", "captur", self.shots)
+        self.check("no command 'captur'; there are capture, serve, record", "captur", self.shots)
 
     def test_option_that_does_not_exist(self):
         self.check("--speed", "capture", self.shots, "--speed", "3")

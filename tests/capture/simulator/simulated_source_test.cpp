@@ -154,7 +154,7 @@ TEST(SimulatedSource, WhatIsWrongInTheAddressIsRefusedByName) {
   EXPECT_EQ(refusal(wall("?frame=3"), ErrorKind::kUsage),
             "source '" + wall("?frame=3") +
                 "': unknown key 'frame'; sim: knows frames, fps, seed, noise, laser, illumination, "
-                "fields, realtime");
+                "fields, realtime, encoder, encoder_bits");
   EXPECT_EQ(refusal(wall("?laser=3"), ErrorKind::kUsage),
             "source '" + wall("?laser=3") +
                 "': timing.cadence: '3' - expected laser indices below 1, the number of lasers");
