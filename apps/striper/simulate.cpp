@@ -15,7 +15,7 @@
 #include <striper/model/model_yaml.hpp>
 #include <striper/simulator/ideal_look.hpp>
 #include <striper/simulator/simulated_source.hpp>
-#include <striper/sinks/csv_sink.hpp>
+#include <striper/stream/sinks/csv_sink.hpp>
 
 #include "frame_loop.hpp"
 #include "program.hpp"

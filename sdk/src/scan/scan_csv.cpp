@@ -16,24 +16,6 @@ using detail::ScanRow;
 
 // A sensor has fewer lines, times a few peaks each: more is a table of something else.
 constexpr std::size_t kMostReturns = std::size_t{1} << 20;
-// A source without a clock that runs for three years would be taken for the year 1973.
-constexpr double kSince1970_s = 1e8;
-
-// The time whose `seconds()` is this number to the last bit, where there is one: 64-bit nanoseconds
-// since 1970 are rounded to steps of 256 ns on the way to a double, and again when divided.
-FrameTime time_of(double time_s) {
-  FrameTime time;
-  if (time_s >= kSince1970_s) time.utc_offset_ns = 0;
-  time.monotonic_ns = std::llround(time_s * 1e9);
-  if (time.seconds() == time_s) return time;
-  const auto near = static_cast<double>(time.monotonic_ns);
-  for (const double other : {std::nextafter(near, -HUGE_VAL), std::nextafter(near, HUGE_VAL)}) {
-    FrameTime shifted = time;
-    shifted.monotonic_ns = std::llround(other);
-    if (shifted.seconds() == time_s) return shifted;
-  }
-  return time;
-}
 
 bool is_same_scan(const ScanRow& a, const ScanRow& b) {
   return a.frame == b.frame && a.time_s == b.time_s && a.laser == b.laser;
@@ -112,7 +94,7 @@ bool ScanCsvReader::next(PolarScan& scan) {
   if (!s.has_row) return false;
   const ScanRow first = s.row;
   scan.sequence = first.frame;
-  scan.time = time_of(first.time_s);
+  scan.time = FrameTime::at_seconds(first.time_s);
   scan.laser = first.laser;
   scan.field = Field::kProgressive;
   scan.returns.clear();

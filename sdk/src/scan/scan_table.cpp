@@ -2,7 +2,13 @@
 #include "scan/scan_table.hpp"
 
 #include <array>
+#include <cstddef>
+#include <iterator>
 #include <string>
+#include <utility>
+#include <variant>
+
+#include "scan/scan_columns.hpp"
 
 namespace striper::detail {
 namespace {
@@ -37,56 +43,40 @@ std::string expected_cell(const StatusCell<Value>&) {
 constexpr double kMostSeconds = 4e9;
 constexpr int kLastLaser = 63;
 
-template <typename Cell>
-constexpr CsvColumn<ScanRow> column(std::string_view name, Cell cell,
-                                    CsvNeed need = CsvNeed::kOptional) {
-  return csv_column<ScanRow>(name, cell, need);
+// A number of the return, by its place in `kScanColumns`.
+template <std::size_t kIndex>
+constexpr CsvColumn<ScanRow> number_column() {
+  constexpr const ScanColumn& kColumn = kScanColumns[kIndex];
+  const auto cell = [](auto& row) -> auto& {
+    constexpr auto kMember =
+        std::get<kScanColumns[kIndex].member.index()>(kScanColumns[kIndex].member);
+    return row.point.*kMember;
+  };
+  const CsvNeed need = kColumn.is_required ? CsvNeed::kRequired : CsvNeed::kOptional;
+  return csv_column<ScanRow>(kColumn.name, cell, need);
 }
 
-// Those that a scan of whatever origin must have are the required ones.
-constexpr std::array kColumns{
-    column(
-        "frame", [](auto& r) -> auto& { return r.frame; }, CsvNeed::kRequired),
-    column(
-        "time_s",
-        [](auto& r) {
-          return CsvBetween{r.time_s, -kMostSeconds, kMostSeconds};
-        },
-        CsvNeed::kRequired),
-    column("laser",
-           [](auto& r) {
-             return CsvBetween{r.laser, 0, kLastLaser};
-           }),
-    column(
-        "u_px", [](auto& r) -> auto& { return r.point.u_px; }),
-    column(
-        "v_px", [](auto& r) -> auto& { return r.point.v_px; }),
-    column(
-        "bearing_rad", [](auto& r) -> auto& { return r.point.bearing_rad; }, CsvNeed::kRequired),
-    column(
-        "range_m", [](auto& r) -> auto& { return r.point.range_m; }, CsvNeed::kRequired),
-    column(
-        "range_near_m", [](auto& r) -> auto& { return r.point.range_near_m; }),
-    column(
-        "range_far_m", [](auto& r) -> auto& { return r.point.range_far_m; }),
-    column(
-        "sigma_m", [](auto& r) -> auto& { return r.point.sigma_m; }),
-    column(
-        "sigma_cal_m", [](auto& r) -> auto& { return r.point.sigma_cal_m; }),
-    column(
-        "x_m", [](auto& r) -> auto& { return r.point.x_m; }),
-    column(
-        "y_m", [](auto& r) -> auto& { return r.point.y_m; }),
-    column(
-        "intensity", [](auto& r) -> auto& { return r.point.intensity_dn; }),
-    column(
-        "width_px", [](auto& r) -> auto& { return r.point.width_px; }),
-    column(
-        "row_sigma_px", [](auto& r) -> auto& { return r.point.row_sigma_px; }),
-    column(
-        "confidence", [](auto& r) -> auto& { return r.point.confidence; }),
-    column("status", [](auto& r) { return StatusCell{r.point.status}; }),
-};
+template <std::size_t... kIndices>
+constexpr auto make_columns(std::index_sequence<kIndices...> /*numbers*/) {
+  return std::array{
+      csv_column<ScanRow>(
+          "frame", [](auto& r) -> auto& { return r.frame; }, CsvNeed::kRequired),
+      csv_column<ScanRow>(
+          "time_s",
+          [](auto& r) {
+            return CsvBetween{r.time_s, -kMostSeconds, kMostSeconds};
+          },
+          CsvNeed::kRequired),
+      csv_column<ScanRow>("laser",
+                          [](auto& r) {
+                            return CsvBetween{r.laser, 0, kLastLaser};
+                          }),
+      number_column<kIndices>()...,
+      csv_column<ScanRow>("status", [](auto& r) { return StatusCell{r.point.status}; }),
+  };
+}
+
+constexpr auto kColumns = make_columns(std::make_index_sequence<std::size(kScanColumns)>());
 
 }  // namespace
 

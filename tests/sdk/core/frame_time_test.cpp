@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what a frame's time is in seconds, with and without a clock, and that a double holds the
 // time of day to a quarter of a microsecond: fields and pictures stay apart.
+#include <cmath>
 #include <cstdint>
 
 #include <gtest/gtest.h>
@@ -38,6 +39,23 @@ TEST(FrameTime, PicturesThatFollowEachOtherStayApart) {
       EXPECT_GT(now, last);
       last = now;
     }
+  }
+}
+
+TEST(FrameTime, OfSecondsReadsBackToTheSameSeconds) {
+  for (std::int64_t n = 0; n < 1000; ++n) {
+    for (const FrameTime time : {FrameTime{kBoot_ns + n * 16'683'333, kToUtc_ns},
+                                 FrameTime{n * 16'683'333, {}}, FrameTime{-n, {}}}) {
+      const FrameTime back = FrameTime::at_seconds(time.seconds());
+      EXPECT_EQ(back.seconds(), time.seconds());
+      EXPECT_EQ(back.utc_offset_ns.has_value(), time.utc_offset_ns.has_value());
+    }
+  }
+}
+
+TEST(FrameTime, OfSecondsThatNoTimeHoldsIsZero) {
+  for (const double seconds : {1e10, -1e300, HUGE_VAL, std::nan("")}) {
+    EXPECT_EQ(FrameTime::at_seconds(seconds).monotonic_ns, 0) << seconds;
   }
 }
 

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <striper/scan/scan_csv.hpp>
-#include <striper/sinks/csv_sink.hpp>
+#include <striper/stream/sinks/csv_sink.hpp>
 
 #include "support/allocation_counter.hpp"
 #include "support/error_of.hpp"

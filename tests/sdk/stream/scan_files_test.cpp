@@ -193,12 +193,22 @@ TEST(JsonlScans, WhatIsWrongIsNamedWithItsPlace) {
     EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
     return std::string(error.what());
   };
-  EXPECT_THAT(problem("{\"head\":"), HasSubstr("a.jsonl:1: is no JSON"));
+  EXPECT_THAT(problem("{\"head\":\n"), HasSubstr("a.jsonl:1: is no JSON"));
   EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0}\n"), HasSubstr("expected sequence, time_s"));
   EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"fine\"]}\n"),
               HasSubstr("status is 'fine'"));
   EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"ok\"],\"u_px\":[1,2]}\n"),
               HasSubstr("u_px is '2 elements' - expected 1"));
+}
+
+TEST(JsonlScans, LastLineThatWasCutOffIsLeftOut) {
+  const testing::ScratchDirectory scratch;
+  const std::string whole = "{\"sequence\":1,\"time_s\":0,\"status\":[\"ok\"],\"u_px\":[1]}";
+  for (std::size_t length = 1; length <= whole.size(); ++length) {
+    put(scratch / "a.jsonl", whole + "\n" + whole.substr(0, length));
+    const std::size_t scans = length == whole.size() ? 2 : 1;
+    EXPECT_EQ(read_all(*read_jsonl_scans(scratch / "a.jsonl")).size(), scans) << length;
+  }
 }
 
 TEST(SinkUri, BarePathIsAFileByItsExtension) {

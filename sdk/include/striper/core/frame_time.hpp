@@ -19,6 +19,11 @@ struct FrameTime {
   double seconds() const noexcept {
     return static_cast<double>(monotonic_ns + utc_offset_ns.value_or(0)) / 1e9;
   }
+
+  /// The time whose `seconds` these are, to the last bit where there is one: what was written from
+  /// a time reads back to the same text. From 1e8 s on (1973) it is since 1970, before that since
+  /// the first frame. Zero where 64 bits of nanoseconds do not hold it.
+  static FrameTime at_seconds(double seconds) noexcept;
 };
 
 }  // namespace striper

@@ -14,7 +14,8 @@ namespace striper {
 std::unique_ptr<ScanSource> read_csv_scans(const std::filesystem::path& path,
                                            std::shared_ptr<const StriperModel> model = nullptr);
 
-/// Reads scans back from JSON lines, the same bits; events are passed over.
+/// Reads scans back from JSON lines, the same bits; events are passed over. A last line that was
+/// cut off (a writer that was killed) is left out.
 std::unique_ptr<ScanSource> read_jsonl_scans(const std::filesystem::path& path,
                                              std::shared_ptr<const StriperModel> model = nullptr);
 

@@ -113,7 +113,7 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
     if (key_ != "time_s") return true;
     double seconds = 0.0;
     has_time_ = detail::read_number(text, seconds);
-    scan_->time = detail::time_of_seconds(seconds);
+    scan_->time = FrameTime::at_seconds(seconds);
     return has_time_ || fail(text, "seconds");
   }
 
@@ -169,6 +169,8 @@ class JsonlScans : public ScanSource {
       handler_.begin(scan);
       const bool is_read = nlohmann::json::sax_parse(text_, &handler_);
       if (handler_.is_event()) continue;
+      const bool is_good = is_read && handler_.is_whole();
+      if (!is_good && !reader_.is_ended()) return false;  // Its writer was killed.
       if (!is_read) reader_.fail(handler_.problem());
       if (!handler_.is_whole()) reader_.fail("expected sequence, time_s, status and its columns");
       scan.frame = frame_of(scan.laser);

@@ -29,6 +29,7 @@ bool LineReader::next(std::string& line) {
     return false;
   }
   ++number_;
+  is_ended_ = !file_.eof();
   if (line.ends_with('\r')) line.pop_back();
   return true;
 }

@@ -17,6 +17,9 @@ class LineReader {
   /// The next line, without its end, LF or CRLF; false at the end. @throws Error{kIo}.
   bool next(std::string& line);
 
+  /// Whether the last line had an end: one without may be half of what was meant.
+  bool is_ended() const noexcept { return is_ended_; }
+
   /// @throws Error{kBadFile} "FILE:LINE: message".
   [[noreturn]] void fail(const std::string& message) const;
 
@@ -26,6 +29,7 @@ class LineReader {
   std::filesystem::path path_;
   std::ifstream file_;
   std::uint64_t number_ = 0;
+  bool is_ended_ = true;
 };
 
 }  // namespace striper::detail

@@ -4,10 +4,9 @@
 #include <cstdint>
 #include <string_view>
 
-#include <striper/core/frame_time.hpp>
 #include <striper/scan/polar_scan.hpp>
 
-#include "stream/scan_columns.hpp"
+#include "scan/scan_columns.hpp"
 
 namespace striper::detail {
 
@@ -20,9 +19,5 @@ bool read_number(std::string_view text, int& number) noexcept;
 /// Reads a field into a column of a return; an empty one is NaN. Through float where the column is
 /// one, so that the same bits come back.
 bool read_into(std::string_view text, const ScanColumn& column, Return& out) noexcept;
-
-/// The time that is written as these seconds: reading and writing again gives the same text where
-/// it was written from a FrameTime. Since 1970 where it is that late, else since the first frame.
-FrameTime time_of_seconds(double seconds) noexcept;
 
 }  // namespace striper::detail

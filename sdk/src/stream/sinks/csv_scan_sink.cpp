@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/sinks/csv_sink.hpp>
+#include <striper/stream/sinks/csv_sink.hpp>
 
 #include "stream/sinks/built_in.hpp"
 

@@ -12,7 +12,7 @@
 #include <striper/core/csv_file.hpp>
 #include <striper/core/error.hpp>
 
-#include "stream/scan_columns.hpp"
+#include "scan/scan_columns.hpp"
 #include "stream/sinks/built_in.hpp"
 
 namespace striper {

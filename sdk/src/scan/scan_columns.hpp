@@ -12,14 +12,15 @@ namespace striper::detail {
 struct ScanColumn {
   std::string_view name;
   std::variant<double Return::*, float Return::*> member;
+  bool is_required = false;  ///< A table of scans of whatever origin must have it.
 };
 
-/// In the order of the CSV (CONVENTIONS.md).
+/// In the order of the CSV (CONVENTIONS.md): the CSV and the lines of JSON are made from this.
 inline constexpr ScanColumn kScanColumns[] = {
     {"u_px", &Return::u_px},
     {"v_px", &Return::v_px},
-    {"bearing_rad", &Return::bearing_rad},
-    {"range_m", &Return::range_m},
+    {"bearing_rad", &Return::bearing_rad, true},
+    {"range_m", &Return::range_m, true},
     {"range_near_m", &Return::range_near_m},
     {"range_far_m", &Return::range_far_m},
     {"sigma_m", &Return::sigma_m},

@@ -12,7 +12,7 @@
 #include <sys/resource.h>
 
 #include <striper/core/error.hpp>
-#include <striper/sinks/csv_sink.hpp>
+#include <striper/stream/sinks/csv_sink.hpp>
 
 #include "support/error_of.hpp"
 #include "support/random.hpp"

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/sinks/csv_sink.hpp>
+#include <striper/stream/sinks/csv_sink.hpp>
 
 #include "scan/scan_table.hpp"
 
