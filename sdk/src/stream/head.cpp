@@ -86,6 +86,7 @@ class Head::Impl {
   void take(const Frame& frame, const FrameReader& reader);
   void give(ScanSpan scans);
   void announce();
+  void retire_scanner();
   void make_scanner();
   void reload();
   void tick(const FrameReport& report, bool is_frame);
@@ -99,6 +100,7 @@ class Head::Impl {
   SourceInfo source_;
   FrameSource* open_source_ = nullptr;
   std::optional<HeadScanner> scanner_;
+  ScannerStatistics counts_before_;  // Of the scanners before this one.
   bool is_announced_ = false;
   bool was_awaited_ = false;
   bool has_run_ = false;
@@ -151,8 +153,14 @@ std::unique_ptr<FrameSource> Head::Impl::open_or_wait() {
   return nullptr;
 }
 
-void Head::Impl::make_scanner() {
+// What the head's scanner counted so far goes on with the next one.
+void Head::Impl::retire_scanner() {
+  if (scanner_) counts_before_ += scanner_->scanner.status().counts;
   scanner_.reset();
+}
+
+void Head::Impl::make_scanner() {
+  retire_scanner();
   scanner_.emplace(parts_.make_scanner(source_, options_.events));
   is_announced_ = false;
 }
@@ -190,7 +198,7 @@ void Head::Impl::take(const Frame& frame, const FrameReader& reader) {
   if (should_reload.exchange(false)) reload();
   if (!is_announced_) announce();
   if (parts_.before_scan) parts_.before_scan(frame);
-  bus_.write(frame);
+  bus_.write(frame, options_.name);
   give(scanner_->scanner.process(frame));
   tick(reader.report(), true);
 }
@@ -210,6 +218,7 @@ void Head::Impl::reload() {
     if (!parts_.remake_scanner) return;
     HeadScanner fresh = parts_.remake_scanner(source_, options_.events);
     give(scanner_->scanner.finish());
+    retire_scanner();
     scanner_.emplace(std::move(fresh));
     is_announced_ = false;
     options_.events.send({"model_reloaded", "the model was read anew"});
@@ -226,6 +235,7 @@ void Head::Impl::tick(const FrameReport& report, bool is_frame) {
   last_tick_ = now;
   ScannerStatus status = scanner_->scanner.status();
   status.head = options_.name;
+  status.counts += counts_before_;
   bus_.status(status);
 
   const double span_s = std::chrono::duration<double>(now - rate_since_).count();

@@ -12,6 +12,9 @@ namespace striper::detail {
 template <typename T>
 class Ring {
  public:
+  /// @param room for so many without an allocation.
+  explicit Ring(std::size_t room) : slots_(room) {}
+
   bool empty() const noexcept { return size_ == 0; }
   std::size_t size() const noexcept { return size_; }
   T& operator[](std::size_t i) noexcept { return slots_[(first_ + i) % slots_.size()]; }

@@ -29,8 +29,9 @@ bool says_the_same(const ScannerStatus& a, const ScannerStatus& b) {
          x.method == y.method;
 }
 
-Frame with_own_pixels(const Frame& frame) {
+Frame with_own_pixels(const Frame& frame, std::string_view head) {
   Frame copy = frame;
+  copy.head = head;
   copy.image = frame.image.clone();
   copy.lease.reset();
   return copy;
@@ -183,12 +184,12 @@ void ScanBus::write(ScanSpan scans) {
   for (std::size_t i = 0; i < scans.size(); ++i) write(scans.shared(i));
 }
 
-void ScanBus::write(const Frame& frame) {
+void ScanBus::write(const Frame& frame, std::string_view head) {
   std::shared_ptr<const Frame> copy;
   const Clock::time_point now = Clock::now();
   for (const auto& lane : impl_->lanes) {
-    if (!lane->is_frame_due(now)) continue;
-    if (!copy) copy = std::make_shared<const Frame>(with_own_pixels(frame));
+    if (!lane->is_frame_due(head, now)) continue;
+    if (!copy) copy = std::make_shared<const Frame>(with_own_pixels(frame, head));
     lane->take(copy);
   }
 }

@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kNewestKept = 2;
 // Nothing sends so many events for good; what does must not fill the memory.
 constexpr std::size_t kMostControls = 1000;
+// Beside the scans that wait, before the queue has to grow: a frame, a status and a few events.
+constexpr std::size_t kOthersWaiting = 8;
 
 bool is_disk_full(const std::exception_ptr& failure) {
   try {
@@ -43,7 +45,8 @@ SinkLane::SinkLane(std::string uri, std::unique_ptr<ScanSink> sink, const BusOpt
       options_(options),
       events_(std::move(events)),
       needs_(sink->needs()),
-      sink_(std::move(sink)) {}
+      sink_(std::move(sink)),
+      queue_(options.scans_waiting + kOthersWaiting) {}
 
 void SinkLane::start() {
   thread_ = std::thread([self = shared_from_this()] { self->run(); });
@@ -85,7 +88,7 @@ void SinkLane::take(const std::shared_ptr<const PolarScan>& scan, bool can_wait)
     return;
   }
   if (!is_lossless && scans_queued_ == kNewestKept) {
-    withdraw_oldest<std::shared_ptr<const PolarScan>>();
+    withdraw_oldest_scan();
     --scans_queued_;
     ++lost_;
   }
@@ -96,23 +99,26 @@ void SinkLane::take(const std::shared_ptr<const PolarScan>& scan, bool can_wait)
 void SinkLane::take(std::shared_ptr<const Frame> frame) {
   const std::lock_guard lock(mutex_);
   if (!is_open()) return;
-  withdraw_oldest<std::shared_ptr<const Frame>>();
+  withdraw_of_head<Frame>(frame->head);
   push(std::move(frame));
 }
 
 void SinkLane::take(std::shared_ptr<const ScannerStatus> status) {
   const std::lock_guard lock(mutex_);
   if (!is_open()) return;
-  withdraw_status_of(status->head);
+  withdraw_of_head<ScannerStatus>(status->head);
   push(std::move(status));
 }
 
-bool SinkLane::is_frame_due(Clock::time_point now) {
+bool SinkLane::is_frame_due(std::string_view head, Clock::time_point now) {
   if (!(needs_.frames_hz > 0.0)) return false;
   const std::lock_guard lock(mutex_);
   const auto period = std::chrono::duration<double>(1.0 / needs_.frames_hz);
-  if (!is_open() || (last_frame_ && now - *last_frame_ < period)) return false;
-  last_frame_ = now;
+  if (!is_open()) return false;
+  const auto last = last_frames_.find(head);
+  if (last == last_frames_.end()) return last_frames_.emplace(head, now).second;
+  if (now - last->second < period) return false;
+  last->second = now;
   return true;
 }
 
@@ -125,10 +131,9 @@ bool SinkLane::has_waited_too_long() noexcept {
 }
 
 // What is withdrawn leaves an empty place, so that the order of the rest stays.
-template <typename Kind>
-void SinkLane::withdraw_oldest() {
+void SinkLane::withdraw_oldest_scan() {
   for (std::size_t i = 0; i < queue_.size(); ++i) {
-    if (!std::holds_alternative<Kind>(queue_[i].job)) continue;
+    if (!std::holds_alternative<std::shared_ptr<const PolarScan>>(queue_[i].job)) continue;
     queue_[i].job = std::monostate{};
     break;
   }
@@ -137,9 +142,10 @@ void SinkLane::withdraw_oldest() {
   }
 }
 
-void SinkLane::withdraw_status_of(const std::string& head) {
+template <typename Kind>
+void SinkLane::withdraw_of_head(const std::string& head) {
   for (std::size_t i = 0; i < queue_.size(); ++i) {
-    const auto* const queued = std::get_if<std::shared_ptr<const ScannerStatus>>(&queue_[i].job);
+    const auto* const queued = std::get_if<std::shared_ptr<const Kind>>(&queue_[i].job);
     if (queued != nullptr && (*queued)->head == head) queue_[i].job = std::monostate{};
   }
 }

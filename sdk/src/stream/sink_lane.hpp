@@ -2,10 +2,13 @@
 #pragma once
 
 #include <condition_variable>
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <variant>
 
@@ -34,8 +37,9 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   void take(std::shared_ptr<const Event> event);
 
   const SinkNeeds& needs() const noexcept { return needs_; }
-  /// Whether the rate at which the sink wants frames allows one now; it is then taken to get it.
-  bool is_frame_due(Clock::time_point now);
+  /// Whether the rate at which the sink wants frames of a head allows one now; it is then taken to
+  /// get it.
+  bool is_frame_due(std::string_view head, Clock::time_point now);
 
   /// Closes the sink where it has not returned for too long.
   void look_after(Clock::time_point now);
@@ -68,9 +72,9 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   void push(Job job);
   void push_control(Job job);
   bool has_waited_too_long() noexcept;
+  void withdraw_oldest_scan();
   template <typename Kind>
-  void withdraw_oldest();
-  void withdraw_status_of(const std::string& head);
+  void withdraw_of_head(const std::string& head);
   void close(std::exception_ptr why);
   void say_failure(const std::exception_ptr& why) const;
   void say_losses() const;
@@ -96,7 +100,7 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   bool is_over_ = false;         // The thread is about to end.
   bool is_left_behind_ = false;  // It may never.
   std::optional<Clock::time_point> busy_since_;
-  std::optional<Clock::time_point> last_frame_;
+  std::map<std::string, Clock::time_point, std::less<>> last_frames_;  // Of each head.
   std::exception_ptr failure_;
 };
 

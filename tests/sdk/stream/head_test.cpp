@@ -88,8 +88,10 @@ class HeadTest : public ::testing::Test {
           return make_scanner(source, port);
         };
     options_.retry_every = 1ms;
-    options_.events =
-        EventPort([this](const Event& event) { said_.emplace_back(event.code.word()); });
+    options_.events = EventPort([this](const Event& event) {
+      said_.emplace_back(event.code.word());
+      ++times_said_;
+    });
     bus_.add("keep", std::make_unique<testing::SinkThat>(
                          [this](const PolarScan& scan) { heads_.emplace_back(scan.head()); }));
   }
@@ -102,6 +104,12 @@ class HeadTest : public ::testing::Test {
     options.stripe.method = ExtractMethod::kPaper;
     options.ambient.cadence = source.cadence;
     return {Scanner(*model_, options), model_, StripeAxis::kColumns};
+  }
+
+  // While a head runs on its own thread, nobody else looks at `said_`.
+  void wait_until_said(std::size_t times) const {
+    for (int i = 0; i < 1000 && times_said_ < times; ++i) std::this_thread::sleep_for(10ms);
+    EXPECT_GE(times_said_, times);
   }
 
   static std::unique_ptr<FrameSource> file(std::uint64_t frames) {
@@ -118,6 +126,7 @@ class HeadTest : public ::testing::Test {
   HeadParts parts_;
   HeadOptions options_;
   std::vector<std::string> said_;
+  std::atomic<std::size_t> times_said_ = 0;
   std::vector<std::string> heads_;
   ScanBus bus_;
 };
@@ -222,17 +231,31 @@ TEST_F(HeadTest, TakesUpANewModelOrKeepsTheOldOne) {
   open_ = [] { return camera(FakeSource::kSilent); };
   Head head(parts_, options_, bus_);
   head.start();
-  const auto reload = [&](bool is_bad) {
-    is_model_bad_ = is_bad;
-    head.reload();
-    std::this_thread::sleep_for(150ms);
-  };
-  std::this_thread::sleep_for(20ms);
-  reload(true);
-  reload(false);
+  wait_until_said(1);
+  is_model_bad_ = true;
+  head.reload();
+  wait_until_said(2);
+  is_model_bad_ = false;
+  head.reload();
+  wait_until_said(3);
   head.request_stop();
   head.wait();
   EXPECT_THAT(said_, ElementsAre("source_opened", "model_refused", "model_reloaded"));
+}
+
+TEST_F(HeadTest, CountsGoOnWithANewModel) {
+  int spans = 0;
+  HeadParts parts = parts_;
+  Head* running = nullptr;
+  parts.after_scan = [&](ScanSpan) {
+    if (spans++ == 1) running->reload();
+  };
+  Head head(std::move(parts), options_, bus_);
+  running = &head;
+  head.run();
+  EXPECT_THAT(said_, ElementsAre("source_opened", "model_reloaded", "source_ended"));
+  EXPECT_EQ(head.health().scanner.counts.frames, 5U);
+  EXPECT_EQ(head.health().scanner.counts.scans, 5U);
 }
 
 TEST_F(HeadTest, BusHearsOfItWithItsFirstFrame) {

@@ -256,6 +256,32 @@ TEST(ScanBus, SinkHearsEverythingItNeedsInOrder) {
   EXPECT_EQ(least, (std::vector<std::string>{"open striper", "source_lost", "finish"}));
 }
 
+// A rig's heads each have their own frames, told apart and no less often for the others'.
+TEST(ScanBus, FramesAreOfTheirHeadAndLimitedForEach) {
+  std::vector<std::string> heads;
+  class FrameSink : public ScanSink {
+   public:
+    explicit FrameSink(std::vector<std::string>& heads) : heads_(heads) {}
+    using ScanSink::write;
+    SinkNeeds needs() const override { return {false, false, 0.001}; }
+    void write(const Frame& frame) override { heads_.push_back(frame.head); }
+
+   private:
+    std::vector<std::string>& heads_;
+  };
+  ScanBus bus;
+  bus.add("frames", std::make_unique<FrameSink>(heads));
+  Frame frame;
+  frame.image = cv::Mat::zeros(3, 4, CV_8UC1);
+  for (int i = 0; i < 2; ++i) {
+    bus.write(frame, "left");
+    bus.write(frame, "right");
+  }
+  bus.write(frame);
+  bus.finish();
+  EXPECT_EQ(heads, (std::vector<std::string>{"left", "right", "striper"}));
+}
+
 TEST(ScanBus, StatusComesWhenItChangesAndOnceInAWhile) {
   std::vector<std::string> notes;
   BusOptions options;

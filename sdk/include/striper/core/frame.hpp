@@ -42,6 +42,7 @@ struct Frame {
   cv::Size
       sensor_size;  ///< The full sensor, in the pixels that `grid` maps to: what the model is of.
   PixelGrid grid;
+  std::string head;  ///< Which striper's; filled in where frames of several meet (ScanBus).
 
   /// The source's number of the picture; a gap is a lost picture. Two fields of a picture share it.
   std::uint64_t sequence = 0;

@@ -10,7 +10,7 @@
 
 namespace striper {
 
-/// Counts since the scanner was made.
+/// Counts since the scanner was made; of a Head since it was, whatever its model and its source.
 struct ScannerStatistics {
   std::uint64_t frames = 0;          ///< Given to `process`.
   std::uint64_t scans = 0;           ///< Returned.
@@ -21,6 +21,16 @@ struct ScannerStatistics {
   /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3
   /// channels of 8 or 16 bits), or that are of another sensor than the model's.
   std::uint64_t refused = 0;
+
+  ScannerStatistics& operator+=(const ScannerStatistics& other) noexcept {
+    frames += other.frames;
+    scans += other.scans;
+    without_stripe += other.without_stripe;
+    dark += other.dark;
+    unpaired += other.unpaired;
+    refused += other.refused;
+    return *this;
+  }
 };
 
 /// The one form of how a scanner stands; programs make their sentences of it.

@@ -66,8 +66,8 @@ class ScanBus {
   void open(const HeadInfo& head);
   void write(const std::shared_ptr<const PolarScan>& scan);
   void write(ScanSpan scans);
-  /// Copies the pixels where a sink wants the frame.
-  void write(const Frame& frame);
+  /// Copies the pixels where a sink wants the frame, which then says whose it is.
+  void write(const Frame& frame, std::string_view head = kDefaultHead);
   /// Passed on once a second and when it changed: call it as often as you like.
   void status(const ScannerStatus& status);
   void event(const Event& event);

@@ -40,7 +40,7 @@ enum class Delivery {
 struct SinkNeeds {
   bool scans = true;
   bool status = false;
-  double frames_hz = 0.0;  ///< At most so many frames a second; 0: none.
+  double frames_hz = 0.0;  ///< At most so many frames a second of each head; 0: none.
   Delivery delivery = Delivery::kLossless;
 };
 
@@ -52,7 +52,7 @@ struct SinkNeeds {
 /// nobody. What throws or does not return for 5 s is closed: it is called no more. Its destructor
 /// then leaves what was written whole.
 ///
-/// An heir that overrides one `write` says `using ScanSink::write;` for the other.
+/// A class that overrides one `write` says `using ScanSink::write;` for the other.
 class ScanSink {
  public:
   ScanSink() = default;
@@ -64,7 +64,7 @@ class ScanSink {
 
   virtual void open(const HeadInfo& /*head*/) {}
   virtual void write(const PolarScan& /*scan*/) {}
-  virtual void write(const Frame& /*frame*/) {}
+  virtual void write(const Frame& /*frame*/) {}  // `Frame::head` says whose it is.
   /// Once a second, and when something other than a count changed.
   virtual void status(const ScannerStatus& /*status*/) {}
   virtual void event(const Event& /*event*/) {}
