@@ -19,6 +19,7 @@
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
+#include "sink_arguments.hpp"
 #include "stripe_watch.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
@@ -186,16 +187,11 @@ bool is_standard_output(const std::string& path) {
 
 // What -o, --doubtful and --missing come to.
 std::vector<SinkUri> outputs_of(const CaptureArguments& arguments) {
-  std::vector<SinkUri> uris;
-  for (const std::string& output : arguments.outputs) uris.push_back(SinkUri::parse(output));
+  std::vector<SinkUri> uris = parse_sinks(arguments.outputs);
   if (uris.empty()) uris.push_back(SinkUri::parse("-"));
   for (SinkUri& uri : uris) {
     if (is_csv(uri) && arguments.doubtful) uri.set_default("doubtful", "yes");
     if (is_csv(uri) && arguments.missing) uri.set_default("missing", "yes");
-    const auto is_same = [&](const SinkUri& other) { return other.path() == uri.path(); };
-    if (std::count_if(uris.begin(), uris.end(), is_same) > 1) {
-      throw Error(ErrorKind::kUsage, fmt::format("-o names '{}' twice", uri.path()));
-    }
     if (arguments.json && is_standard_output(uri.path())) {
       throw Error(ErrorKind::kUsage,
                   "--json needs -o FILE: the standard output carries the scans themselves");

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include <striper/capture/open_source.hpp>
+#include <striper/capture/source_uri.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/stream/head.hpp>
 #include <striper/stream/open_sink.hpp>
@@ -21,6 +22,7 @@
 #include "program.hpp"
 #include "scanner_arguments.hpp"
 #include "service.hpp"
+#include "sink_arguments.hpp"
 #include "terminal.hpp"
 #include "terminal_events.hpp"
 
@@ -116,6 +118,12 @@ HeadScanner make_head_scanner(const ServeArguments& arguments, const SourceInfo&
   return {make_scanner(setup), shared_model(setup), setup.options.stripe.axis};
 }
 
+// A camera may come later, or back; a file that is not there is a wrong name.
+bool is_camera(const std::string& source) {
+  const std::string scheme = SourceUri::parse(source).scheme();
+  return scheme == "v4l2" || scheme == "gige" || scheme == "u3v";
+}
+
 /// What goes on for weeks must not fill a log: of each kind so many a minute.
 class SaidLately {
  public:
@@ -143,7 +151,7 @@ class Server {
         events_(EventPort([this](const Event& event) { hear(event); }).of_head(arguments.name)),
         bus_(events_),
         head_(parts(), options(), bus_) {
-    for (const std::string& uri : arguments.sinks) bus_.add(uri, open_sink(uri));
+    for (const SinkUri& uri : parse_sinks(arguments.sinks)) bus_.add(uri.text(), open_sink(uri));
   }
 
   ExitCode run() {
@@ -173,7 +181,7 @@ class Server {
   HeadOptions options() {
     HeadOptions options;
     options.name = arguments_.name;
-    options.reopens = true;
+    options.reopens = is_camera(arguments_.source);
     options.events = events_;
     return options;
   }

@@ -126,6 +126,19 @@ class Files(Serve):
             self.assertIn(message, done.stderr)
         striper("serve", self.source("frames=1"), "-m", self.path("none.yaml"), "--to", self.path("a.csv"), code=1)
 
+    def test_of_two_names_are_refused(self):
+        for command, option in (("serve", "--to"), ("capture", "-o")):
+            done = striper(command, self.source("frames=1"), "-m", self.model, option, self.path("a.csv"),
+                           option, "jsonl:" + self.path(".", "a.csv"), code=2)
+            self.assertIn("are the same", done.stderr)
+            self.assertFalse(os.path.exists(self.path("a.csv")))
+
+    def test_are_not_waited_for_as_cameras_are(self):
+        for source in ("sim:none.yaml", "images:none", "none.yaml"):
+            done = striper("serve", source, "-m", self.model, "--to", self.path("a.csv"), code=1)
+            self.assertIn("none", done.stderr)
+            self.assertNotIn("source_waiting", done.stderr)
+
 
 class Signals(Serve):
     TIMES = 6

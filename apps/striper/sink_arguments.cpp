@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sink_arguments.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+
+namespace striper::program {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_same(const SinkUri& a, const SinkUri& b) {
+  if (a.path().empty() || b.path().empty()) return a.text() == b.text();  // Of no file.
+  std::error_code ignored;
+  return fs::weakly_canonical(a.path(), ignored) == fs::weakly_canonical(b.path(), ignored);
+}
+
+}  // namespace
+
+std::vector<SinkUri> parse_sinks(const std::vector<std::string>& addresses) {
+  std::vector<SinkUri> sinks;
+  for (const std::string& address : addresses) {
+    const SinkUri sink = SinkUri::parse(address);
+    const auto earlier = std::find_if(sinks.begin(), sinks.end(),
+                                      [&](const SinkUri& other) { return is_same(other, sink); });
+    if (earlier != sinks.end()) {
+      throw Error(ErrorKind::kUsage, fmt::format("the outputs '{}' and '{}' are the same: each "
+                                                 "would overwrite the other",
+                                                 earlier->text(), sink.text()));
+    }
+    sinks.push_back(sink);
+  }
+  return sinks;
+}
+
+}  // namespace striper::program
