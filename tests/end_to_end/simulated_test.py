@@ -275,6 +275,30 @@ class Example(Simulated):
         self.assertIn("none.yaml", run(EXAMPLE, WALL, "none.yaml", code=1).stderr)
         self.assertIn("usage", run(EXAMPLE, code=1).stderr)
 
+    @staticmethod
+    def other(name):
+        return os.path.join(os.path.dirname(EXAMPLE), name)
+
+    def test_gives_scans_to_sinks(self):
+        source = f"sim:{WALL}?frames=3"
+        striper("capture", source, "-m", self.model, "-o", self.path("capture.csv"))
+        run(self.other("02_scans_to_sinks"), source, self.model, self.path("a.csv"), self.path("b.jsonl"))
+        run(self.other("02_scans_to_sinks"), self.path("b.jsonl"), self.model, self.path("c.csv"))
+        for name in ("a.csv", "c.csv"):
+            with open(self.path(name), "rb") as file, open(self.path("capture.csv"), "rb") as expected:
+                self.assertEqual(file.read(), expected.read())
+        failed = run(self.other("02_scans_to_sinks"), source, self.model, "csv:/dev/full", code=1)
+        self.assertIn("disk_full: ", failed.stderr)
+
+    def test_sets_controls_and_reads_them_back(self):
+        controls = self.other("03_controls")
+        shown = run(controls, f"sim:{WALL}", "exposure_us=150", "laser=off", "sim.pose.wall=0.5,0,0,0,0,10").stdout
+        self.assertIn("exposure_us=150 us (", shown)
+        self.assertIn("laser=off ", shown)
+        self.assertIn("sim.pose.wall=0.5,0,0,0,0,10 ", shown)
+        self.assertIn("read only", shown)
+        self.assertIn("no control", run(controls, f"sim:{WALL}", "focus=1", code=1).stderr)
+
 
 if __name__ == "__main__":
     unittest.main()
