@@ -77,7 +77,8 @@ void conclude_warnings(const std::vector<Event>& heard, std::vector<Event>& find
       return other.code == one.code && other.message == one.message;
     };
     const bool is_new = std::none_of(findings.begin() + first, findings.end(), is_same);
-    if (one.severity < Severity::kWarning || !is_new) continue;
+    const bool is_in_sum = one.code == EventCode("frames_dropped");  // By `conclude_stream`.
+    if (one.severity < Severity::kWarning || !is_new || is_in_sum) continue;
     findings.push_back(one);
     findings.back().severity = Severity::kWarning;
   }

@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::milliseconds(100);  // How late a stop may be noticed.
 constexpr auto kSilence = std::chrono::seconds(5);          // Then the user should know.
 constexpr std::uint64_t kReasonsSaid = 10;
+constexpr auto kDropsEvery = std::chrono::seconds(10);  // A bad cable must not fill a log.
 // Cameras round a rate to what their clocks give: by a percent or two.
 constexpr double kSameRate = 0.05;
 // A second of pictures at the lowest usual rates, 5 a second, tells the rate to 20 %.
@@ -72,6 +73,7 @@ class FrameReader::Impl {
     report_.elapsed_s = seconds_since(start_);
     report_.interrupted = should_stop();
     report_.statistics = source_.statistics();
+    say_missing();
     compare_rate();
     return report_;
   }
@@ -158,7 +160,27 @@ class FrameReader::Impl {
     return limits.seconds && !info_.is_live && time_s - first_time_s_ >= *limits.seconds;
   }
 
+  // The numbers of pictures that a live source took and that did not come. Those that are missing
+  // because it was lost are said by source_lost; a file's numbers are its own.
+  void look_for_gap(const Frame& frame) {
+    if (!info_.is_live || report_.frames == 0 || frame.sequence <= sequence_ + 1) return;
+    const std::uint64_t reconnects = source_.statistics().reconnects;
+    if (std::exchange(reconnects_, reconnects) != reconnects) return;
+    missing_ += frame.sequence - sequence_ - 1;
+    if (!missing_said_ || last_frame_ - *missing_said_ >= kDropsEvery) say_missing();
+  }
+
+  void say_missing() {
+    if (missing_ == 0) return;
+    how_.events.send({"frames_dropped",
+                      fmt::format("{} pictures are missing between those that came", missing_),
+                      "`striper doctor` says where they are lost"});
+    missing_ = 0;
+    missing_said_ = last_frame_;
+  }
+
   void note(const Frame& frame) {
+    look_for_gap(frame);
     if (report_.frames == 0) first_frame_ = last_frame_;
     if (report_.frames == 0 || frame.sequence != sequence_) ++report_.pictures;
     ++report_.frames;
@@ -187,6 +209,9 @@ class FrameReader::Impl {
   bool is_silence_said_ = false;
   std::uint64_t sequence_ = 0;
   std::uint64_t bad_frames_ = 0;
+  std::uint64_t missing_ = 0;  // Not said yet.
+  std::uint64_t reconnects_ = 0;
+  std::optional<Clock::time_point> missing_said_;
   bool picture_is_whole_ = false;
   double first_time_s_ = 0.0;
 };

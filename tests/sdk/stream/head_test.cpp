@@ -2,6 +2,7 @@
 // Proves that a head gives what its scanner makes of its source, waits for a source and opens a
 // lost one again, each said once and in order, and takes up a new model or keeps the old one. Real
 // cameras that come and go are in tests/end_to_end/serve_test.py.
+#include <algorithm>
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -59,7 +60,8 @@ class FakeSource : public FrameSource {
     }
     if (given_ == frames_) return NextStatus::kEnd;
     frame = frame_;
-    frame.sequence = given_++;
+    frame.sequence = given_ * numbers_apart_;
+    ++given_;
     return NextStatus::kFrame;
   }
   void stop() override {}
@@ -69,12 +71,16 @@ class FakeSource : public FrameSource {
     return statistics;
   }
 
+  /// A number that is not 1 has pictures missing between those that come.
+  void set_numbers_apart(std::uint64_t numbers) { numbers_apart_ = numbers; }
+
   static constexpr std::uint64_t kSilent = ~std::uint64_t{0};
 
  private:
   std::uint64_t frames_;
   bool is_live_;
   std::uint64_t given_ = 0;
+  std::uint64_t numbers_apart_ = 1;
   Frame frame_ = picture_of_wall();
 };
 
@@ -241,6 +247,21 @@ TEST_F(HeadTest, TakesUpANewModelOrKeepsTheOldOne) {
   head.request_stop();
   head.wait();
   EXPECT_THAT(said_, ElementsAre("source_opened", "model_refused", "model_reloaded"));
+}
+
+// At once, and then what came since as one: of a camera, since a file's numbers are its own.
+TEST_F(HeadTest, PicturesThatAreMissingAreSaid) {
+  for (const bool is_live : {true, false}) {
+    said_.clear();
+    open_ = [&] {
+      auto source = std::make_unique<FakeSource>(5, is_live);
+      source->set_numbers_apart(3);
+      return source;
+    };
+    Head(parts_, options_, bus_).run();
+    const auto times = std::count(said_.begin(), said_.end(), "frames_dropped");
+    EXPECT_EQ(times, is_live ? 2 : 0);
+  }
 }
 
 TEST_F(HeadTest, CountsGoOnWithANewModel) {

@@ -24,7 +24,7 @@ std::optional<std::uint64_t> total_pictures(const FrameLimits& limits, const Sou
 /// How to read frames.
 struct FrameReading {
   FrameLimits limits;
-  EventPort events;                   ///< source_opened, source_silent, frame_bad, rate_low, ...
+  EventPort events;  ///< source_opened, source_silent, frames_dropped, frame_bad, ...
   std::function<bool()> should_stop;  ///< Asked ten times a second and before every frame.
   std::function<void()> on_wait;      ///< Nothing came for a tenth of a second.
 };
@@ -45,8 +45,9 @@ struct FrameReport {
 
 /// Reads a source once: starts it and hands every frame, good or bad, on, until the source ends, a
 /// limit is reached or it is told to stop; then stops the source. Sends what is wrong with bad
-/// frames (the first ten of them), that a camera keeps silent, and that it does not give the fps=
-/// that its address asks for. Not thread-safe.
+/// frames (the first ten of them), how many a live source's numbers lack (at once, then every ten
+/// seconds), that a camera keeps silent, and that it does not give the fps= that its address asks
+/// for. Not thread-safe.
 class FrameReader {
  public:
   explicit FrameReader(FrameSource& source, FrameReading how = {});
