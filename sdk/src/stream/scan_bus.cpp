@@ -111,10 +111,12 @@ void ScanBus::Impl::look_after_lanes() {
   const auto interval = options_.stuck_after / kLooksWhilePatient;
   std::unique_lock lock(mutex_);
   while (!ended_.wait_for(lock, interval, [&] { return is_ending_; })) {
-    const std::vector<std::shared_ptr<SinkLane>> now = lanes;
-    lock.unlock();  // What a lane says may come back as an event for all of them.
-    for (const auto& lane : now) lane->look_after(Clock::now());
-    lock.lock();
+    for (std::size_t i = 0; i < lanes.size(); ++i) {
+      const std::shared_ptr<SinkLane> lane = lanes[i];
+      lock.unlock();  // What a lane says may come back as an event for all of them.
+      lane->look_after(Clock::now());
+      lock.lock();
+    }
   }
 }
 
