@@ -13,10 +13,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of a file that is not there yet only an absolute name is made canonical.
+fs::path canonical(const std::string& path) {
+  std::error_code ignored;
+  return fs::weakly_canonical(fs::absolute(path, ignored), ignored);
+}
+
 bool is_same(const SinkUri& a, const SinkUri& b) {
   if (a.path().empty() || b.path().empty()) return a.text() == b.text();  // Of no file.
-  std::error_code ignored;
-  return fs::weakly_canonical(a.path(), ignored) == fs::weakly_canonical(b.path(), ignored);
+  return canonical(a.path()) == canonical(b.path());
 }
 
 }  // namespace

@@ -128,8 +128,8 @@ class Files(Serve):
 
     def test_of_two_names_are_refused(self):
         for command, option in (("serve", "--to"), ("capture", "-o")):
-            done = striper(command, self.source("frames=1"), "-m", self.model, option, self.path("a.csv"),
-                           option, "jsonl:" + self.path(".", "a.csv"), code=2)
+            done = striper(command, self.source("frames=1"), "-m", self.model, option, "a.csv",
+                           option, "jsonl:./a.csv", code=2, cwd=self.scratch)
             self.assertIn("are the same", done.stderr)
             self.assertFalse(os.path.exists(self.path("a.csv")))
 
