@@ -128,7 +128,7 @@ bool is_camera(const std::string& source) {
 class SaidLately {
  public:
   bool lets_through(const Event& event) {
-    constexpr int kMostAMinute = 10;
+    constexpr int kMostAMinute = 30;  // A camera that is lost takes 2 s to be found again.
     const Clock::time_point now = Clock::now();
     Kind& kind = kinds_[event.code.word()];
     if (now - kind.since >= 1min) kind = {now, 0};
