@@ -204,8 +204,9 @@ INSTANTIATE_TEST_SUITE_P(
         AlwaysLitSet{"anugrah-step-scans", "New_3level_staris31-07", StripeAxis::kRows},
         AlwaysLitSet{"anugrah-step-scans", "Reference_31-07", StripeAxis::kRows},
         AlwaysLitSet{"b33-handheld-known-distance", "cal_theta_in", StripeAxis::kRows},
-        AlwaysLitSet{"srv-green-laser-turntable", "laser_180717"},
-        AlwaysLitSet{"srv-green-laser-turntable", "turntable_180717_subset"},
+        AlwaysLitSet{"srv-green-laser-turntable", "laser_180717", StripeAxis::kRows},
+        AlwaysLitSet{"srv-green-laser-turntable", "turntable_180717_subset",
+                     StripeAxis::kRows},
         AlwaysLitSet{"neil-rover-striper", "*.jpg"}));
 
 }  // namespace

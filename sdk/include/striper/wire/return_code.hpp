@@ -8,8 +8,7 @@
 
 namespace striper::wire {
 
-/// The number of a status in messages and files of points: 0 ok, 1 saturated, 2 ambiguous, 3 wide,
-/// 4 narrow, 5 weak, 6 edge, 7 out_of_range, 8 no_stripe, 9 blind, 10 behind, 11 outside_model, 13
+/// The number of a status in messages and files of points: that of its enumerator, 0 ok to 13
 /// outlier. Never changed, only appended.
 std::uint8_t return_code(ReturnStatus status) noexcept;
 

@@ -107,26 +107,24 @@ TEST(ScanMessage, ThatIsNoneIsRefused) {
   };
   EXPECT_THAT(refusal([](auto& m) { m.x_m.pop_back(); }),
               HasSubstr("an array of 4 beside 5 of status"));
-  EXPECT_THAT(refusal([](auto& m) { m.status[1] = 12; }),
-              HasSubstr("status 12 stands for nothing"));
+  EXPECT_THAT(refusal([](auto& m) { m.status[1] = 14; }),
+              HasSubstr("status 14 stands for nothing"));
   EXPECT_THAT(refusal([](auto& m) { m.field = 5; }), HasSubstr("field 5"));
   EXPECT_THAT(refusal([](auto& m) { m.axis = 2; }), HasSubstr("axis 2"));
 }
 
 TEST(ReturnCode, IsThePromisedOne) {
   const std::vector<std::string> words = {
-      "ok",           "saturated", "ambiguous", "wide",   "narrow",        "weak", "edge",
-      "out_of_range", "no_stripe", "blind",     "behind", "outside_model", "",     "outlier"};
-  std::size_t known = 0;
+      "ok",           "saturated", "ambiguous", "wide",   "narrow",        "weak",   "edge",
+      "out_of_range", "no_stripe", "blind",     "behind", "outside_model", "filled", "outlier"};
+  ASSERT_EQ(words.size(), static_cast<std::size_t>(kReturnStatusCount));
   for (std::size_t code = 0; code < 256; ++code) {
     const auto status = wire::return_status_from_code(static_cast<std::uint8_t>(code));
-    EXPECT_EQ(status.has_value(), code < words.size() && !words[code].empty()) << code;
+    EXPECT_EQ(status.has_value(), code < words.size()) << code;
     if (!status) continue;
     EXPECT_EQ(to_string(*status), words[code]);
     EXPECT_EQ(wire::return_code(*status), code);
-    ++known;
   }
-  EXPECT_EQ(known, static_cast<std::size_t>(kReturnStatusCount));
 }
 
 TEST(PointCloudMessage, HasEveryLineAtItsOffsets) {
