@@ -87,7 +87,7 @@ class Booster {
       all += examples.weight[i];
       stripes += examples.is_stripe[i] * examples.weight[i];
     }
-    trees_.bias = static_cast<float>(std::log(stripes / (all - stripes)));
+    trees_.bias = fits_squares() ? 0.0F : static_cast<float>(std::log(stripes / (all - stripes)));
     odds_.assign(size, trees_.bias);
     gradients_.resize(size);
     hessians_.resize(size);
@@ -104,14 +104,31 @@ class Booster {
   }
 
  private:
+  bool fits_squares() const { return !examples_.squares.empty(); }
+
   void differentiate() {
     sample_.clear();
     for (std::size_t i = 0; i < odds_.size(); ++i) {
-      const float p = 1.0F / (1.0F + std::exp(-odds_[i]));
-      gradients_[i] = examples_.weight[i] * (static_cast<float>(examples_.is_stripe[i]) - p);
-      hessians_[i] = examples_.weight[i] * std::max(kLeastHessian, p * (1.0F - p));
+      if (fits_squares()) {
+        differentiate_variance(i);
+      } else {
+        differentiate_odds(i);
+      }
       if (dice_() % 2 == 0) sample_.push_back(static_cast<std::uint32_t>(i));
     }
+  }
+
+  void differentiate_odds(std::size_t i) {
+    const float p = 1.0F / (1.0F + std::exp(-odds_[i]));
+    gradients_[i] = examples_.weight[i] * (static_cast<float>(examples_.is_stripe[i]) - p);
+    hessians_[i] = examples_.weight[i] * std::max(kLeastHessian, p * (1.0F - p));
+  }
+
+  // Of half the log variance and half the square over it; the expected Hessian, which is safe.
+  void differentiate_variance(std::size_t i) {
+    const float over = examples_.squares[i] * std::exp(-odds_[i]);
+    gradients_[i] = examples_.weight[i] * 0.5F * (over - 1.0F);
+    hessians_[i] = examples_.weight[i] * 0.5F;
   }
 
   ChoiceTree grow() {
@@ -134,7 +151,7 @@ class Booster {
       const double newton = sums[l].gradient / (sums[l].hessian + 2.0 * options_.prior);
       const double step = std::clamp(options_.rate * newton, -kLargestStep, kLargestStep);
       tree.leaf[l] =
-          static_cast<std::int16_t>(std::lround(step / static_cast<double>(ChoiceTree::kUnit)));
+          static_cast<std::int32_t>(std::lround(step / static_cast<double>(ChoiceTree::kUnit)));
     }
     for (std::size_t i = 0; i < leaves_.size(); ++i) {
       odds_[i] += ChoiceTree::kUnit * static_cast<float>(tree.leaf[leaves_[i]]);
@@ -178,12 +195,17 @@ class Booster {
     return gains;
   }
 
+  double loss_of(std::size_t i) const {
+    const auto odds = static_cast<double>(odds_[i]);
+    if (fits_squares()) return 0.5 * (odds + examples_.squares[i] * std::exp(-odds));
+    return std::log1p(std::exp(examples_.is_stripe[i] != 0 ? -odds : odds));
+  }
+
   double loss() const {
     double sum = 0.0;
     double weights = 0.0;
     for (std::size_t i = 0; i < odds_.size(); ++i) {
-      const double right = examples_.is_stripe[i] != 0 ? odds_[i] : -odds_[i];
-      sum += examples_.weight[i] * std::log1p(std::exp(-right));
+      sum += examples_.weight[i] * loss_of(i);
       weights += examples_.weight[i];
     }
     return sum / weights;

@@ -16,6 +16,9 @@ struct Examples {
   std::vector<detail::Evidence> evidence;
   std::vector<std::uint8_t> is_stripe;
   std::vector<float> weight;
+  /// Where given, squares of errors in sigmas: not whether it is the stripe is learnt, but the log
+  /// of their mean.
+  std::vector<float> squares;
 };
 
 struct BoostOptions {
@@ -32,12 +35,13 @@ struct BoostedTrees {
   detail::ChoiceForest forest() const { return {bias, trees}; }
 };
 
-/// Fits a sum of oblivious trees to the log loss: Newton boosting (Friedman 2001) over histograms
-/// of 64 quantiles, each tree on a random half of the examples and three quarters of the evidence.
-/// Minutes; prints the loss.
+/// Fits a sum of oblivious trees to the log loss, or to the likelihood of normal errors of that
+/// variance: Newton boosting (Friedman 2001) over histograms of 64 quantiles, each tree on a random
+/// half of the examples and three quarters of the evidence. Minutes; prints the loss.
 BoostedTrees boost(const Examples& examples, const BoostOptions& options);
 
-/// Writes what sdk/src/stripe/select/choice_trees.cpp includes. @param name First or Second.
+/// Writes what sdk/src/stripe/select/choice_trees.cpp includes. @param name First, Second or
+/// Scatter.
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path);
 
 }  // namespace striper::bench

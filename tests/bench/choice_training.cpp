@@ -3,20 +3,29 @@
 // sdk/src/stripe/select/choice_trees.cpp.
 //
 //     choice_training rows OUT rooms|off|sessions FIRST COUNT FRAMES [known|unknown] [turned]
-//     choice_training real OUT PART PARTS
-//     choice_training fit first|second OUT.inc TREES RATE ROWS...
+//     choice_training real OUT PART PARTS [each]
+//     choice_training fit first|second|scatter OUT.inc TREES RATE REAL ROWS...
 //
 // `rows` writes what every candidate of random scenes shows, and whether it is the stripe; with
 // `unknown` the model does not say how wide the stripe is; `turned` searches along the other axis,
 // where there is none. `real` writes each PARTS-th of the real pictures, from number PART; the
-// pictures with an even number are for development, the others held out. The first forest says
-// what is within 2.5 pixels or 1.2 widths of a stripe, the second one, whose rows must be written
-// by a program that has the first one in it and of other scenes, what is right as `ok` has it.
+// pictures with an even number are for development, the others held out; with `each`, a new
+// scanner sees each picture. REAL is the weight of what
+// files with "real" in their name hold.
 //
-// So were the present ones made: first, of rooms 1000 and sessions 2, of second, 2000:
-//     rows rooms_a rooms 1000 110 1; the 50 first ones unknown; all turned, known and unknown;
-//     rows sessions_a sessions 1000 10 0; real real_a 0 4; fit first first_forest.inc 100 .25
-//     the same from 2000 and real 2 4; fit second second_forest.inc 120 .2
+// The first forest says what is within 2.5 pixels or 1.2 widths of a stripe; the second one, what
+// is right as `ok` has it; the scatter forest, how much more than reckoned the position of a stripe
+// scatters. The rows of each must be written by a program that has those before it in it, and of
+// other scenes; those of scatter, by one whose scatter forest has no trees (fit with 0 of them);
+// and the second one's, last, by one with all of it.
+//
+// So were the present ones made, of pictures 1 for each room:
+//     first: rooms 1000 90, 1100 50 unknown, turned 1000 30, 1060 30 unknown; sessions 1000 12;
+//         real 0 4; fit first first_forest.inc 200 .2 2
+//     scatter: rooms 3000 110, 3200 40 unknown; sessions 3000 16;
+//         fit scatter scatter_forest.inc 80 .25 1
+//     second: rooms 2000 200, 2200 90 unknown, turned 2000 40, 2260 40 unknown; sessions 2000 30;
+//         real 2 4; fit second second_forest.inc 400 .15 3
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -25,7 +34,6 @@
 #include <functional>
 #include <iostream>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -52,6 +60,10 @@ constexpr double kNearPx = 2.5;
 constexpr double kNearWidths = 1.2;
 // What the first forest says less of is not looked at again.
 constexpr float kHopeless = -5.0F;
+// As little that its error is not looked at, of what was chosen.
+constexpr float kHopelessChosen = -2.0F;
+// Errors of more than ten sigmas are another thing than the stripe.
+constexpr float kLargestSquare = 100.0F;
 // Of what is no stripe the first forest sees one in so many.
 constexpr unsigned kSparse = 4;
 
@@ -59,6 +71,8 @@ struct Row {
   Evidence evidence;
   std::uint8_t is_near = 0;
   std::uint8_t is_right = 0;
+  float error_px = 0.0F;  // From the stripe, and the sigma that is or would be reported.
+  float sigma_px = 0.0F;
   std::uint8_t is_known = 1;  // 0: at an edge between two stripes, or of nothing known.
 };
 
@@ -107,6 +121,8 @@ void judge_by_truth(const Truth& truth, const Place& place, Row& row) {
   const double near_px = std::max(kNearPx, kNearWidths * place.width_px);
   row.is_right = judged.judgement == Judgement::kRight ? 1 : 0;
   row.is_known = judged.judgement != Judgement::kMixed ? 1 : 0;
+  row.error_px = static_cast<float>(judged.error_px);
+  row.sigma_px = static_cast<float>(place.sigma_px);
   row.is_near = row.is_right != 0 || std::abs(judged.error_px) < near_px ? 1 : 0;
 }
 
@@ -181,14 +197,16 @@ void write_real(const std::vector<std::string>& words) {
   const std::size_t part = std::stoul(words.at(2));
   const std::size_t parts = std::stoul(words.at(3));
   const std::vector<RealPicture> all = all_real_pictures();
+  const bool is_each = words.size() > 4 && words[4] == "each";
   std::unique_ptr<detail::ProfileExtractor> extractor;
   std::unique_ptr<AmbientStage> stage;
   std::string last;
   Stripe stripe;
   for (std::size_t i = 0; i < all.size(); ++i) {
+    if (is_each && i % parts != part) continue;
     const std::string folder = std::filesystem::path(all[i].file).parent_path().string() +
                                std::string(to_string(all[i].axis));
-    if (folder != last) {
+    if (folder != last || is_each) {
       last = folder;
       const ScannerOptions options = testing::RealSettings{}.options(all[i].axis);
       extractor = std::make_unique<detail::ProfileExtractor>(training_options(options.stripe));
@@ -204,33 +222,61 @@ void write_real(const std::vector<std::string>& words) {
   }
 }
 
-bench::Examples examples_of(const std::vector<std::string>& paths, bool is_second) {
+enum class Learnt { kNear, kRight, kScatter };
+
+Learnt learnt_by(const std::string& word) {
+  if (word == "first") return Learnt::kNear;
+  if (word == "second") return Learnt::kRight;
+  if (word == "scatter") return Learnt::kScatter;
+  throw Error(ErrorKind::kUsage, "fit " + word + " - expected first, second or scatter");
+}
+
+bool is_learnt_from(const Row& row, Learnt learnt) {
+  const float first = row.evidence.of[Evidence::kFirst];
+  if (row.is_known == 0) return false;
+  if (learnt == Learnt::kRight) return first >= kHopeless;
+  if (learnt != Learnt::kScatter) return true;
+  return row.is_near != 0 && row.sigma_px > 0.0F && first >= kHopelessChosen;
+}
+
+void add_example(const Row& row, Learnt learnt, float weight, bench::Examples& examples) {
+  examples.evidence.push_back(row.evidence);
+  examples.is_stripe.push_back(learnt == Learnt::kNear ? row.is_near : row.is_right);
+  examples.weight.push_back(weight);
+  if (learnt != Learnt::kScatter) return;
+  const float pull = row.error_px / row.sigma_px;
+  examples.squares.push_back(std::min(kLargestSquare, pull * pull));
+}
+
+bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt,
+                            float real_weight) {
   bench::Examples examples;
-  examples.kinds = is_second ? Evidence::kCount : Evidence::kFirstKinds;
-  std::mt19937 dice(3);
+  examples.kinds = learnt == Learnt::kNear ? Evidence::kFirstKinds : Evidence::kCount;
+  std::size_t sparse = 0;
   for (const std::string& path : paths) {
+    const bool is_real = path.find("real") != std::string::npos;
     std::ifstream file(path, std::ios::binary);
     for (Row row; file.read(reinterpret_cast<char*>(&row), sizeof row);) {
-      if (row.is_known == 0) continue;
-      if (is_second && row.evidence.of[Evidence::kFirst] < kHopeless) continue;
-      const std::uint8_t is_stripe = is_second ? row.is_right : row.is_near;
-      const bool is_sparse = !is_second && is_stripe == 0;
-      if (is_sparse && dice() % kSparse != 0) continue;
-      examples.evidence.push_back(row.evidence);
-      examples.is_stripe.push_back(is_stripe);
-      examples.weight.push_back(is_sparse ? static_cast<float>(kSparse) : 1.0F);
+      if (!is_learnt_from(row, learnt)) continue;
+      const bool is_sparse = learnt == Learnt::kNear && row.is_near == 0;
+      if (is_sparse && sparse++ % kSparse != 0) continue;
+      const float weight = is_sparse ? static_cast<float>(kSparse) : 1.0F;
+      add_example(row, learnt, is_real && !is_sparse ? real_weight : weight, examples);
     }
   }
   return examples;
 }
 
 void fit(const std::vector<std::string>& words) {
-  const bool is_second = words.at(1) == "second";
-  const bench::Examples examples = examples_of({words.begin() + 5, words.end()}, is_second);
+  const Learnt learnt = learnt_by(words.at(1));
+  const bench::Examples examples =
+      examples_of({words.begin() + 6, words.end()}, learnt, std::stof(words.at(5)));
   std::cout << examples.evidence.size() << " candidates\n";
   const bench::BoostOptions options{.trees = std::stoi(words.at(3)),
                                     .rate = std::stod(words.at(4))};
-  bench::write_trees(bench::boost(examples, options), is_second ? "Second" : "First", words.at(2));
+  constexpr std::array kNames{"First", "Second", "Scatter"};
+  bench::write_trees(bench::boost(examples, options), kNames[static_cast<std::size_t>(learnt)],
+                     words.at(2));
 }
 
 void run(const std::vector<std::string>& words) {

@@ -111,6 +111,7 @@ void AmbientStage::State::subtract(detail::HeldExposure& exposure,
   take_channel(exposure, wanted);
   lit.lit = exposure.channel.lit;
   lit.dark = exposure.channel.dark;
+  lit.is_dark_a_channel = any == nullptr && !lit.dark.empty();
   if (options.method == AmbientMethod::kTemporal) return subtract_background(exposure);
   if (any == nullptr) {
     if (!lit.dark.empty()) colour_difference.mend(lit, options.axis);

@@ -104,6 +104,11 @@ ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
   return images;
 }
 
+// Whether an exposure without the laser has taken the background away.
+bool is_background_subtracted(const LitFrame& frame) {
+  return !frame.dark.empty() && !frame.is_dark_a_channel;
+}
+
 double noise_dn_of(const PlanNoise& noise) {
   return std::sqrt((1.0 + noise.dark_noise_gain) *
                    noise.model.variance_dn2(noise.model.black_level_dn));
@@ -193,6 +198,7 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   if (!options_.excess_sigma_px) {
     texture_.add(width, known.has_value(), grid_across(frame.grid, options_.axis), stripe);
   }
+  if (!choice_.is_plain()) widen_by_evidence(stripe);
   if (options_.can_explain) keep_for_explanation(frame, noise, width, stripe);
 }
 
@@ -324,14 +330,14 @@ void ProfileExtractor::measure(const Current& current, const WidthModel& width) 
 // Whether the brightest thing of a line so often is another than that of the next that the stripe
 // may not be among the brightest pixels.
 bool ProfileExtractor::is_hidden_by_background(const LitFrame& frame) const {
-  if (!frame.dark.empty() || is_by_itself()) return false;
+  if (is_background_subtracted(frame) || is_by_itself()) return false;
   const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));
   return unclear > kMostUnclear * chunks_.lines();
 }
 
 // Whether the frame is not so plain that the highest peak of a line were the stripe.
 bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
-  return !is_hidden_ && frame.dark.empty() && !is_by_itself() && !choice_.is_plain();
+  return !is_hidden_ && !is_background_subtracted(frame) && !is_by_itself() && !choice_.is_plain();
 }
 
 void ProfileExtractor::choose_among_ridges(const Current& current, const WidthTracker& width) {
@@ -348,7 +354,10 @@ void ProfileExtractor::look_for_ridges(const Current& current, const WidthModel&
   const double reach =
       std::clamp(kRidgeReach * typical_width(width), kLeastRidgeReach, kMostRidgeReach);
   const int least_dn = std::max(2, static_cast<int>(kLeastRidge * current.noise_dn));
-  ridges_.find(current.frame.lit, options_.axis, static_cast<int>(std::ceil(reach)), least_dn);
+  const LitFrame& frame = current.frame;
+  if (!frame.dark.empty()) cv::subtract(frame.lit, frame.dark, difference_);
+  const cv::Mat& image = frame.dark.empty() ? frame.lit : difference_;
+  ridges_.find(image, options_.axis, static_cast<int>(std::ceil(reach)), least_dn);
   candidates_.take_ridges(ridges_);
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, current.noise, refine, BackgroundReach::kNarrow);
@@ -366,7 +375,7 @@ void ProfileExtractor::choose(const Current& current, const WidthTracker& width)
                               .is_width_known = options_.stripe_sigma_px || width.is_trusted(),
                               .is_by_itself = is_by_itself(),
                               .is_hidden = is_hidden_,
-                              .is_subtracted = !current.frame.dark.empty(),
+                              .is_subtracted = is_background_subtracted(current.frame),
                               .black_dn = static_cast<float>(current.noise.model.black_level_dn),
                               .frame = &current.frame,
                               .axis = options_.axis,
@@ -522,6 +531,13 @@ void ProfileExtractor::mark_blind_lines(const LitFrame& frame, Stripe& stripe) c
     if (stripe.status[i] != ReturnStatus::kNoStripe) continue;
     const int line = stripe.line[i];
     if (chunks_.is_partly_blind(line) || is_clipped(line)) stripe.status[i] = ReturnStatus::kBlind;
+  }
+}
+
+void ProfileExtractor::widen_by_evidence(Stripe& stripe) const {
+  if (options_.peak == PeakRule::kAll) return;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    stripe.sigma_px[i] *= choice_.of_line(stripe.line[i]).sigma_factor;
   }
 }
 

@@ -104,6 +104,7 @@ class ProfileExtractor : public StripeExtractor {
   void report(const Current& current, const WidthModel& width, Stripe& stripe);
   void mark_outliers(Stripe& stripe) const;
   void mark_blind_lines(const LitFrame& frame, Stripe& stripe) const;
+  void widen_by_evidence(Stripe& stripe) const;
   void add_other_errors(const ExcessScatter& excess, double step, Stripe& stripe) const;
 
   ExtractOptions options_;
@@ -116,6 +117,7 @@ class ProfileExtractor : public StripeExtractor {
   PeakList weak_;
   std::vector<std::size_t> weak_index_;
   bool is_hidden_ = false;  // The stripe, by the background: candidates are ridges.
+  cv::Mat difference_;      // Lit minus dark, in which ridges are looked for.
   Ridges ridges_;
   Limits limits_;
   int searched_from_px_ = 0;

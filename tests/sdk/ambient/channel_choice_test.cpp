@@ -120,6 +120,7 @@ TEST(ColourDifference, PlacesARealLineClippedToWhiteWhereItsOwnColourDoes) {
       LitFrame frame;
       frame.lit = images.lit;
       frame.dark = images.dark;
+      frame.is_dark_a_channel = !images.dark.empty();
       frame.full_scale_dn = 255;
       return frame;
     };

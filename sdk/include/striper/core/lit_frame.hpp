@@ -21,6 +21,9 @@ namespace striper {
 struct LitFrame {
   cv::Mat lit;       ///< CV_8UC1 or CV_16UC1.
   cv::Mat dark;      ///< Same size and type as `lit`, or empty: nothing to subtract.
+  /// Whether `dark` is another colour of the same exposure: what of the background is coloured
+  /// stays in `lit - dark`.
+  bool is_dark_a_channel = false;
   cv::Mat variance;  ///< CV_32FC1, DN^2: what motion and edges leave in `lit - dark`, beyond
                      ///< noise; may be empty.
   cv::Mat blind;     ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.

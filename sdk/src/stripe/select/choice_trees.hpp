@@ -19,7 +19,7 @@ struct ChoiceTree {
 
   std::array<std::uint8_t, kDepth> kind;  // Of the evidence.
   std::array<float, kDepth> limit;
-  std::array<std::int16_t, std::size_t{1} << kDepth> leaf;  // Log odds / kUnit.
+  std::array<std::int32_t, std::size_t{1} << kDepth> leaf;  // Log odds / kUnit.
 
   static constexpr float kUnit = 1e-3F;
 };
@@ -35,7 +35,37 @@ struct ChoiceForest {
 ChoiceForest first_forest() noexcept;
 ChoiceForest second_forest() noexcept;
 
+/// From the same evidence of what is the stripe: natural log of the variance of its position over
+/// that which was reckoned.
+ChoiceForest scatter_forest() noexcept;
+
 /// 2 ns a tree.
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept;
+
+/// The evidence of a few candidates, kind by kind.
+class EvidenceBatch {
+ public:
+  static constexpr std::size_t kMost = 16;
+
+  void add(const Evidence& evidence) noexcept {
+    for (std::size_t kind = 0; kind < Evidence::kCount; ++kind) {
+      of_[kind * kMost + count_] = evidence.of[kind];
+    }
+    ++count_;
+  }
+  void clear() noexcept { count_ = 0; }
+  bool is_full() const noexcept { return count_ == kMost; }
+  std::size_t count() const noexcept { return count_; }
+  const float* of(std::size_t kind) const noexcept { return of_.data() + kind * kMost; }
+
+ private:
+  alignas(64) std::array<float, kMost * Evidence::kCount> of_{};
+  std::size_t count_ = 0;
+};
+
+using BatchOdds = std::array<float, EvidenceBatch::kMost>;
+
+/// As `weigh`, of all of a batch at once: 6 ns a tree.
+void weigh(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) noexcept;
 
 }  // namespace striper::detail

@@ -16,7 +16,7 @@ struct Evidence {
     kLength,       ///< Log of its candidates,
     kSupport,      ///< and of those of all pieces that it is joined with.
     kRoughness,    ///< Its bends over what noise makes of them, log,
-    kBends,        ///< and in pixels.
+    kBends,        ///< and beyond it, in pixels.
     kWidth,        ///< Log of its mean width over the expected one.
     kWidthSpread,  ///< About its own mean.
     kHeight,       ///< Log of its height over the main pieces'.
@@ -51,11 +51,12 @@ struct Evidence {
     kOwnLight,     ///< As kLight,
     kOwnLightOff,  ///< and its difference from its piece's.
     kOwnGain,
-    kOwnSigma,      ///< Log of its error over its width.
-    kOwnLevelStep,  ///< Log by which the background changes to the neighbours of its piece.
-    kOwnSides,      ///< Rise above the brighter side over that above the darker one.
-    kOwnRank,       ///< How many candidates of its line are higher.
-    kOwnRivals,     ///< How many there are.
+    kOwnSigma,       ///< Log of its error over its width.
+    kOwnLevelStep,   ///< Log by which the background changes to the neighbours of its piece.
+    kOwnSides,       ///< Rise above the brighter side over that above the darker one.
+    kOwnRank,        ///< How many candidates of its line are higher.
+    kOwnRivals,      ///< How many there are.
+    kOwnHeightNear,  ///< Log, over those about it in its piece.
     // Once all have been weighed by what is above.
     kFirst,            ///< Log odds of the candidate,
     kFirstOfPiece,     ///< mean of its piece,
@@ -68,6 +69,11 @@ struct Evidence {
     kFirstHeight,
     kFirstLight,
     kFirstGain,
+    kFirstNear,       ///< Mean log odds of those about it in its piece,
+    kFirstNearRival,  ///< and of their rivals.
+    kFirstOfJoined,   ///< Best mean log odds of a piece that its piece is joined with,
+    kFirstJoined,     ///< and log of how many of their and its candidates are the stripe.
+    kFirstRunnerUp,   ///< Part of the lines whose second best is probably the stripe.
     kCount
   };
   static constexpr std::size_t kFirstKinds = kFirst;  ///< Those before anything was weighed.

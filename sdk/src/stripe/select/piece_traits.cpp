@@ -124,7 +124,8 @@ void PieceTraits::add_candidates(const StripePieces& pieces, const ChoiceContext
       t.width_spread += std::min(std::abs(c.width - b.width) / b.width, 1.0F);
     }
     if (!(link.bend_sigma > 0.0F)) continue;
-    t.bends += std::min(std::abs(link.bend), kLargestBend);
+    const float most = std::min(std::abs(link.bend), kLargestBend);
+    t.bends += most * most - link.bend_sigma * link.bend_sigma;
     const float allowed = link.bend_sigma * link.bend_sigma + kSurfaceBend * kSurfaceBend;
     t.roughness += std::min(link.bend * link.bend / allowed, kRoughest);
   }
@@ -151,7 +152,7 @@ void PieceTraits::finish(const StripePieces& pieces) {
     t.width = shows_width ? t.width / t.seen_widths : 0.0F;
     t.height_change /= links;
     t.width_spread /= links;
-    t.bends /= bends;
+    t.bends = std::sqrt(std::max(0.0F, t.bends / bends));
     t.roughness = fast_log2(1.0F + t.roughness / bends);
   }
 }

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stripe/select/choice_trees.hpp"
-
 namespace striper::detail {
 namespace {
 
@@ -32,8 +30,9 @@ constexpr float kLargestBend = 1.5F;
 
 // Beyond these log odds no frame of those that were learnt from can tell.
 constexpr float kMostLogOdds = 9.0F;
-// What is so improbable at first is not looked at again.
+// What is so improbable at first is not looked at again; nor is its error, of what was chosen.
 constexpr float kHopeless = -5.0F;
+constexpr float kHopelessChosen = -2.0F;
 constexpr float kLeastWidth = 0.05F;
 
 }  // namespace
@@ -43,9 +42,12 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
   pieces_.find(candidates, context.width, threshold);
   traits_.reserve(pieces_.most());
   for (std::vector<float>* some :
-       {&log_odds_, &scatter_px_, &backward_, &first_odds_, &first_rivals_}) {
+       {&log_odds_, &scatter_px_, &backward_, &first_odds_, &first_rivals_, &heights_,
+        &heights_near_, &first_near_, &first_near_rival_, &log_variance_}) {
     some->reserve(pieces_.most());
   }
+  mean_about_.reserve(pieces_.most());
+  batched_.reserve(EvidenceBatch::kMost);
   next_.reserve(pieces_.most());
   piece_odds_.reserve(pieces_.most());
   context_ = context;
@@ -63,18 +65,25 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
   weigh_first();
   weigh_again();
   choose_in_lines();
+  widen_chosen();
 }
 
 // Of a candidate and those about it, the mean square running along the piece both ways; what lies
-// off the line through two others varies half as much again as a position itself.
+// off the line through two others varies half as much again as a position itself. Noise is known:
+// of a single candidate what is more than three sigmas of it counts, of a mean what is more than
+// it.
 void StripeChoice::measure_scatter() {
   constexpr float kGain = 0.2F;
   constexpr float kPerPosition = 1.0F / 1.5F;
   const std::size_t size = pieces_.size();
+  constexpr float kBeyondNoise = 9.0F;
+  const auto noise = [&](std::size_t i) {
+    return pieces_.candidate(i).sigma * pieces_.candidate(i).sigma;
+  };
   const auto off = [&](std::size_t i) {
     const Link& link = pieces_.link(i);
     const float most = std::max(link.off_near, link.off_far);
-    return most * most;
+    return kPerPosition * most * most;
   };
   scatter_px_.resize(size);
   backward_.assign(size, 0.0F);
@@ -89,8 +98,9 @@ void StripeChoice::measure_scatter() {
     scatter_px_[i] = running + kGain * (off(i) - running);
   }
   for (std::size_t i = 0; i < size; ++i) {
-    const float about = std::max(off(i), std::max(scatter_px_[i], backward_[i]));
-    backward_[i] = std::sqrt(kPerPosition * about);
+    const float own = off(i) > kBeyondNoise * noise(i) ? off(i) : 0.0F;
+    const float about = std::max(own, std::max(scatter_px_[i], backward_[i]));
+    backward_[i] = std::sqrt(std::max(0.0F, about - noise(i)));
   }
   scatter_px_.swap(backward_);
 }
@@ -234,6 +244,8 @@ void StripeChoice::add_own(std::size_t candidate, Evidence& e) const noexcept {
   }
   e.of[Evidence::kOwnRank] = static_cast<float>(higher);
   e.of[Evidence::kOwnRivals] = static_cast<float>(last - first);
+  const float near = heights_near_[candidate];
+  e.of[Evidence::kOwnHeightNear] = near > Evidence::kUnknown ? look.height - near : 0.0F;
 }
 
 void StripeChoice::add_first(std::size_t candidate, Evidence& e) const noexcept {
@@ -254,6 +266,11 @@ void StripeChoice::add_first(std::size_t candidate, Evidence& e) const noexcept 
   e.of[Evidence::kFirstLight] = look.light - stripe_.light;
   const bool has_gain = look.gain > 0.5F * Evidence::kUnknown;
   e.of[Evidence::kFirstGain] = has_gain ? look.gain - stripe_.gain : Evidence::kUnknown;
+  e.of[Evidence::kFirstNear] = first_near_[candidate];
+  e.of[Evidence::kFirstNearRival] = first_near_rival_[candidate];
+  e.of[Evidence::kFirstOfJoined] = odds.of_joined;
+  e.of[Evidence::kFirstJoined] = fast_log2(1.0F + odds.joined);
+  e.of[Evidence::kFirstRunnerUp] = stripe_.runner_up;
 }
 
 Evidence StripeChoice::evidence(std::size_t candidate) const noexcept {
@@ -264,22 +281,32 @@ Evidence StripeChoice::evidence(std::size_t candidate) const noexcept {
   return e;
 }
 
+void StripeChoice::find_heights_near() {
+  heights_.resize(pieces_.size());
+  for (std::size_t i = 0; i < pieces_.size(); ++i) heights_[i] = traits_.of_candidate(i).height;
+  mean_about_.find(pieces_, heights_, Evidence::kUnknown, heights_near_);
+}
+
 void StripeChoice::weigh_first() {
+  find_heights_near();
   next_.assign(pieces_.size(), -1);
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     const std::int32_t before = pieces_.link(i).before;
     if (before >= 0) next_[static_cast<std::size_t>(before)] = static_cast<std::int32_t>(i);
   }
   first_odds_.resize(pieces_.size());
-  const ChoiceForest forest = first_forest();
+  batched_.clear();
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     Evidence e;
     add_piece(static_cast<std::size_t>(pieces_.link(i).piece), e);
     add_own(i, e);
-    first_odds_[i] = detail::weigh(forest, e);
+    add_to_batch(first_forest(), i, e, first_odds_);
   }
+  finish_batch(first_forest(), first_odds_);
   sum_up_first();
+  sum_up_joined();
   find_stripe_mean();
+  find_runner_up();
 }
 
 float StripeChoice::best_of_line(int line) const noexcept {
@@ -311,6 +338,46 @@ void StripeChoice::sum_up_first() {
     piece_odds_[p].before = best_of_line(piece.first_line - 1);
     piece_odds_[p].after = best_of_line(piece.last_line + 1);
   }
+  mean_about_.find(pieces_, first_odds_, Evidence::kUnknown, first_near_);
+  mean_about_.find(pieces_, first_rivals_, Evidence::kUnknown, first_near_rival_);
+}
+
+// Along the pieces that a straight line joins: forward, then back, so that each knows of all.
+void StripeChoice::sum_up_joined() {
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    PieceOdds& odds = piece_odds_[static_cast<std::size_t>(pieces_.link(i).piece)];
+    odds.joined += logistic(first_odds_[i]);
+  }
+  const auto join = [&](std::size_t from, std::size_t to) {
+    piece_odds_[to].of_joined = std::max(piece_odds_[to].of_joined, piece_odds_[from].own);
+  };
+  const std::size_t size = piece_odds_.size();
+  for (std::size_t p = 0; p < size; ++p) {
+    if (pieces_.pieces()[p].before < 0) continue;
+    const auto before = static_cast<std::size_t>(pieces_.pieces()[p].before);
+    join(before, p);
+    join(p, before);
+    piece_odds_[p].joined += piece_odds_[before].joined;
+  }
+  for (std::size_t p = size; p-- > 0;) {
+    if (pieces_.pieces()[p].before < 0) continue;
+    float& before = piece_odds_[static_cast<std::size_t>(pieces_.pieces()[p].before)].joined;
+    before = std::max(before, piece_odds_[p].joined);
+  }
+}
+
+void StripeChoice::find_runner_up() {
+  float sum = 0.0F;
+  for (int line = 0; line < pieces_.lines(); ++line) {
+    float best = Evidence::kUnknown;
+    float second = Evidence::kUnknown;
+    for (std::size_t i = pieces_.first_of(line); i < pieces_.first_of(line + 1); ++i) {
+      second = std::max(second, std::min(best, first_odds_[i]));
+      best = std::max(best, first_odds_[i]);
+    }
+    sum += logistic(second);
+  }
+  stripe_.runner_up = sum / static_cast<float>(std::max(1, pieces_.lines()));
 }
 
 void StripeChoice::find_stripe_mean() {
@@ -338,13 +405,28 @@ void StripeChoice::find_stripe_mean() {
 }
 
 void StripeChoice::weigh_again() {
-  log_odds_.resize(pieces_.size());
-  const ChoiceForest forest = second_forest();
+  log_odds_ = first_odds_;
+  batched_.clear();
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    log_odds_[i] = first_odds_[i];
-    if (first_odds_[i] < kHopeless) continue;
-    log_odds_[i] = std::min(kMostLogOdds, detail::weigh(forest, evidence(i)));
+    if (first_odds_[i] >= kHopeless) add_to_batch(second_forest(), i, evidence(i), log_odds_);
   }
+  finish_batch(second_forest(), log_odds_);
+  for (float& odds : log_odds_) odds = std::min(kMostLogOdds, odds);
+}
+
+void StripeChoice::add_to_batch(const ChoiceForest& forest, std::size_t candidate,
+                                const Evidence& evidence, std::vector<float>& odds) {
+  batch_.add(evidence);
+  batched_.push_back(candidate);
+  if (batch_.is_full()) finish_batch(forest, odds);
+}
+
+void StripeChoice::finish_batch(const ChoiceForest& forest, std::vector<float>& odds) {
+  BatchOdds weighed{};
+  detail::weigh(forest, batch_, weighed);
+  for (std::size_t n = 0; n < batched_.size(); ++n) odds[batched_[n]] = weighed[n];
+  batch_.clear();
+  batched_.clear();
 }
 
 // The candidates of a line exclude one another, and each is the stripe or not.
@@ -369,6 +451,25 @@ void StripeChoice::choose_in_lines() {
     if (chosen.candidate < 0) continue;
     chosen.confidence = logistic(best);
     chosen.rival = std::min(logistic(next), 1.0F - chosen.confidence);
+  }
+}
+
+// Beside edges, at ends and between textures a position is off by more than noise and its
+// neighbours tell; by how much, scenes with truth do.
+void StripeChoice::widen_chosen() {
+  log_variance_.assign(pieces_.size(), 0.0F);
+  batched_.clear();
+  for (const Chosen& chosen : chosen_) {
+    if (chosen.candidate < 0) continue;
+    const auto i = static_cast<std::size_t>(chosen.candidate);
+    if (log_odds_[i] < kHopelessChosen) continue;
+    add_to_batch(scatter_forest(), i, evidence(i), log_variance_);
+  }
+  finish_batch(scatter_forest(), log_variance_);
+  for (Chosen& chosen : chosen_) {
+    if (chosen.candidate < 0) continue;
+    const float more = log_variance_[static_cast<std::size_t>(chosen.candidate)];
+    chosen.sigma_factor = std::exp(0.5F * std::max(0.0F, more));
   }
 }
 

@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "stripe/select/choice_trees.hpp"
 #include "stripe/select/evidence.hpp"
+#include "stripe/select/mean_about.hpp"
 #include "stripe/select/piece_traits.hpp"
 #include "stripe/select/stripe_pieces.hpp"
 
@@ -23,6 +25,7 @@ class StripeChoice {
     float confidence = 0.0F;      // That it is the stripe.
     float rival = 0.0F;           // Confidence of the line's next best.
     std::int32_t rival_candidate = -1;
+    float sigma_factor = 1.0F;  // By which its sigma is too small, as such evidence had it.
   };
 
   /// Chooses among the candidates of a frame. @param threshold of significance.
@@ -64,17 +67,25 @@ class StripeChoice {
   struct PieceOdds {
     float own = 0.0F;  // Means.
     float rival = 0.0F;
+    float of_joined = Evidence::kUnknown;  // Best mean log odds of a piece it is joined with,
+    float joined = 0.0F;  // and how many candidates of it and them are probably the stripe.
     float before = Evidence::kUnknown;
     float after = Evidence::kUnknown;
   };
   // The mean look of what is probably the stripe, logs.
   struct StripeMean {
-    float coverage = 0.0F, width = 0.0F, height = 0.0F, light = 0.0F, gain = 0.0F;
+    float coverage = 0.0F, runner_up = 0.0F, width = 0.0F, height = 0.0F, light = 0.0F, gain = 0.0F;
   };
   void weigh_first();
   void weigh_again();
+  void add_to_batch(const ChoiceForest& forest, std::size_t candidate, const Evidence& evidence,
+                    std::vector<float>& odds);
+  void finish_batch(const ChoiceForest& forest, std::vector<float>& odds);
   void sum_up_first();
   void find_stripe_mean();
+  void find_runner_up();
+  void sum_up_joined();
+  void find_heights_near();
   float best_of_line(int line) const noexcept;
   void add_piece(std::size_t piece, Evidence& evidence) const noexcept;
   void add_own(std::size_t candidate, Evidence& evidence) const noexcept;
@@ -82,6 +93,7 @@ class StripeChoice {
   float level_step(std::size_t candidate) const noexcept;
   bool is_orderly() const noexcept;
   void choose_in_lines();
+  void widen_chosen();
   void choose_highest();
   void measure_scatter();
 
@@ -95,7 +107,11 @@ class StripeChoice {
   std::vector<std::int32_t> next_;                // Candidate after each in its piece; -1: none.
   std::vector<float> first_odds_, first_rivals_;  // Of each candidate.
   std::vector<float> log_odds_;
+  EvidenceBatch batch_;
+  std::vector<std::size_t> batched_;  // Its candidates.
   std::vector<float> scatter_px_, backward_;
+  MeanAbout mean_about_;
+  std::vector<float> heights_, heights_near_, first_near_, first_near_rival_, log_variance_;
   std::vector<Chosen> chosen_;
 };
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves: a batch is weighed as its candidates one by one, whatever the instruction set and however
+// full it is; the trees that are built in ask only for evidence that was there when they were made.
+#include "stripe/select/choice_trees.hpp"
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/instruction_sets.hpp"
+#include "support/random.hpp"
+
+namespace striper::detail {
+namespace {
+
+using striper::testing::uniform;
+
+Evidence any_evidence() {
+  Evidence evidence;
+  for (float& value : evidence.of) value = static_cast<float>(uniform(-6.0, 6.0));
+  return evidence;
+}
+
+void expect_batch_is_as_single(const ChoiceForest& forest) {
+  for (std::size_t count = 0; count <= EvidenceBatch::kMost; ++count) {
+    EvidenceBatch batch;
+    std::vector<float> single;
+    for (std::size_t n = 0; n < count; ++n) {
+      const Evidence evidence = any_evidence();
+      batch.add(evidence);
+      single.push_back(weigh(forest, evidence));
+    }
+    EXPECT_EQ(batch.is_full(), count == EvidenceBatch::kMost);
+    BatchOdds odds{};
+    weigh(forest, batch, odds);
+    for (std::size_t n = 0; n < count; ++n) EXPECT_NEAR(odds[n], single[n], 1e-5) << n;
+  }
+}
+
+TEST(ChoiceTrees, WeighABatchAsOneByOne) {
+  testing::for_each_instruction_set([] {
+    expect_batch_is_as_single(first_forest());
+    expect_batch_is_as_single(second_forest());
+  });
+}
+
+TEST(ChoiceTrees, AskForWhatIsThere) {
+  for (const ChoiceTree& tree : first_forest().trees) {
+    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kFirstKinds);
+  }
+  for (const ChoiceTree& tree : second_forest().trees) {
+    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
+  }
+}
+
+}  // namespace
+}  // namespace striper::detail
