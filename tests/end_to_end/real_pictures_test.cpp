@@ -116,18 +116,13 @@ std::map<ReturnStatus, double> parts_of_rover_columns(const ScannerOptions& opti
   return parts;
 }
 
-TEST(RealPictures, RoverFindsItsStripeInNearlyEveryColumn) {
+// Which of the columns are right is real_choice_test.cpp's to say.
+TEST(RealPictures, RoverHasOneWidthInNearlyEveryColumn) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
   auto paper = parts_of_rover_columns(paper_method(ScannerOptions()));
   EXPECT_GE(paper[ReturnStatus::kOk], 0.95);
-  // A tenth of the columns have a blob of colour noise about as bright as the stripe, which paper
-  // does not look for: it is told from the stripe by its neighbours only.
   auto refined = parts_of_rover_columns(ScannerOptions());
-  EXPECT_GE(refined[ReturnStatus::kOk], 0.87);
   EXPECT_LE(refined[ReturnStatus::kNarrow] + refined[ReturnStatus::kWide], 0.02);
-  ScannerOptions continuous;
-  continuous.stripe.peak = PeakRule::kContinuous;
-  EXPECT_GE(parts_of_rover_columns(continuous)[ReturnStatus::kOk], 0.96);
 }
 
 // ---- Pictures of a laser that is always on: no dark exposure may be seen in them.
@@ -205,8 +200,7 @@ INSTANTIATE_TEST_SUITE_P(
         AlwaysLitSet{"anugrah-step-scans", "Reference_31-07", StripeAxis::kRows},
         AlwaysLitSet{"b33-handheld-known-distance", "cal_theta_in", StripeAxis::kRows},
         AlwaysLitSet{"srv-green-laser-turntable", "laser_180717", StripeAxis::kRows},
-        AlwaysLitSet{"srv-green-laser-turntable", "turntable_180717_subset",
-                     StripeAxis::kRows},
+        AlwaysLitSet{"srv-green-laser-turntable", "turntable_180717_subset", StripeAxis::kRows},
         AlwaysLitSet{"neil-rover-striper", "*.jpg"}));
 
 }  // namespace

@@ -103,6 +103,7 @@ TEST(ColourDifference, PlacesARealLineClippedToWhiteWhereItsOwnColourDoes) {
   const auto extractor_of_rows = [] {
     ExtractOptions options;
     options.axis = StripeAxis::kRows;
+    options.each_line_by_itself = true;  // Where it is, not whether it is the stripe.
     return make_extractor(options);
   };
   const auto of_green = extractor_of_rows();
