@@ -112,6 +112,10 @@ nlohmann::json to_json(const ScanComparison& found) {
   json["expected_inside_1_96"] = found.expected_inside_1_96;
   json["bias_by_bearing"] = bins_json(found.bias_by_bearing, "from_deg", "to_deg", kDegree);
   json["bias_by_range"] = bins_json(found.bias_by_range, "from_m", "to_m", 1.0);
+  json["outliers"] = nlohmann::json::object();
+  for (const StatusOutliers& one : found.outliers)
+    json["outliers"][std::string(to_string(one.status))] = {{"compared", one.compared},
+                                                            {"outliers", one.outliers}};
   return json;
 }
 
@@ -135,6 +139,9 @@ std::string text_of(const ScanComparison& found) {
       "{:.1f} %\n",
       found.pull_mean, found.pull_sd, 100.0 * found.inside_1_96,
       100.0 * found.expected_inside_1_96);
+  for (const StatusOutliers& one : found.outliers)
+    text += fmt::format("{:14} {:6d} in view of it, {} more than 3 sigma off\n",
+                        to_string(one.status), one.compared, one.outliers);
   text += "bearing (degrees)     returns  median (mm)\n";
   for (const ComparisonBin& bin : found.bias_by_bearing)
     text += fmt::format("  {:7.1f} to {:7.1f}   {:6d}  {:+8.1f} +- {:.1f}\n", bin.from / kDegree,

@@ -2,6 +2,7 @@
 #include "compare/reference_lines.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Dense>
@@ -88,14 +89,66 @@ void ReferenceLines::split(std::size_t first, std::size_t last) {
   split(farthest, last);
 }
 
-// Two beams alone are as likely an edge that a beam has met with both sides of.
+// Two beams alone are as likely an edge that a beam has met with both sides of. A line of many
+// averages rounding, one of few follows what bends.
 void ReferenceLines::add_lines(std::size_t first, std::size_t last) {
-  constexpr std::size_t kNeighbours = 12;  // On either side: the line may yet bend a little.
+  constexpr std::array<std::size_t, 4> kNeighbours{12, 8, 5, 2};  // On either side.
+  constexpr double kSigmas = 2.0;                                 // A bend of no more is none.
+  while (last >= first + 3 && is_off(first, first + 1, last)) ++first;
+  while (last >= first + 3 && is_off(last, first, last - 1)) --last;
   if (last < first + 2) return;
   for (std::size_t i = first; i < last; ++i) {
-    const std::size_t from = i > first + kNeighbours ? i - kNeighbours : first;
-    lines_[i] = line_through(from, std::min(last, i + 1 + kNeighbours));
+    for (const std::size_t neighbours : kNeighbours) {
+      const std::size_t from = i > first + neighbours ? i - neighbours : first;
+      const std::size_t to = std::min(last, i + 1 + neighbours);
+      lines_[i] = line_through(from, to);
+      const double bend = bend_m(from, to, lines_[i]);
+      lines_[i].bend_m =
+          std::sqrt(std::max(0.0, bend * bend - sigma_m(lines_[i]) * sigma_m(lines_[i])));
+      if (bend <= kSigmas * sigma_m(lines_[i])) break;
+    }
   }
+}
+
+// Whether a beam at the end of a piece is not of its surface: it has met the edge.
+bool ReferenceLines::is_off(std::size_t end, std::size_t first, std::size_t last) const {
+  constexpr std::size_t kNearest = 6;
+  if (end < first) {
+    last = std::min(last, first + kNearest);
+  } else if (last > first + kNearest) {
+    first = last - kNearest;
+  }
+  const ReferenceLine line = line_through(first, last);
+  const double tolerance_m =
+      kStraight_m + 0.75 * options_.reference_quantum_m + 3.0 * beams_[end].sigma_m;
+  return std::abs(line.normal.dot(beams_[end].point - line.point)) > tolerance_m;
+}
+
+// How far the parabola through the beams is from the line, where it is farthest but for the ends.
+double ReferenceLines::bend_m(std::size_t first, std::size_t last,
+                              const ReferenceLine& line) const {
+  const auto count = static_cast<double>(last - first + 1);
+  const Eigen::Vector2d along(-line.normal.y(), line.normal.x());
+  const auto square = [&](std::size_t i) {
+    const double t = along.dot(beams_[i].point - line.point);
+    return t * t;
+  };
+  double mean = 0.0;
+  for (std::size_t i = first; i <= last; ++i) mean += square(i) / count;
+  double product = 0.0;
+  double squares = 0.0;
+  for (std::size_t i = first; i <= last; ++i) {
+    const double t2 = square(i) - mean;
+    product += t2 * line.normal.dot(beams_[i].point - line.point);
+    squares += t2 * t2;
+  }
+  return squares > 0.0 ? std::abs(product / squares) * mean : 0.0;
+}
+
+// Of a line across itself in its middle.
+double ReferenceLines::sigma_m(const ReferenceLine& line) const {
+  const double quantum_m = options_.reference_quantum_m;
+  return std::sqrt(line.sigma_m * line.sigma_m + quantum_m * quantum_m / 12.0 / line.roundings);
 }
 
 ReferenceLine ReferenceLines::line_through(std::size_t first, std::size_t last) const {
@@ -119,7 +172,12 @@ ReferenceLine ReferenceLines::line_through(std::size_t first, std::size_t last) 
   line.roundings = independent_roundings(first, last);
   const double quantum_m = options_.reference_quantum_m;
   const double rounding2 = quantum_m * quantum_m / 12.0 * count / line.roundings;
-  line.sigma_normal_rad = std::sqrt((variance + rounding2) / axes.eigenvalues()[1]);
+  const double spread2_m2 = axes.eigenvalues()[1];
+  line.sigma_normal_rad = std::sqrt((variance + rounding2) / spread2_m2);
+  // Along a straight surface rounding is a sawtooth: of R teeth over a length L it turns the line
+  // by about 0.6 / R of a step over L, one sigma.
+  const double turn = 0.6 * quantum_m / line.roundings;
+  line.sigma_turn_rad = std::sqrt((variance + turn * turn * count / 12.0) / spread2_m2);
   return line;
 }
 
@@ -155,6 +213,9 @@ ReferenceLine ReferenceLines::about(const Eigen::Vector2d& p_reference, double g
   if (lines_[first].status != ReferenceLine::Status::kFound) return line;
   line = lines_[first];
   line.ray = p_reference / range_m;
+  const Eigen::Vector2d along(-line.normal.y(), line.normal.x());
+  line.sigma_off_m =
+      std::hypot(line.sigma_turn_rad * along.dot(p_reference - line.point), line.bend_m);
   // A surface that the reference sees from its edge has no range to compare.
   constexpr double kSteepest = 0.17;  // 80 degrees.
   if (std::abs(line.normal.dot(line.ray)) < kSteepest)

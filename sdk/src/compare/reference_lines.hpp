@@ -21,6 +21,9 @@ struct ReferenceLine {
   Eigen::Vector2d ray = Eigen::Vector2d::Zero();     // Unit length, from the reference.
   double sigma_m = 0.0;                              // Random, along the ray.
   double sigma_normal_rad = 0.0;                     // Of the normal's direction.
+  double sigma_turn_rad = 0.0;  // The same of a straight surface, where rounding is no chance.
+  double bend_m = 0.0;          // How far the surface is from the line, off its ends and middle.
+  double sigma_off_m = 0.0;     // Across the line, where it was asked for: of direction and bend.
   double roundings = 1.0;  // Over how many independent ones the reference's rounding is averaged.
 };
 
@@ -45,6 +48,9 @@ class ReferenceLines {
   bool is_joined(std::size_t first) const;
   void split(std::size_t first, std::size_t last);
   void add_lines(std::size_t first, std::size_t last);
+  bool is_off(std::size_t end, std::size_t first, std::size_t last) const;
+  double bend_m(std::size_t first, std::size_t last, const ReferenceLine& line) const;
+  double sigma_m(const ReferenceLine& line) const;
   ReferenceLine line_through(std::size_t first, std::size_t last) const;
   double independent_roundings(std::size_t first, std::size_t last) const;
 

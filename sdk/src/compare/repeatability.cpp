@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -15,6 +14,11 @@ double across_px(const PolarScan& scan, const Return& one) {
   return scan.axis == StripeAxis::kColumns ? one.v_px : one.u_px;
 }
 
+// And along it: the line.
+double along_px(const PolarScan& scan, const Return& one) {
+  return scan.axis == StripeAxis::kColumns ? one.u_px : one.v_px;
+}
+
 bool is_good(const Return& one) {
   return one.status == ReturnStatus::kOk && std::isfinite(one.range_m);
 }
@@ -26,16 +30,25 @@ struct Sums {
   double pixel_m = 0.0;
 };
 
+void add(const PolarScan& scan, const Return& a, const Return& b, Sums& sums) {
+  const double pixel_m = a.range_far_m - a.range_near_m;  // Half a pixel to either side.
+  if (!is_good(a) || !is_good(b) || !std::isfinite(pixel_m)) return;
+  ++sums.changes;
+  sums.change_px += std::abs(across_px(scan, a) - across_px(scan, b));
+  sums.change_m += std::abs(a.range_m - b.range_m);
+  sums.pixel_m += pixel_m;
+}
+
+// Of the same line each, in their order: scans may have lines without a return, or leave them out.
 void add(const PolarScan& before, const PolarScan& after, Sums& sums) {
-  for (std::size_t i = 0; i < std::min(before.returns.size(), after.returns.size()); ++i) {
-    const Return& a = before.returns[i];
-    const Return& b = after.returns[i];
-    const double pixel_m = a.range_far_m - a.range_near_m;  // Half a pixel to either side.
-    if (!is_good(a) || !is_good(b) || !std::isfinite(pixel_m)) continue;
-    ++sums.changes;
-    sums.change_px += std::abs(across_px(before, a) - across_px(after, b));
-    sums.change_m += std::abs(a.range_m - b.range_m);
-    sums.pixel_m += pixel_m;
+  auto b = after.returns.begin();
+  for (const Return& a : before.returns) {
+    const double line = along_px(before, a);
+    while (b != after.returns.end() && along_px(after, *b) < line) ++b;
+    if (b == after.returns.end()) return;
+    if (along_px(after, *b) > line) continue;
+    add(before, a, *b, sums);
+    ++b;
   }
 }
 

@@ -102,7 +102,8 @@ class Matcher {
     const double own_m = pair.along_ray * point.sigma_m;
     const double other_m = on_ray * line.sigma_m;
     pair.sigma_m =
-        std::sqrt(own_m * own_m + other_m * other_m + pair.rounding_m * pair.rounding_m / 3.0);
+        std::sqrt(own_m * own_m + other_m * other_m + line.sigma_off_m * line.sigma_off_m +
+                  pair.rounding_m * pair.rounding_m / 3.0);
     const auto jacobian = [&](const Eigen::Vector2d& normal) {
       Eigen::Vector4d result;
       result.head<2>() = -(normal.transpose() * to_reference).transpose();
@@ -322,22 +323,47 @@ void add_pulls(ScanComparison& comparison) {
   comparison.expected_inside_1_96 /= count;
 }
 
-std::vector<Point> points_of(std::span<const PolarScan> scans, DroppedReturns& dropped) {
+Point point_of(const Return& one) {
+  const double calibration_m = std::isfinite(one.sigma_cal_m) ? one.sigma_cal_m : 0.0;
+  const double random_m = std::isfinite(one.sigma_m) ? one.sigma_m : 0.0;
+  return {one.range_m * Eigen::Vector2d(std::cos(one.bearing_rad), std::sin(one.bearing_rad)),
+          std::max(1e-5, std::hypot(random_m, calibration_m))};
+}
+
+std::vector<Point> points_of(std::span<const PolarScan> scans, ReturnStatus status) {
   std::vector<Point> points;
   for (const PolarScan& scan : scans) {
     for (const Return& one : scan.returns) {
-      if (one.status != ReturnStatus::kOk || !std::isfinite(one.range_m)) {
-        ++dropped.status;
-        continue;
-      }
-      const double calibration_m = std::isfinite(one.sigma_cal_m) ? one.sigma_cal_m : 0.0;
-      const double random_m = std::isfinite(one.sigma_m) ? one.sigma_m : 0.0;
-      points.push_back(
-          {one.range_m * Eigen::Vector2d(std::cos(one.bearing_rad), std::sin(one.bearing_rad)),
-           std::max(1e-5, std::hypot(random_m, calibration_m))});
+      if (one.status == status && std::isfinite(one.range_m)) points.push_back(point_of(one));
     }
   }
   return points;
+}
+
+int returns_of(std::span<const PolarScan> scans) {
+  int count = 0;
+  for (const PolarScan& scan : scans) count += static_cast<int>(scan.returns.size());
+  return count;
+}
+
+std::vector<StatusOutliers> outliers_of(std::span<const PolarScan> scans,
+                                        const ReferenceLines& lines, const CompareOptions& options,
+                                        const Unknowns& at) {
+  constexpr double kOutlier = 3.0;       // Sigmas.
+  constexpr double kAnywhere_m = 100.0;  // However far off.
+  std::vector<StatusOutliers> result;
+  for (int k = 0; k < kReturnStatusCount; ++k) {
+    StatusOutliers outcome;
+    outcome.status = static_cast<ReturnStatus>(k);
+    const Matcher matcher(points_of(scans, outcome.status), lines, options);
+    for (const Pair& pair : matcher.pairs(at, kAnywhere_m, nullptr)) {
+      if (pair.residual_m < -options.gate_m) continue;  // Hidden from the reference.
+      ++outcome.compared;
+      outcome.outliers += std::abs(pair.residual_m) > kOutlier * pair.sigma_m ? 1 : 0;
+    }
+    if (outcome.compared > 0) result.push_back(outcome);
+  }
+  return result;
 }
 
 std::vector<Point> thinned(const std::vector<Point>& points, std::size_t most) {
@@ -395,7 +421,8 @@ ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& 
   constexpr std::size_t kCoarsePoints = 200;
   ScanComparison comparison;
   const ReferenceLines lines(reference, options);
-  const std::vector<Point> points = points_of(scans, comparison.dropped);
+  const std::vector<Point> points = points_of(scans, ReturnStatus::kOk);
+  comparison.dropped.status = returns_of(scans) - static_cast<int>(points.size());
   const Matcher fine(points, lines, options);
   const Fit fit = search(Matcher(thinned(points, kCoarsePoints), lines, options), fine);
   if (fit.score < 0.0)
@@ -407,6 +434,7 @@ ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& 
   add_pose(fit.unknowns, covariance_of(pairs, options.reference_offset), options.reference_offset,
            comparison);
   require_trustworthy(comparison.pose);
+  comparison.outliers = outliers_of(scans, lines, options, fit.unknowns);
   comparison.pairs = compared(fine, pairs);
   add_pulls(comparison);
   comparison.bias_by_bearing =

@@ -78,6 +78,16 @@ struct ComparisonBin {
   double sigma_m = 0.0;   ///< Of that median.
 };
 
+/// What returns of one status are worth: good ones should have next to no outliers, and those that
+/// are doubtful for a reason, many.
+struct StatusOutliers {
+  ReturnStatus status = ReturnStatus::kOk;
+  /// Those in whose direction the reference has a surface: however far before it, or as far behind
+  /// it as the gate.
+  int compared = 0;
+  int outliers = 0;  ///< Farther from it than three sigma of what both state.
+};
+
 /// What a comparison says. @see compare_scans
 struct ScanComparison {
   PlanarPose pose;                           ///< T_scan_reference.
@@ -91,6 +101,7 @@ struct ScanComparison {
   double expected_inside_1_96 = 0.0;           ///< What the stated errors predict.
   std::vector<ComparisonBin> bias_by_bearing;  ///< rad.
   std::vector<ComparisonBin> bias_by_range;    ///< m.
+  std::vector<StatusOutliers> outliers;        ///< Of each status that has ranges, in their order.
 };
 
 /// Compares scans with one of another scanner that stands elsewhere and sees differently.
