@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper compare: scans against those of another scanner, or against themselves.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/compare/centroid_repeatability.hpp>
 #include <striper/compare/scan_comparison.hpp>
 #include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
@@ -224,6 +226,17 @@ ExitCode compare_with_reference(const CompareArguments& arguments) {
   return ExitCode::kDone;
 }
 
+constexpr double kPapersChange_px = 0.3;
+constexpr std::array kStripeSigmas_px{0.7, 1.2, 2.0};
+
+// At which ratio of signal to noise a three-pixel centroid changes as much as the paper's.
+nlohmann::json centroid_snrs() {
+  nlohmann::json json = nlohmann::json::array();
+  for (const double sigma_px : kStripeSigmas_px)
+    json.push_back({{"sigma_px", sigma_px}, {"snr", centroid_snr(sigma_px, kPapersChange_px)}});
+  return json;
+}
+
 ExitCode compare_repeats(const CompareArguments& arguments) {
   const ScanRepeatability found = repeatability(read_scans(arguments.scans));
   if (arguments.json)
@@ -231,12 +244,19 @@ ExitCode compare_repeats(const CompareArguments& arguments) {
                 {"mean_change_m", found.mean_change_m},
                 {"mean_pixel_m", found.mean_pixel_m},
                 {"ratio", found.ratio},
-                {"changes", found.changes}});
+                {"changes", found.changes},
+                {"centroid_snr_at_0_3", centroid_snrs()}});
   else
     fmt::print(
         "from scan to scan a range changes by {:.2f} mm on average, {:.3f} of a pixel ({:.2f} "
         "mm); {} changes\n",
         1e3 * found.mean_change_m, found.ratio, 1e3 * found.mean_pixel_m, found.changes);
+  if (!arguments.json)
+    for (const double sigma_px : kStripeSigmas_px)
+      fmt::print(
+          "the paper's 0.3: a three-pixel centroid of a stripe of sigma {:.1f} px at SNR "
+          "{:.0f}\n",
+          sigma_px, centroid_snr(sigma_px, kPapersChange_px));
   return ExitCode::kDone;
 }
 

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <striper/compare/centroid_repeatability.hpp>
+#include <striper/core/error.hpp>
+
+namespace striper {
+namespace {
+
+constexpr int kReach = 12;  // Pixels on either side.
+constexpr int kPhases = 64;
+constexpr int kPeakSteps = 32;
+// Gauss's three points of a normal distribution.
+constexpr std::array kPlaces{-1.7320508, 0.0, 1.7320508};
+constexpr std::array kWeights{1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0};
+
+double density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi); }
+double below(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+using Profile = std::array<double, 2 * kReach + 1>;
+
+// A Gaussian of height 1 as the pixels integrate it.
+Profile profile_of(double sigma_px, double phase_px) {
+  Profile profile{};
+  for (int k = -kReach; k <= kReach; ++k) {
+    const double from = (k - 0.5 - phase_px) / sigma_px;
+    const double to = (k + 0.5 - phase_px) / sigma_px;
+    profile[static_cast<std::size_t>(k + kReach)] =
+        sigma_px * std::sqrt(2.0 * std::numbers::pi) * (below(to) - below(from));
+  }
+  return profile;
+}
+
+struct Outcome {
+  double position_px;
+  double chance;
+};
+
+class Centroids {
+ public:
+  Centroids(const Profile& profile, double noise) : profile_(profile), noise_(noise) {}
+
+  // Where the centroid may be, in rising order.
+  std::vector<Outcome> outcomes() {
+    const double highest = *std::max_element(profile_.begin(), profile_.end());
+    for (std::size_t k = 1; k + 1 < profile_.size(); ++k) {
+      if (profile_[k] > highest - 6.0 * noise_) add_peak(k);
+    }
+    std::sort(outcomes_.begin(), outcomes_.end(),
+              [](const Outcome& a, const Outcome& b) { return a.position_px < b.position_px; });
+    return outcomes_;
+  }
+
+ private:
+  static constexpr double kLeastChance = 1e-6;
+
+  void add_peak(std::size_t k) {
+    constexpr double kSigmas = 4.5;
+    constexpr double kStep = 2.0 * kSigmas / kPeakSteps;
+    for (int n = 0; n < kPeakSteps; ++n) {
+      const double z = kStep * (n + 0.5) - kSigmas;
+      const double peak = profile_[k] + noise_ * z;
+      double chance = kStep * density(z);
+      for (std::size_t j = 0; j < profile_.size(); ++j) {
+        if (j != k) chance *= below((peak - profile_[j]) / noise_);
+      }
+      if (chance > kLeastChance) add_neighbours(k, peak, chance);
+    }
+  }
+
+  // Both are as they are, but less than the peak; and less than nothing counts as nothing.
+  void add_neighbours(std::size_t k, double peak, double chance) {
+    const auto before = values_below(peak, profile_[k - 1]);
+    const auto after = values_below(peak, profile_[k + 1]);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      for (std::size_t j = 0; j < after.size(); ++j) {
+        const double sum = before[i] + peak + after[j];
+        outcomes_.push_back({static_cast<double>(k) + (after[j] - before[i]) / sum,
+                             chance * kWeights[i] * kWeights[j]});
+      }
+    }
+  }
+
+  // Three that stand for a normal distribution cut off at the peak, by its mean and variance.
+  std::array<double, kPlaces.size()> values_below(double peak, double mean) const {
+    const double cut = (peak - mean) / noise_;
+    const double hazard = density(cut) / std::max(below(cut), 1e-12);
+    const double own_mean = mean - noise_ * hazard;
+    const double own_sigma =
+        noise_ * std::sqrt(std::max(0.0, 1.0 - cut * hazard - hazard * hazard));
+    std::array<double, kPlaces.size()> values{};
+    for (std::size_t i = 0; i < kPlaces.size(); ++i)
+      values[i] = std::max(0.0, own_mean + own_sigma * kPlaces[i]);
+    return values;
+  }
+
+  const Profile& profile_;
+  double noise_;
+  std::vector<Outcome> outcomes_;
+};
+
+// Of two that are drawn from the outcomes, by running sums.
+double mean_distance(const std::vector<Outcome>& outcomes) {
+  double sum = 0.0;
+  double chance = 0.0;
+  double moment = 0.0;
+  for (const Outcome& outcome : outcomes) {
+    sum += 2.0 * outcome.chance * (outcome.position_px * chance - moment);
+    chance += outcome.chance;
+    moment += outcome.chance * outcome.position_px;
+  }
+  return sum / (chance * chance);
+}
+
+void require(const char* name, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  throw Error(ErrorKind::kBadValue,
+              fmt::format("{} is {:g}, expected {:g} to {:g}", name, value, least, most));
+}
+
+}  // namespace
+
+double centroid_change_px(double sigma_px, double snr) {
+  require("sigma_px", sigma_px, 0.3, 5.0);
+  require("snr", snr, 2.0, 1e6);
+  double sum = 0.0;
+  for (int n = 0; n < kPhases; ++n) {
+    const Profile profile = profile_of(sigma_px, (n + 0.5) / kPhases - 0.5);
+    sum += mean_distance(Centroids(profile, 1.0 / snr).outcomes());
+  }
+  return sum / kPhases;
+}
+
+double centroid_snr(double sigma_px, double change_px) {
+  require("change_px", change_px, 0.02, 1.0);
+  double low = 2.0;
+  double high = 2e4;
+  while (high > 1.005 * low) {
+    const double middle = std::sqrt(low * high);
+    (centroid_change_px(sigma_px, middle) > change_px ? low : high) = middle;
+  }
+  return std::sqrt(low * high);
+}
+
+}  // namespace striper
