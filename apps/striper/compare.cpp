@@ -2,7 +2,10 @@
 // striper compare: scans against those of another scanner, or against themselves.
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -15,13 +18,15 @@
 #include <striper/compare/scan_comparison.hpp>
 #include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
-#include <striper/scan/scan_csv.hpp>
+#include <striper/model/model_yaml.hpp>
+#include <striper/scans/open_scans.hpp>
 
 #include "option_bounds.hpp"
 #include "program.hpp"
 #include "summary.hpp"
 #include "svg_chart.hpp"
 #include "terminal.hpp"
+#include "terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -31,6 +36,9 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 struct CompareArguments {
   std::string scans;
   std::optional<std::string> reference;
+  std::optional<std::string> model;
+  int frames = 50;
+  double sigma_m = std::numeric_limits<double>::quiet_NaN();
   bool repeat = false;
   bool reference_offset = false;
   double reference_quantum_m = 0.0;
@@ -46,15 +54,29 @@ constexpr const char* kExamples =
     "  striper compare scans.csv sick.csv --reference-offset --reference-quantum 0.01\n"
     "      where the other scanner stands, and how the ranges differ; it rounds to 1 cm\n"
     "  striper compare scans.csv sick.csv --plot compare.svg\n"
-    "  striper compare --repeat scans.csv     how much a still scene's ranges change\n\n"
-    "Scans are CSV (CONVENTIONS.md); of the reference only frame, time_s, bearing_rad and range_m\n"
-    "must be there, and its first scan is taken. It may stand 0.6 m and 20 degrees away.\n"
+    "  striper compare --repeat scans.csv     how much a still scene's ranges change\n"
+    "  striper compare --repeat v4l2:/dev/video0 --model striper.yaml --frames 100\n\n"
+    "Scans are a recording (CONVENTIONS.md), or what a source gives with --model; of a CSV only "
+    "frame,\n"
+    "time_s, bearing_rad and range_m must be there. The reference's first scan is taken. It may\n"
+    "stand 0.6 m and 20 degrees away.\n"
     "Exit code 3 where what both see does not determine that.";
 
 void define(CLI::App& command, CompareArguments& arguments) {
-  command.add_option("SCANS", arguments.scans, "Scans of the striper, CSV")->required();
-  auto* const reference =
-      command.add_option("REFERENCE", arguments.reference, "A scan of another scanner, CSV");
+  command
+      .add_option("SCANS", arguments.scans,
+                  "Scans of the striper: a recording, or a source and --model")
+      ->required();
+  auto* const reference = command.add_option("REFERENCE", arguments.reference,
+                                             "A scan of another scanner, a recording");
+  command.add_option("--model", arguments.model, "Of the striper, for a source of frames")
+      ->type_name("FILE");
+  command.add_option("--frames", arguments.frames, "How many scans of a source that does not end")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
+      ->type_name("M")
+      ->check(between(0.0, 1.0));
   command.add_flag("--repeat", arguments.repeat, "Compare each scan with the next")
       ->excludes(reference);
   command.add_flag("--reference-offset", arguments.reference_offset,
@@ -70,12 +92,27 @@ void define(CLI::App& command, CompareArguments& arguments) {
   command.footer(kExamples);
 }
 
-std::vector<PolarScan> read_scans(const std::string& path) {
-  ScanCsvReader reader(path);
+// All of a recording, or so many of what does not end.
+std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments& arguments) {
+  const TerminalEvents events;
+  std::shared_ptr<const StriperModel> model;
+  if (arguments.model) model = std::make_shared<StriperModel>(load_model(*arguments.model));
+  const auto source = open_scans(uri, model, std::nullopt, events.port());
+  const std::size_t most = source->info().source.is_live
+                               ? static_cast<std::size_t>(arguments.frames)
+                               : std::numeric_limits<std::size_t>::max();
   std::vector<PolarScan> scans;
   PolarScan scan;
-  while (reader.next(scan)) scans.push_back(scan);
-  if (scans.empty()) throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", path));
+  while (scans.size() < most && !stop_requested()) {
+    const NextStatus status = source->next(scan, std::chrono::milliseconds(100));
+    if (status == NextStatus::kTimeout) continue;
+    if (status != NextStatus::kFrame) break;
+    for (Return& one : scan.returns) {
+      if (!std::isfinite(one.sigma_m)) one.sigma_m = arguments.sigma_m;
+    }
+    scans.push_back(scan);
+  }
+  if (scans.empty()) throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", uri));
   return scans;
 }
 
@@ -208,8 +245,8 @@ SvgChart differences_of(const ScanComparison& found) {
 }
 
 ExitCode compare_with_reference(const CompareArguments& arguments) {
-  const std::vector<PolarScan> scans = read_scans(arguments.scans);
-  const PolarScan reference = read_scans(*arguments.reference).front();
+  const std::vector<PolarScan> scans = read_scans(arguments.scans, arguments);
+  const PolarScan reference = read_scans(*arguments.reference, arguments).front();
   CompareOptions options;
   options.reference_offset = arguments.reference_offset;
   options.reference_quantum_m = arguments.reference_quantum_m;
@@ -238,7 +275,7 @@ nlohmann::json centroid_snrs() {
 }
 
 ExitCode compare_repeats(const CompareArguments& arguments) {
-  const ScanRepeatability found = repeatability(read_scans(arguments.scans));
+  const ScanRepeatability found = repeatability(read_scans(arguments.scans, arguments));
   if (arguments.json)
     print_json({{"mean_change_px", found.mean_change_px},
                 {"mean_change_m", found.mean_change_m},

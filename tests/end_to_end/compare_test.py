@@ -68,6 +68,20 @@ class Compare(InScratch):
         self.assertLess(found["ratio"], 0.3)
         self.assertAlmostEqual(found["mean_change_m"] / found["mean_pixel_m"], found["ratio"], delta=1e-9)
 
+    def test_scans_a_source_on_the_way(self):
+        room = ("compare", "--repeat", f"images:{self.path('room')}")
+        scanned = json.loads(striper(*room, "--model", self.path("room", "model.yaml"), "--json").stdout)
+        read = json.loads(striper("compare", "--repeat", self.scans, "--json").stdout)
+        self.assertEqual(scanned["changes"], read["changes"])
+        self.assertAlmostEqual(scanned["mean_change_m"], read["mean_change_m"], delta=1e-9)
+        self.assertIn("a model makes scans of them", striper(*room, code=2).stderr)
+
+    def test_takes_an_error_for_ranges_without_one(self):
+        reference = self.seen_from_elsewhere(0.001)
+        found = [json.loads(striper("compare", self.scans, reference, "--sigma", sigma_m, "--json").stdout)
+                 for sigma_m in (0.0005, 0.01)]
+        self.assertGreater(found[0]["pull_sd"], 1.5 * found[1]["pull_sd"])
+
     def test_refuses_what_cannot_be_compared(self):
         one_wall = "frame,time_s,bearing_rad,range_m\n" + "".join(
             f"0,0,{0.01 * n},{2 / math.cos(0.01 * n)}\n" for n in range(-80, 81))
