@@ -18,7 +18,7 @@ using striper::program::ExitCode;
 
 // One line per subcommand, in the order of `striper --help`.
 constexpr std::array kCommands{
-    striper::program::add_capture,   striper::program::add_serve,    striper::program::add_record,
+    striper::program::add_capture,   striper::program::add_serve,   striper::program::add_record,
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_calibrate,
 #endif

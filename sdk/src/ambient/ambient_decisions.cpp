@@ -209,8 +209,8 @@ void AmbientStage::State::judge_given_at_end() {
 
 void AmbientStage::State::contradict_given(EventCode code, const std::string& what) {
   is_judged = true;
-  send_once({code,
-             fmt::format("the cadence '{}' was given, but {}", options.cadence.to_string(), what)});
+  send_once(
+      {code, fmt::format("the cadence '{}' was given, but {}", options.cadence.to_string(), what)});
 }
 
 void AmbientStage::State::contradict_given(const Cadence& shown) {

@@ -9,8 +9,8 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
-#include <striper/stream/sinks/csv_sink.hpp>
 #include <striper/stream/open_sink.hpp>
+#include <striper/stream/sinks/csv_sink.hpp>
 
 #include "stream/sinks/built_in.hpp"
 

@@ -3,9 +3,7 @@
 
 namespace striper::wire {
 
-std::uint8_t return_code(ReturnStatus status) noexcept {
-  return static_cast<std::uint8_t>(status);
-}
+std::uint8_t return_code(ReturnStatus status) noexcept { return static_cast<std::uint8_t>(status); }
 
 std::optional<ReturnStatus> return_status_from_code(std::uint8_t code) noexcept {
   if (code >= kReturnStatusCount) return std::nullopt;

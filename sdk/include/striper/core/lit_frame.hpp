@@ -19,8 +19,8 @@ namespace striper {
 ///
 /// The pixels are read-only and shared; a LitFrame is valid as long as its images are.
 struct LitFrame {
-  cv::Mat lit;       ///< CV_8UC1 or CV_16UC1.
-  cv::Mat dark;      ///< Same size and type as `lit`, or empty: nothing to subtract.
+  cv::Mat lit;   ///< CV_8UC1 or CV_16UC1.
+  cv::Mat dark;  ///< Same size and type as `lit`, or empty: nothing to subtract.
   /// Whether `dark` is another colour of the same exposure: what of the background is coloured
   /// stays in `lit - dark`.
   bool is_dark_a_channel = false;
