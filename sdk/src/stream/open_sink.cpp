@@ -9,8 +9,8 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
-#include <striper/stream/sinks/csv_sink.hpp>
 #include <striper/stream/open_sink.hpp>
+#include <striper/stream/sinks/csv_sink.hpp>
 
 #include "stream/sinks/built_in.hpp"
 
@@ -57,7 +57,10 @@ class Kinds {
  private:
   mutable std::mutex mutex_;
   std::vector<Kind> kinds_{{"csv", ".csv", detail::make_csv_sink},
-                           {"jsonl", ".jsonl", detail::make_jsonl_sink}};
+                           {"jsonl", ".jsonl", detail::make_jsonl_sink},
+                           {"ply", ".ply", detail::make_point_sink},
+                           {"pcd", ".pcd", detail::make_point_sink},
+                           {"las", ".las", detail::make_point_sink}};
 };
 
 std::optional<Kind> kind_of_scheme(std::string_view scheme) {
