@@ -64,10 +64,10 @@ void define(CLI::App& command, CaptureArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
   command
-      .add_option(
-          "-o,--output", arguments.outputs,
-          "Where the scans go: a file .csv, .jsonl, .ply, .pcd or .las, several times if you "
-          "like; '-', the default, is CSV on the standard output")
+      .add_option("-o,--output", arguments.outputs,
+                  "Where the scans go: a file .csv, .jsonl, .mcap, .ply, .pcd or .las, several "
+                  "times if you "
+                  "like; '-', the default, is CSV on the standard output")
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_frame_limits(command, arguments.limits);
