@@ -50,7 +50,9 @@ constexpr const char* kExamples =
     "  striper capture 'v4l2:/dev/video0?standard=ntsc&laser=0,dark' -m striper.yaml --seconds 60\n"
     "      a minute of a grabber whose laser fires in every other field\n"
     "  striper capture 'images:*.png?fps=30' --axis rows --channel green --missing > rows.csv\n"
-    "      a stripe that runs from top to bottom, with a line for every row\n\n"
+    "      a stripe that runs from top to bottom, with a line for every row\n"
+    "  striper capture images:drive -m striper.yaml -o 'road.ply?speed=2.5' -o scans.csv\n"
+    "      points for a viewer, the striper moving on by 2.5 m a second, and the table\n\n"
     "Columns: frame,time_s,laser,u_px,v_px,bearing_rad,range_m,range_near_m,range_far_m,sigma_m,\n"
     "sigma_cal_m,x_m,y_m,intensity,width_px,row_sigma_px,confidence,status. Only returns of "
     "status\n"
@@ -63,8 +65,9 @@ void define(CLI::App& command, CaptureArguments& arguments) {
   add_scanner_arguments(command, arguments.scanner);
   command
       .add_option("-o,--output", arguments.outputs,
-                  "Where the scans go: a file .csv or .jsonl, several times if you like; '-', the "
-                  "default, is CSV on the standard output")
+                  "Where the scans go: a file .csv, .jsonl, .mcap, .ply, .pcd or .las, several "
+                  "times if you "
+                  "like; '-', the default, is CSV on the standard output")
       ->type_name("FILE")
       ->allow_extra_args(false);
   add_frame_limits(command, arguments.limits);
@@ -88,6 +91,10 @@ struct Capture {
 };
 
 bool is_csv(const SinkUri& uri) { return uri.scheme() == "csv"; }
+
+bool is_of_points(const SinkUri& uri) {
+  return uri.scheme() == "ply" || uri.scheme() == "pcd" || uri.scheme() == "las";
+}
 
 // Lines that a CSV of all the scans has.
 std::uint64_t lines_of(const SinkUri& uri, const ReturnCounts& returns) {
@@ -190,7 +197,8 @@ std::vector<SinkUri> outputs_of(const CaptureArguments& arguments) {
   std::vector<SinkUri> uris = parse_sinks(arguments.outputs);
   if (uris.empty()) uris.push_back(SinkUri::parse("-"));
   for (SinkUri& uri : uris) {
-    if (is_csv(uri) && arguments.doubtful) uri.set_default("doubtful", "yes");
+    if ((is_csv(uri) || is_of_points(uri)) && arguments.doubtful)
+      uri.set_default("doubtful", "yes");
     if (is_csv(uri) && arguments.missing) uri.set_default("missing", "yes");
     if (arguments.json && is_standard_output(uri.path())) {
       throw Error(ErrorKind::kUsage,

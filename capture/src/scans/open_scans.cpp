@@ -76,6 +76,9 @@ std::unique_ptr<ScanSource> open_scans(std::string_view uri,
                                        const EventPort& events) {
   if (const auto path = file_of(uri, "csv")) return read_csv_scans(*path, model);
   if (const auto path = file_of(uri, "jsonl")) return read_jsonl_scans(*path, model);
+  if (const auto path = file_of(uri, "mcap")) {
+    if (!model) return read_mcap_scans(*path);
+  }
   if (!model) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("'{}' gives frames: a model makes scans of them", uri));

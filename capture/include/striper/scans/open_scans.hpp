@@ -15,6 +15,7 @@ namespace striper {
 ///
 ///     FILE.csv, csv:FILE      a table of scans, also one made elsewhere
 ///     FILE.jsonl, jsonl:FILE  scans as lines of JSON
+///     FILE.mcap, mcap:FILE    the scans of a recording, in the frames of the models attached to it
 ///     SOURCE                  any source of frames (`open_source`), scanned on the way
 ///
 /// @param model what the ranges are computed with; may be null for files, whose scans then do not

@@ -19,6 +19,13 @@ using SinkFactory = std::function<std::unique_ptr<ScanSink>(SinkUri uri)>;
 ///
 ///     csv:FILE?doubtful=yes&missing=yes   the agreed CSV; only `ok` returns unless said otherwise
 ///     jsonl:FILE                          a line of JSON per scan and event
+///     mcap:FILE                           a recording of scans, status and events;
+///                                         `?rotate=1GB|10min` goes on in run_0001.mcap, ...,
+///                                         `?frames=HZ` adds so many frames a second
+///     ply:FILE, pcd:FILE, las:FILE        points in the head's frame: `ok` returns, with
+///                                         `?doubtful=yes` the doubtful too; moved between scans
+///                                         along the scan frame's z with `?speed=M_PER_S`, or
+///                                         `?odometer=FILE&counts_per_m=K&bits=8|16|32`
 ///     PATH                                whichever of these the extension says; `-` is CSV on the
 ///                                         standard output
 ///

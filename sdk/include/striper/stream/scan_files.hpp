@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include <striper/stream/scan_source.hpp>
 
@@ -18,5 +19,13 @@ std::unique_ptr<ScanSource> read_csv_scans(const std::filesystem::path& path,
 /// cut off (a writer that was killed) is left out.
 std::unique_ptr<ScanSource> read_jsonl_scans(const std::filesystem::path& path,
                                              std::shared_ptr<const StriperModel> model = nullptr);
+
+/// Reads scans back from an MCAP recording, the same bits, up to the last whole chunk where its
+/// writer was killed.
+/// @param model null: the one attached to the file for each head, if any. @param head empty: all.
+/// @throws Error{kNotFound} where no scans are in it, and as wire::McapReader.
+std::unique_ptr<ScanSource> read_mcap_scans(const std::filesystem::path& path,
+                                            std::shared_ptr<const StriperModel> model = nullptr,
+                                            std::string head = {});
 
 }  // namespace striper

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -10,32 +8,16 @@
 #include <fmt/format.h>
 
 #include <striper/core/csv_file.hpp>
-#include <striper/core/error.hpp>
 
 #include "scan/scan_columns.hpp"
 #include "stream/sinks/built_in.hpp"
+#include "stream/sinks/replaceable.hpp"
 
 namespace striper {
 namespace {
 
 constexpr std::string_view kScanBegins = "{\"head\":";
 constexpr std::string_view kEventBegins = "{\"event\":";
-
-// The model, or a picture, is not for this to overwrite.
-void require_replaceable(const std::string& path) {
-  std::error_code ignored;
-  if (path == "-" || !std::filesystem::is_regular_file(path, ignored)) return;
-  std::ifstream file(path, std::ios::binary);
-  std::string begin(kEventBegins.size(), '\0');
-  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  begin.resize(static_cast<std::size_t>(file.gcount()));
-  const bool is_ours = begin.empty() || begin.starts_with(kScanBegins) || begin == kEventBegins;
-  if (is_ours) return;
-  throw Error(ErrorKind::kUsage,
-              fmt::format("'{}' is there and holds no scans: it is not overwritten; remove it, or "
-                          "name another file",
-                          path));
-}
 
 void append_text(std::string& out, std::string_view text) {
   out += '"';
@@ -130,7 +112,9 @@ class JsonlScanSink : public ScanSink {
  public:
   using ScanSink::write;
 
-  explicit JsonlScanSink(std::string path) : path_(std::move(path)) { require_replaceable(path_); }
+  explicit JsonlScanSink(std::string path) : path_(std::move(path)) {
+    detail::require_replaceable(path_, {kScanBegins, kEventBegins});
+  }
 
   void open(const HeadInfo& /*head*/) override {
     if (file_) return;

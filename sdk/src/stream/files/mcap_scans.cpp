@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/model/model_yaml.hpp>
+#include <striper/stream/messages/scan_messages.hpp>
+#include <striper/stream/scan_files.hpp>
+#include <striper/wire/mcap_reader.hpp>
+
+namespace striper {
+namespace {
+
+constexpr std::string_view kTopic = "/polar_scan";
+constexpr std::string_view kModel = "/striper.yaml";
+
+// "left" of "/left/polar_scan".
+std::string head_of_topic(std::string_view topic) {
+  if (topic.ends_with(kTopic)) topic.remove_suffix(kTopic.size());
+  if (topic.starts_with("/")) topic.remove_prefix(1);
+  return std::string(topic);
+}
+
+// The scans of a recording, of one head or of all.
+class McapScans : public ScanSource {
+ public:
+  McapScans(const std::filesystem::path& path, std::shared_ptr<const StriperModel> model,
+            std::string head)
+      : path_(path.string()), reader_(path), head_(std::move(head)), model_(std::move(model)) {
+    has_pending_ = read(pending_);
+    if (!has_pending_) {
+      throw Error(
+          ErrorKind::kNotFound,
+          fmt::format("'{}' holds no scans{}: frames need a model to make scans of (mcap:{} "
+                      "is the source of its frames)",
+                      path_, head_.empty() ? "" : " of head " + head_, path_));
+    }
+    SourceInfo source;
+    source.uri = path_;
+    source.description = "scans in " + path_;
+    source.has_clock = pending_.time.utc_offset_ns.has_value();
+    info_ =
+        head_info(pending_.head(), source, model_of(std::string(pending_.head())), pending_.axis);
+    if (!info_.model) info_.frames = {pending_.frame};
+  }
+
+  HeadInfo info() const override { return info_; }
+
+  NextStatus next(PolarScan& scan, std::chrono::milliseconds /*timeout*/) override {
+    if (std::exchange(has_pending_, false)) {
+      std::swap(scan, pending_);
+      return NextStatus::kFrame;
+    }
+    return read(scan) ? NextStatus::kFrame : NextStatus::kEnd;
+  }
+
+ private:
+  bool read(PolarScan& scan) {
+    wire::McapMessage message;
+    while (reader_.next(message)) {
+      const wire::McapChannel& channel = reader_.channels().at(message.channel);
+      if (channel.schema.name != "striper_msgs/msg/PolarScan") continue;
+      std::string head = head_of_topic(channel.topic);
+      if (!head_.empty() && head != head_) continue;
+      wire::read_cdr(message.data, message_);
+      from_message(message_, scan);
+      scan.frame = frame_of(std::move(head), scan.laser);
+      return true;
+    }
+    return false;
+  }
+
+  const std::shared_ptr<const ScanFrame>& frame_of(std::string head, int laser) {
+    for (const auto& frame : frames_) {
+      if (frame->laser == laser && frame->head == head) return frame;
+    }
+    auto made = std::make_shared<ScanFrame>(*make_scan_frame(head, laser, model_of(head)));
+    made->frame_id = message_.header.frame_id;
+    return frames_.emplace_back(std::move(made));
+  }
+
+  // The one that was given, else the one attached last: that of a head whose model was read anew.
+  std::shared_ptr<const StriperModel> model_of(const std::string& head) {
+    if (model_) return model_;
+    const auto& attachments = reader_.attachments();
+    for (std::size_t i = attachments.size(); i-- > 0;) {
+      if (attachments[i].name != head + std::string(kModel)) continue;
+      if (const auto known = attached_.find(head); known != attached_.end()) return known->second;
+      const std::string name = path_ + ": " + attachments[i].name;
+      auto model = parse_model(reader_.read_attachment(i).data, name);
+      return attached_.emplace(head, std::make_shared<const StriperModel>(std::move(model)))
+          .first->second;
+    }
+    return nullptr;
+  }
+
+  std::string path_;
+  wire::McapReader reader_;
+  std::string head_;
+  std::shared_ptr<const StriperModel> model_;
+  std::map<std::string, std::shared_ptr<const StriperModel>> attached_;
+  std::vector<std::shared_ptr<const ScanFrame>> frames_;
+  wire::PolarScan message_;
+  PolarScan pending_;
+  bool has_pending_ = false;
+  HeadInfo info_;
+};
+
+}  // namespace
+
+std::unique_ptr<ScanSource> read_mcap_scans(const std::filesystem::path& path,
+                                            std::shared_ptr<const StriperModel> model,
+                                            std::string head) {
+  return std::make_unique<McapScans>(path, std::move(model), std::move(head));
+}
+
+}  // namespace striper
