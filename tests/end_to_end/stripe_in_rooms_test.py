@@ -62,6 +62,21 @@ class FirstScan(StripeInRooms):
         self.assertLessEqual(wrong[0], max(wrong[1:]) + 2, wrong)
 
 
+class Readme(StripeInRooms):
+    def test_picture_has_no_phantom(self):
+        """Beside the stripe its light spills over a column or two, at its height; nothing else is anything."""
+        truth, scans = self.scan(scene_path("room.yaml"), 3)
+        heights = {(frame, float(u)): float(row["v_px"]) for (frame, u), row in truth.items() if row["status"] == "ok"}
+
+        def is_of_stripe(row):
+            near = [heights.get((row["frame"], float(row["u_px"]) + off)) for off in (-2, -1, 0, 1, 2)]
+            return any(v is not None and abs(float(row["v_px"]) - v) < 3 for v in near)
+
+        good = [row for row in rows_of(self.path("scans.csv")) if row["status"] == "ok"]
+        self.assertFalse([row for row in good if not is_of_stripe(row)])
+        self.assertGreater(sum(len(scan) for scan in scans.values()), 1700)
+
+
 class BlackBox(StripeInRooms):
     def check(self, ambient, mottle, reflectance):
         scene = self.write("black_box.yaml", BLACK_BOX % (ambient, mottle, reflectance))

@@ -54,6 +54,11 @@ constexpr double kLeastRidge = 3.0;  // Sigmas of noise.
 constexpr double kLeastSure = 0.01;
 constexpr float kSure = 0.99F;
 
+// What is told by its neighbours has so many of them at least; and alone it is as likely a glint.
+constexpr int kFewestToCompare = 16;
+constexpr float kOfOneAlone = 0.5F;
+constexpr double kSamePeakPx = 0.5;
+
 // Half of each is measured well enough to know it by.
 constexpr std::array kTriedWidths{0.8, 1.5, 3.0, 6.0};
 
@@ -492,8 +497,40 @@ void ProfileExtractor::report(const Current& current, const WidthModel& width, S
                      current.noise, stripe);
     follower_.drop_strays(chunks_, stripe);
   }
+  const bool has_background = !is_background_subtracted(current.frame) && !is_by_itself();
+  if (choice_.is_plain() && has_background) mark_alone(stripe);
   mark_outliers(stripe);
   mark_blind_lines(current.frame, stripe);
+}
+
+// A stripe would show in a line beside it, or not far off, where most of it is clear.
+void ProfileExtractor::mark_alone(Stripe& stripe) const {
+  if (options_.peak == PeakRule::kAll || chunks_.lines() < kFewestToCompare) return;
+  const StripePieces& pieces = choice_.pieces();
+  std::size_t good = 0;
+  std::size_t clear = 0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    const bool is_good = stripe.status[i] == ReturnStatus::kOk;
+    good += static_cast<std::size_t>(is_good);
+    clear += static_cast<std::size_t>(
+        is_good && candidates_.firsts.significance[static_cast<std::size_t>(stripe.line[i])] >=
+                       kClearSignificance);
+  }
+  if (2 * clear < good) return;
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (stripe.status[i] != ReturnStatus::kOk) continue;
+    const double at = across.index(stripe.across_px[i]);
+    for (std::size_t n = pieces.first_of(stripe.line[i]); n < pieces.first_of(stripe.line[i] + 1);
+         ++n) {
+      const Candidate& c = pieces.candidate(n);
+      const bool is_it = std::abs(static_cast<double>(c.across) - at) < kSamePeakPx;
+      const Piece& piece = pieces.pieces()[static_cast<std::size_t>(pieces.link(n).piece)];
+      if (!is_it || piece.count > 1) continue;
+      stripe.status[i] = ReturnStatus::kOutlier;
+      stripe.confidence[i] = std::min(stripe.confidence[i], kOfOneAlone);
+    }
+  }
 }
 
 // What is good is the stripe with the probability that was asked for. And where fewer lines surely
@@ -536,8 +573,13 @@ void ProfileExtractor::mark_blind_lines(const LitFrame& frame, Stripe& stripe) c
 
 void ProfileExtractor::widen_by_evidence(Stripe& stripe) const {
   if (options_.peak == PeakRule::kAll) return;
+  const auto step = static_cast<float>(grid_across(stripe.grid, stripe.axis).step);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
-    stripe.sigma_px[i] *= choice_.of_line(stripe.line[i]).sigma_factor;
+    const StripeChoice::Chosen& chosen = choice_.of_line(stripe.line[i]);
+    if (chosen.candidate < 0) continue;
+    const float noise =
+        choice_.pieces().candidate(static_cast<std::size_t>(chosen.candidate)).sigma;
+    stripe.sigma_px[i] = std::max(step * noise, stripe.sigma_px[i] * chosen.sigma_factor);
   }
 }
 

@@ -102,6 +102,7 @@ class ProfileExtractor : public StripeExtractor {
   bool is_beside_first(const PeakPlace& place) const;
   void measure_and_learn(const Current& current, WidthTracker& width);
   void report(const Current& current, const WidthModel& width, Stripe& stripe);
+  void mark_alone(Stripe& stripe) const;
   void mark_outliers(Stripe& stripe) const;
   void mark_blind_lines(const LitFrame& frame, Stripe& stripe) const;
   void widen_by_evidence(Stripe& stripe) const;

@@ -469,7 +469,7 @@ void StripeChoice::widen_chosen() {
   for (Chosen& chosen : chosen_) {
     if (chosen.candidate < 0) continue;
     const float more = log_variance_[static_cast<std::size_t>(chosen.candidate)];
-    chosen.sigma_factor = std::exp(0.5F * std::max(0.0F, more));
+    chosen.sigma_factor = std::exp(0.5F * more);
   }
 }
 

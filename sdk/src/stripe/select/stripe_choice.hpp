@@ -25,7 +25,7 @@ class StripeChoice {
     float confidence = 0.0F;      // That it is the stripe.
     float rival = 0.0F;           // Confidence of the line's next best.
     std::int32_t rival_candidate = -1;
-    float sigma_factor = 1.0F;  // By which its sigma is too small, as such evidence had it.
+    float sigma_factor = 1.0F;  // Of its true sigma over the reckoned one, by such evidence.
   };
 
   /// Chooses among the candidates of a frame. @param threshold of significance.
