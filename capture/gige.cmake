@@ -21,24 +21,24 @@ if(ARAVIS_FOUND)
       striper/gige/virtual_camera.hpp
       striper/gige/virtual_scene.hpp
     SOURCES
-      src/gige/camera_clock.cpp
-      src/gige/camera_setup.cpp
-      src/gige/feature_access.cpp
-      src/gige/find_camera.cpp
-      src/gige/frame_pool.cpp
-      src/gige/gige_network.cpp
+      src/gige/clock/camera_clock.cpp
+      src/gige/control/camera_setup.cpp
+      src/gige/control/feature_access.cpp
+      src/gige/protocol/find_camera.cpp
+      src/gige/pictures/frame_pool.cpp
+      src/gige/protocol/gige_network.cpp
       src/gige/gige_options.cpp
       src/gige/gige_source.cpp
-      src/gige/gvcp_client.cpp
-      src/gige/laser_lines.cpp
-      src/gige/pixel_layout.cpp
-      src/gige/ptp_clock.cpp
-      src/gige/reverse_path.cpp
+      src/gige/protocol/gvcp_client.cpp
+      src/gige/control/laser_lines.cpp
+      src/gige/pictures/pixel_layout.cpp
+      src/gige/clock/ptp_clock.cpp
+      src/gige/protocol/reverse_path.cpp
       src/gige/session.cpp
-      src/gige/source_controls.cpp
-      src/gige/stream_path.cpp
-      src/gige/stream_socket.cpp
-      src/gige/udp_socket.cpp
+      src/gige/control/source_controls.cpp
+      src/gige/protocol/stream_path.cpp
+      src/gige/protocol/stream_socket.cpp
+      src/gige/protocol/udp_socket.cpp
       src/gige/virtual/device.cpp
       src/gige/virtual/device_control.cpp
       src/gige/virtual/device_stream.cpp

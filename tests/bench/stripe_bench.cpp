@@ -6,8 +6,8 @@
 
 #include "bench/speed_table.hpp"
 #include "bench/speed_text.hpp"
-#include "stripe/peak_list.hpp"
-#include "stripe/profile_plan.hpp"
+#include "stripe/candidates/peak_list.hpp"
+#include "stripe/profile/profile_plan.hpp"
 #include "support/allocation_counter.hpp"
 
 namespace {

@@ -10,7 +10,7 @@
 #include <Eigen/Dense>
 #include <opencv2/core.hpp>
 
-#include "stripe/profile_kernel.hpp"
+#include "stripe/profile/profile_kernel.hpp"
 
 namespace striper::testing {
 

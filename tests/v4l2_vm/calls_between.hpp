@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "v4l2/video_calls.hpp"
+#include "v4l2/device/video_calls.hpp"
 
 namespace striper::testing {
 

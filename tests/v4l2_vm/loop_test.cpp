@@ -13,7 +13,7 @@
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "support/random.hpp"
-#include "v4l2/pixel_format.hpp"
+#include "v4l2/format/pixel_format.hpp"
 #include "v4l2_vm/vivid.hpp"
 
 namespace striper::testing {

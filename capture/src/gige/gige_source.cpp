@@ -15,10 +15,10 @@
 #include <striper/gige/gige_source.hpp>
 
 #include "common_keys.hpp"
-#include "gige/frame_numbers.hpp"
-#include "gige/host_clock.hpp"
+#include "gige/clock/host_clock.hpp"
+#include "gige/control/source_controls.hpp"
+#include "gige/pictures/frame_numbers.hpp"
 #include "gige/session.hpp"
-#include "gige/source_controls.hpp"
 
 namespace striper {
 namespace {

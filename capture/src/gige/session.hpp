@@ -14,11 +14,11 @@
 #include <striper/gige/gige_options.hpp>
 #include <striper/gige/gige_source.hpp>
 
-#include "gige/camera_clock.hpp"
-#include "gige/camera_setup.hpp"
-#include "gige/find_camera.hpp"
-#include "gige/frame_pool.hpp"
-#include "gige/laser_lines.hpp"
+#include "gige/clock/camera_clock.hpp"
+#include "gige/control/camera_setup.hpp"
+#include "gige/control/laser_lines.hpp"
+#include "gige/pictures/frame_pool.hpp"
+#include "gige/protocol/find_camera.hpp"
 
 namespace striper::detail {
 

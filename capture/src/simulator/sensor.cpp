@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "simulator/random.hpp"
-#include "simulator/view.hpp"
+#include "simulator/view/view.hpp"
 
 namespace striper::detail {
 namespace {

@@ -13,7 +13,7 @@
 #include <striper/simulator/simulator.hpp>
 
 #include "simulator/sensor.hpp"
-#include "simulator/truth_finder.hpp"
+#include "simulator/view/truth_finder.hpp"
 
 namespace striper {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "v4l2/controls.hpp"
+#include "v4l2/device/controls.hpp"
 
 namespace striper::v4l2 {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <striper/core/controls.hpp>
 
-#include "v4l2/video_device.hpp"
+#include "v4l2/device/video_device.hpp"
 
 namespace striper::v4l2 {
 

@@ -9,8 +9,8 @@
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "common_keys.hpp"
-#include "v4l2/names.hpp"
-#include "v4l2/pixel_format.hpp"
+#include "v4l2/device/names.hpp"
+#include "v4l2/format/pixel_format.hpp"
 
 namespace striper {
 namespace {

@@ -11,11 +11,11 @@
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "common_keys.hpp"
-#include "v4l2/names.hpp"
-#include "v4l2/negotiate.hpp"
-#include "v4l2/picture_queue.hpp"
+#include "v4l2/buffers/picture_queue.hpp"
+#include "v4l2/buffers/streamer.hpp"
+#include "v4l2/device/names.hpp"
+#include "v4l2/format/negotiate.hpp"
 #include "v4l2/source_controls.hpp"
-#include "v4l2/streamer.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
 namespace striper::v4l2 {

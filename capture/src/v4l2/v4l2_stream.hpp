@@ -7,7 +7,7 @@
 #include <striper/capture/camera_listing.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
-#include "v4l2/video_calls.hpp"
+#include "v4l2/device/video_calls.hpp"
 
 namespace striper::v4l2 {
 

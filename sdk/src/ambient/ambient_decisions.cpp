@@ -11,8 +11,8 @@
 #include <striper/core/event.hpp>
 
 #include "ambient/ambient_state.hpp"
-#include "ambient/cadence_rules.hpp"
-#include "ambient/woven_picture.hpp"
+#include "ambient/illumination/cadence_rules.hpp"
+#include "ambient/pixels/woven_picture.hpp"
 
 namespace striper {
 namespace {

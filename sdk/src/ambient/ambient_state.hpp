@@ -11,11 +11,11 @@
 #include <striper/ambient/colour_difference.hpp>
 #include <striper/core/event.hpp>
 
-#include "ambient/background.hpp"
-#include "ambient/exposure_numbers.hpp"
-#include "ambient/exposure_queue.hpp"
-#include "ambient/line_sign.hpp"
-#include "ambient/temporal_background.hpp"
+#include "ambient/illumination/exposure_numbers.hpp"
+#include "ambient/illumination/exposure_queue.hpp"
+#include "ambient/illumination/line_sign.hpp"
+#include "ambient/pixels/background.hpp"
+#include "ambient/pixels/temporal_background.hpp"
 
 namespace striper {
 

@@ -5,7 +5,7 @@
 
 #include <striper/design/design_figures.hpp>
 
-#include "stripe/detection.hpp"
+#include "stripe/candidates/detection.hpp"
 
 namespace striper {
 namespace {

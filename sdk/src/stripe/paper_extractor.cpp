@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "stripe/frame_noise.hpp"
 #include "stripe/line_view.hpp"
+#include "stripe/noise/frame_noise.hpp"
 
 namespace striper::detail {
 namespace {

@@ -12,10 +12,10 @@
 
 #include <striper/core/event.hpp>
 
-#include "stripe/line_choice.hpp"
+#include "stripe/learn/width_guess.hpp"
 #include "stripe/line_view.hpp"
-#include "stripe/peak_judge.hpp"
-#include "stripe/width_guess.hpp"
+#include "stripe/select/line_choice.hpp"
+#include "stripe/select/peak_judge.hpp"
 
 namespace striper::detail {
 namespace {

@@ -7,19 +7,19 @@
 #include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
-#include "stripe/background_edge.hpp"
-#include "stripe/background_noise.hpp"
-#include "stripe/detection.hpp"
-#include "stripe/excess_scatter.hpp"
-#include "stripe/line_follower.hpp"
-#include "stripe/peak_candidates.hpp"
-#include "stripe/profile_kernel.hpp"
-#include "stripe/profile_plan.hpp"
-#include "stripe/reflectance_edge.hpp"
+#include "stripe/candidates/detection.hpp"
+#include "stripe/candidates/peak_candidates.hpp"
+#include "stripe/edges/background_edge.hpp"
+#include "stripe/edges/reflectance_edge.hpp"
+#include "stripe/learn/excess_scatter.hpp"
+#include "stripe/learn/texture_scatter.hpp"
+#include "stripe/learn/width_learner.hpp"
+#include "stripe/noise/background_noise.hpp"
+#include "stripe/profile/profile_kernel.hpp"
+#include "stripe/profile/profile_plan.hpp"
 #include "stripe/select/ridges.hpp"
 #include "stripe/select/stripe_choice.hpp"
-#include "stripe/texture_scatter.hpp"
-#include "stripe/width_learner.hpp"
+#include "stripe/track/line_follower.hpp"
 
 namespace striper::detail {
 

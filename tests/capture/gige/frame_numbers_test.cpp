@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that block ids of every kind of device become one sequence without wraps, with the gaps
 // counted and the laser's cadence in step.
-#include "gige/frame_numbers.hpp"
+#include "gige/pictures/frame_numbers.hpp"
 
 #include <gtest/gtest.h>
 

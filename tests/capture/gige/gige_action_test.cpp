@@ -17,9 +17,9 @@
 #include <striper/gige/gige_network.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
-#include "gige/gvcp.hpp"
-#include "gige/gvcp_client.hpp"
-#include "gige/udp_socket.hpp"
+#include "gige/protocol/gvcp.hpp"
+#include "gige/protocol/gvcp_client.hpp"
+#include "gige/protocol/udp_socket.hpp"
 #include "support/heard.hpp"
 
 namespace striper::testing {

@@ -2,7 +2,7 @@
 // Proves that every packing is undone exactly, against the bit positions that the standards draw
 // (GigE Vision 1.2 for "Packed", PFNC 2.4 for "p") and by packing and unpacking at every width.
 // Does not prove that OpenCV's conversion of a colour mosaic to grey is a good one.
-#include "gige/pixel_layout.hpp"
+#include "gige/pictures/pixel_layout.hpp"
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>

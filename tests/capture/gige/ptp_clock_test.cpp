@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the two countings of time that PTP masters send become UTC, and that a time without a
 // meaning does not.
-#include "gige/ptp_clock.hpp"
+#include "gige/clock/ptp_clock.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves how a driver's stamps become picture numbers and exposure times: wrap-around, gaps,
 // fields, interruptions, both kinds of stamp. Not how well a real driver's stamps fit its shutter.
-#include "v4l2/exposure_clock.hpp"
+#include "v4l2/buffers/exposure_clock.hpp"
 
 #include <limits>
 

@@ -2,7 +2,7 @@
 // Proves that every pixel format unpacks to the grey (or colour) that was packed, row padding left
 // out, and which formats need no copy. Mosaics are only proven on flat pictures: how they are
 // interpolated is OpenCV's.
-#include "v4l2/pixel_format.hpp"
+#include "v4l2/format/pixel_format.hpp"
 
 #include <cstring>
 #include <functional>

@@ -11,7 +11,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "v4l2/pixel_format.hpp"
+#include "v4l2/format/pixel_format.hpp"
 
 namespace striper::testing {
 namespace {

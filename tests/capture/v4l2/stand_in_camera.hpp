@@ -16,7 +16,7 @@
 
 #include <linux/videodev2.h>
 
-#include "v4l2/video_calls.hpp"
+#include "v4l2/device/video_calls.hpp"
 
 namespace striper::testing {
 

@@ -15,8 +15,8 @@
 #include <striper/simulator/simulator.hpp>
 
 #include "support/shared_data.hpp"
-#include "v4l2/names.hpp"
-#include "v4l2/pixel_format.hpp"
+#include "v4l2/device/names.hpp"
+#include "v4l2/format/pixel_format.hpp"
 
 namespace striper::testing {
 namespace {

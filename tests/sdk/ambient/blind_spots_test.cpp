@@ -2,7 +2,7 @@
 // Proves that the halo of a lamp that moves is blind as far as it is as bright as a stripe, in the
 // lit exposure and in a dark one, and that of a lamp that stands, which is taken off, is not. What
 // saturates, and how far from a lamp, is in subtraction_test.cpp.
-#include "ambient/blind_spots.hpp"
+#include "ambient/pixels/blind_spots.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // Proves that the kernels of the search for a line do what their plain loops do, on every
 // instruction set of this machine and for every length that fills a vector or not. What they are
 // good for is proven in cadence_finder_test.cpp.
-#include "ambient/line_kernels.hpp"
+#include "ambient/pixels/line_kernels.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // loop over one profile's pixels measures: every number of seeds that fills a vector or not, odd
 // strides, 8 and 16 bit, both methods, with a dark image, a blind mask, variances, clipped pixels
 // and at the borders. That what is measured is right is proven in stripe_accuracy_test.cpp.
-#include "stripe/profile_kernel.hpp"
+#include "stripe/profile/profile_kernel.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@
 
 #include <striper/core/stripe_axis.hpp>
 
-#include "stripe/profile_plan.hpp"
+#include "stripe/profile/profile_plan.hpp"
 #include "support/instruction_sets.hpp"
 #include "support/plain_profile.hpp"
 #include "support/random.hpp"

@@ -13,8 +13,8 @@
 
 #include <striper/core/error.hpp>
 
-#include "gige/pixel_layout.hpp"
-#include "gige/udp_socket.hpp"
+#include "gige/pictures/pixel_layout.hpp"
+#include "gige/protocol/udp_socket.hpp"
 #include "gige/virtual/genicam_xml.hpp"
 
 namespace striper::detail {

@@ -16,8 +16,8 @@
 
 #include <striper/gige/virtual_camera.hpp>
 
-#include "gige/gvcp.hpp"
-#include "gige/host_clock.hpp"
+#include "gige/clock/host_clock.hpp"
+#include "gige/protocol/gvcp.hpp"
 #include "gige/virtual/camera_state.hpp"
 #include "gige/virtual/feature_registers.hpp"
 #include "gige/virtual/register_log.hpp"

@@ -7,8 +7,8 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include "gige/host_clock.hpp"
-#include "gige/udp_socket.hpp"
+#include "gige/clock/host_clock.hpp"
+#include "gige/protocol/udp_socket.hpp"
 #include "gige/virtual/device.hpp"
 
 namespace striper::detail {

@@ -6,8 +6,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "gige/host_clock.hpp"
-#include "gige/pixel_layout.hpp"
+#include "gige/clock/host_clock.hpp"
+#include "gige/pictures/pixel_layout.hpp"
 #include "gige/virtual/device.hpp"
 
 namespace striper::detail {

@@ -3,9 +3,9 @@
 
 #include <utility>
 
-#include "gige/gvcp.hpp"
-#include "gige/host_clock.hpp"
-#include "gige/pixel_layout.hpp"
+#include "gige/clock/host_clock.hpp"
+#include "gige/pictures/pixel_layout.hpp"
+#include "gige/protocol/gvcp.hpp"
 
 namespace striper::detail {
 namespace {

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "gige/gvcp.hpp"
-#include "gige/pixel_layout.hpp"
+#include "gige/pictures/pixel_layout.hpp"
+#include "gige/protocol/gvcp.hpp"
 #include "gige/virtual/feature_registers.hpp"
 
 namespace striper::detail {

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "gige/gvcp.hpp"
-#include "gige/host_clock.hpp"
+#include "gige/clock/host_clock.hpp"
+#include "gige/protocol/gvcp.hpp"
 
 namespace striper::detail {
 namespace {

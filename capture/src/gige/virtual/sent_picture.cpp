@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "gige/gvcp.hpp"
+#include "gige/protocol/gvcp.hpp"
 
 namespace striper::detail {
 namespace {

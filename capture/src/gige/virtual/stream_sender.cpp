@@ -8,8 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "gige/host_clock.hpp"
-#include "gige/udp_socket.hpp"
+#include "gige/clock/host_clock.hpp"
+#include "gige/protocol/udp_socket.hpp"
 
 namespace striper::detail {
 namespace {

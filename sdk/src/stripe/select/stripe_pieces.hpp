@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "stripe/peak_candidates.hpp"
-#include "stripe/profile_plan.hpp"
+#include "stripe/candidates/peak_candidates.hpp"
+#include "stripe/profile/profile_plan.hpp"
 
 namespace striper::detail {
 

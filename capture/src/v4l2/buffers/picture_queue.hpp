@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <striper/core/frame_source.hpp>
+
+#include "v4l2/buffers/buffer_ring.hpp"
+#include "v4l2/buffers/exposure_clock.hpp"
+
+namespace striper::v4l2 {
+
+/// A picture on its way from the capture thread to the reader.
+struct Picture {
+  std::shared_ptr<BufferRing> ring;  ///< Empty where the picture is not to be used.
+  FilledBuffer buffer;
+  ExposurePlace place;
+  Field field = Field::kProgressive;  ///< kTop or kBottom where the buffer is one field.
+  FrameStatus status = FrameStatus::kOk;
+  const char* detail = "";
+};
+
+/// SourceStatistics that several threads count.
+struct Counters {
+  std::atomic<std::uint64_t> delivered{0};
+  std::atomic<std::uint64_t> dropped{0};
+  std::atomic<std::uint64_t> overrun{0};
+  std::atomic<std::uint64_t> corrupt{0};
+  std::atomic<std::uint64_t> incomplete{0};
+  std::atomic<std::uint64_t> reconnects{0};
+
+  void reset() noexcept;
+  SourceStatistics snapshot() const noexcept;
+};
+
+/// A short queue between the capture thread and the reader. When it is full the oldest picture goes
+/// back to the driver: a late reader gets fresh pictures. Allocates nothing after construction.
+class PictureQueue {
+ public:
+  explicit PictureQueue(int capacity) : places_(static_cast<std::size_t>(capacity)) {}
+
+  /// Empties the queue and lets pictures through.
+  void open();
+
+  /// Adds a picture. @return whether the oldest one was discarded for it.
+  bool push(Picture&& picture);
+
+  /// Takes the oldest picture, waiting at most `timeout`. Once closed: what it was closed with; a
+  /// queue that ended gives its last pictures first.
+  NextStatus pop(Picture& picture, std::chrono::milliseconds timeout);
+
+  /// Whether it was closed with kStopped (or never opened).
+  bool is_stopped();
+
+  /// Lets no more pictures through and wakes a waiting reader with kStopped or kEnd.
+  void close(NextStatus reason);
+
+ private:
+  void give_back_all();
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Picture> places_;  ///< A circle of fixed size.
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  NextStatus closed_ = NextStatus::kStopped;  ///< kFrame while open.
+};
+
+}  // namespace striper::v4l2

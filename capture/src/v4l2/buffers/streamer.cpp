@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "v4l2/buffers/streamer.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <striper/core/event.hpp>
+
+#include "v4l2/format/negotiate.hpp"
+#include "v4l2/format/picture_format.hpp"
+
+namespace striper::v4l2 {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kFirstPause{20};
+constexpr milliseconds kLongestPause{1000};
+
+std::int64_t monotonic_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+bool is_same_stream(const Agreement& a, const Agreement& b) {
+  return a.format == b.format && a.field == b.field && a.width == b.width &&
+         a.buffer_height == b.buffer_height && a.stride == b.stride &&
+         a.first_field() == b.first_field();
+}
+
+}  // namespace
+
+int exposures_per_picture(const Agreement& agreement) noexcept {
+  return V4L2_FIELD_HAS_BOTH(agreement.field) || agreement.field == V4L2_FIELD_ALTERNATE ? 2 : 1;
+}
+
+ExposureClock::Stream clock_stream(const Agreement& agreement, const V4l2Options& options) {
+  ExposureClock::Stream stream;
+  stream.picture_period_ns = agreement.picture_period_ns();
+  stream.exposure_ns = agreement.exposure_ns;
+  stream.offset_ns = std::llround(1e3 * options.time_offset_us);
+  stream.exposures_per_picture = exposures_per_picture(agreement);
+  stream.is_one_field_a_buffer = agreement.is_one_field_a_buffer();
+  stream.first_field = agreement.first_field();
+  if (options.fields) {
+    stream.exposures_per_picture = 2;
+    stream.first_field =
+        *options.fields == Field::kInterlacedTopFirst ? Field::kTop : Field::kBottom;
+  }
+  return stream;
+}
+
+Streamer::Streamer(std::unique_ptr<VideoDevice> device, const V4l2Options& options,
+                   const Agreement& agreement, PictureQueue& queue, Counters& counters)
+    : options_(options),
+      agreement_(agreement),
+      queue_(queue),
+      counters_(counters),
+      calls_(device->calls()),
+      device_(std::move(device)),
+      clock_(clock_stream(agreement, options)) {
+  connect();
+  wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  if (wake_fd_ < 0) device_->refuse("make a wake-up descriptor", errno);
+  queue_.open();
+  thread_ = std::thread([this] { run(); });
+}
+
+// Asks for buffers and starts the device that is open.
+void Streamer::connect() {
+  set_format(*device_, agreement_);
+  auto ring = BufferRing::create(*device_, agreement_, options_.buffers);
+  ring->start_streaming(*device_);
+  ring_ = std::move(ring);
+  last_picture_ = Clock::now();
+
+  checks_signal_ = options_.require_signal && agreement_.signal.standard != 0;
+  has_signal_ = true;
+  signal_since_ns_ = 0;
+  signal_answer_ = Clock::duration::max();
+  constexpr int kTimes = 3;  // One answer alone is late where something else had the processor.
+  for (int time = 0; checks_signal_ && time < kTimes; ++time) ask_for_signal();
+}
+
+std::unique_ptr<VideoDevice> Streamer::finish() {
+  if (thread_.joinable()) {
+    is_stopping_ = true;
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+    thread_.join();
+    ::close(wake_fd_);
+  }
+  if (ring_) ring_->detach();
+  ring_.reset();
+  return std::move(device_);
+}
+
+void Streamer::run() {
+  while (!is_stopping_) {
+    if (ring_) {
+      wait_for_picture();
+    } else {
+      try_again();
+    }
+  }
+}
+
+void Streamer::wait_for_picture() {
+  const auto stall =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.stall_s));
+  const auto left = std::chrono::ceil<milliseconds>(last_picture_ + stall - Clock::now()).count();
+  const Readiness ready =
+      calls_->wait(device_->fd(), wake_fd_, static_cast<int>(std::max<std::int64_t>(left, 0)));
+  if (is_stopping_) return;
+  if (ready.picture) {
+    take_all();
+  } else if (ready.failed) {
+    lose("the device reports an error or is gone");
+  } else if (Clock::now() - last_picture_ >= stall) {
+    lose(fmt::format("no picture for {:.3g} s", options_.stall_s));
+  }
+}
+
+void Streamer::take_all() {
+  FilledBuffer filled;
+  int error = 0;
+  while ((error = ring_->take(filled)) == 0) {
+    last_picture_ = Clock::now();
+    accept(filled);
+  }
+  ring_->retry_refused();
+  if (error != EAGAIN) lose(std::strerror(error));
+}
+
+void Streamer::accept(const FilledBuffer& filled) {
+  BufferStamp stamp;
+  stamp.sequence = filled.sequence;
+  const bool is_monotonic =
+      (filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+  stamp.time_ns = is_monotonic ? filled.time_ns : monotonic_ns();
+  stamp.is_start_of_exposure = is_monotonic && (filled.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) ==
+                                                   V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+  if (filled.field == V4L2_FIELD_TOP) stamp.field = Field::kTop;
+  if (filled.field == V4L2_FIELD_BOTTOM) stamp.field = Field::kBottom;
+
+  Picture picture;
+  picture.buffer = filled;
+  picture.field = stamp.field;
+  picture.place = clock_.place(stamp);
+  counters_.dropped += picture.place.lost_pictures;
+  judge(filled, picture);
+  if (picture.status == FrameStatus::kOk) {
+    picture.ring = ring_;
+  } else {
+    ring_->give_back(filled.index);
+  }
+  if (queue_.push(std::move(picture))) ++counters_.overrun;
+}
+
+void Streamer::judge(const FilledBuffer& filled, Picture& picture) {
+  const std::size_t needed = agreement_.buffer_bytes();
+  const auto refuse = [&](FrameStatus status, const char* detail) {
+    picture.status = status;
+    picture.detail = detail;
+  };
+  check_signal();
+  // What was exposed before the signal was seen to be back is noise, or a part of it is.
+  const bool has_signal = has_signal_ && picture.place.began_ns >= signal_since_ns_;
+  if ((filled.flags & V4L2_BUF_FLAG_ERROR) != 0) {
+    refuse(FrameStatus::kCorrupt, "the driver flagged the picture as damaged");
+  } else if (!has_signal) {
+    refuse(FrameStatus::kCorrupt, "the input had no signal");
+  } else if (filled.bytes > 0 && filled.bytes < filled.offset + needed) {
+    refuse(FrameStatus::kIncomplete, "the driver filled only a part of the picture");
+  } else if (filled.offset + needed > ring_->size(filled.index)) {
+    refuse(FrameStatus::kCorrupt, "the driver put the picture outside its buffer");
+  }
+}
+
+// Asks for the signal after the picture was exposed: a loss is seen with the first picture that it
+// spoils. A grabber that takes a good part of a field's time to answer is asked now and then.
+void Streamer::check_signal() {
+  constexpr milliseconds kNowAndThen{100};
+  const bool is_quick = signal_answer_ < std::chrono::nanoseconds(clock_.exposure_period_ns() / 4);
+  const bool is_due = is_quick || Clock::now() - signal_asked_at_ >= kNowAndThen;
+  if (checks_signal_ && is_due) ask_for_signal();
+}
+
+void Streamer::ask_for_signal() {
+  signal_asked_at_ = Clock::now();
+  v4l2_input input{};
+  input.index = static_cast<std::uint32_t>(agreement_.signal.input);
+  if (device_->attempt(VIDIOC_ENUMINPUT, input) != 0) return;
+  signal_answer_ = std::min(signal_answer_, Clock::now() - signal_asked_at_);
+  const std::string trouble = signal_trouble(input.status);
+  if (!trouble.empty() && has_signal_) {
+    options_.events.send({"signal_lost", fmt::format("v4l2 {}: input {} ('{}') {}", options_.device,
+                                                     agreement_.signal.input,
+                                                     agreement_.signal.input_name, trouble)});
+  }
+  if (trouble.empty() && !has_signal_) signal_since_ns_ = monotonic_ns();
+  has_signal_ = trouble.empty();
+}
+
+void Streamer::lose(const std::string& reason) {
+  ring_->detach();
+  ring_.reset();
+  device_.reset();
+  clock_.interrupt();
+  lost_at_ = Clock::now();
+  pause_ = milliseconds{0};
+  last_refusal_.clear();
+  if (options_.reconnect_s <= 0.0) {
+    send("source_gone", reason);
+    return end();
+  }
+  send("source_lost", reason + "; opening it again");
+}
+
+void Streamer::try_again() {
+  calls_->wait(-1, wake_fd_, has_ended_ ? -1 : static_cast<int>(pause_.count()));
+  if (is_stopping_ || has_ended_) return;
+  try {
+    open_again();
+    ++counters_.reconnects;
+    send("source_back", "streams again");
+  } catch (const Error& error) {
+    ring_.reset();
+    device_.reset();
+    const std::chrono::duration<double> waited = Clock::now() - lost_at_;
+    if (waited.count() > options_.reconnect_s) {
+      send("source_gone",
+           fmt::format("it did not come back in {:.3g} s: {}", options_.reconnect_s, error.what()));
+      return end();
+    }
+    if (last_refusal_ != error.what()) {
+      options_.events.send({"source_not_open", last_refusal_ = error.what()});
+    }
+    pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
+  }
+}
+
+void Streamer::open_again() {
+  device_ = std::make_unique<VideoDevice>(calls_, options_.device);
+  const Agreement now = negotiate(*device_, options_);
+  if (!is_same_stream(now, agreement_)) {
+    device_->fail(ErrorKind::kDevice, fmt::format("it came back with {} and was {}", now.describe(),
+                                                  agreement_.describe()));
+  }
+  connect();
+}
+
+void Streamer::send(EventCode code, const std::string& what) const {
+  options_.events.send({code, fmt::format("v4l2 {}: {}", options_.device, what)});
+}
+
+void Streamer::end() {
+  has_ended_ = true;
+  queue_.close(NextStatus::kEnd);
+}
+
+}  // namespace striper::v4l2

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pixels of lit - dark, a vector at a time. Compiled for every instruction set: see
+// hwy/foreach_target.h for the unusual include guard.
+#if defined(STRIPER_STRIPE_CHUNK_READER_INL_) == defined(HWY_TARGET_TOGGLE)
+#ifdef STRIPER_STRIPE_CHUNK_READER_INL_
+#undef STRIPER_STRIPE_CHUNK_READER_INL_
+#else
+#define STRIPER_STRIPE_CHUNK_READER_INL_
+#endif
+
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include "stripe/candidates/chunk_kernels.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace striper::detail {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+template <typename Pixel>
+using PixelTag = hn::ScalableTag<Pixel>;
+
+template <typename Pixel>
+using PixelVec = hn::Vec<PixelTag<Pixel>>;
+
+template <class D>
+HWY_INLINE hn::Vec<D> load_blind(D d, const std::uint8_t* blind) {
+  if constexpr (sizeof(hn::TFromD<D>) == 1) {
+    return hn::LoadU(d, blind);
+  } else {
+    const hn::Rebind<std::uint8_t, D> half;
+    return hn::PromoteTo(d, hn::LoadU(half, blind));
+  }
+}
+
+// What the planes hold, known when the loop is compiled: a plane that is absent costs nothing.
+template <typename PixelT, bool kHasDark, bool kHasBlind>
+struct Reader {
+  using Pixel = PixelT;
+
+  PixelPlanes<Pixel> planes;
+
+  HWY_INLINE PixelVec<Pixel> load(int row, int col) const {
+    return load(PixelTag<Pixel>(), row, col);
+  }
+
+  // As many as `d` has lanes.
+  template <class D>
+  HWY_INLINE hn::Vec<D> load(D d, int row, int col) const {
+    auto v = hn::LoadU(d, planes.lit + row * planes.lit_stride + col);
+    if constexpr (kHasDark) {
+      v = hn::SaturatedSub(v, hn::LoadU(d, planes.dark + row * planes.dark_stride + col));
+    }
+    if constexpr (kHasBlind) {
+      const auto seen =
+          hn::Eq(load_blind(d, planes.blind + row * planes.blind_stride + col), hn::Zero(d));
+      v = hn::IfThenElseZero(seen, v);
+    }
+    return v;
+  }
+
+  Pixel value(int row, int col) const {
+    if (kHasBlind && planes.blind[row * planes.blind_stride + col] != 0) return 0;
+    const Pixel lit = planes.lit[row * planes.lit_stride + col];
+    if constexpr (!kHasDark) return lit;
+    const Pixel dark = planes.dark[row * planes.dark_stride + col];
+    return lit > dark ? static_cast<Pixel>(lit - dark) : Pixel{0};
+  }
+};
+
+template <typename Visitor, typename Pixel>
+void with_reader(const PixelPlanes<Pixel>& planes, const Visitor& visit) {
+  const bool dark = planes.dark != nullptr;
+  if (planes.blind != nullptr) {
+    if (dark) {
+      visit(Reader<Pixel, true, true>{planes});
+    } else {
+      visit(Reader<Pixel, false, true>{planes});
+    }
+  } else if (dark) {
+    visit(Reader<Pixel, true, false>{planes});
+  } else {
+    visit(Reader<Pixel, false, false>{planes});
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace striper::detail
+HWY_AFTER_NAMESPACE();
+
+#endif  // STRIPER_STRIPE_CHUNK_READER_INL_

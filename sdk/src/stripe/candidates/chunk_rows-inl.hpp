@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// The chunk maxima of rows. Compiled for every instruction set: see hwy/foreach_target.h for the
+// unusual include guard.
+#if defined(STRIPER_STRIPE_CHUNK_ROWS_INL_) == defined(HWY_TARGET_TOGGLE)
+#ifdef STRIPER_STRIPE_CHUNK_ROWS_INL_
+#undef STRIPER_STRIPE_CHUNK_ROWS_INL_
+#else
+#define STRIPER_STRIPE_CHUNK_ROWS_INL_
+#endif
+
+#include <algorithm>
+#include <cstdint>
+
+#include "stripe/candidates/chunk_reader-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace striper::detail {
+namespace HWY_NAMESPACE {
+namespace {
+
+#if HWY_TARGET == HWY_SCALAR
+
+template <typename R>
+void rows(const R& reader, typename R::Pixel* maxima) {
+  using Pixel = typename R::Pixel;
+  for (int first = 0; first < reader.planes.cols; first += kChunkPixels) {
+    const int end = std::min(first + kChunkPixels, reader.planes.cols);
+    for (int row = 0; row < reader.planes.rows; ++row) {
+      Pixel largest = 0;
+      for (int col = first; col < end; ++col) largest = std::max(largest, reader.value(row, col));
+      *maxima++ = largest;
+    }
+  }
+}
+
+#else
+
+// ---- Rows: the pixels of a chunk are folded into one, of as many rows together as a 128-bit block
+// has pixels, so that a block of the result holds a chunk's maxima, a row to a lane. To make one
+// vector of two takes three instructions, in AVX-512 evenly for both of its ports: for a vector of
+// pixels it comes to as many as columns take, which learn by them where the maxima are, too. Of
+// rows that is looked up later, of the few chunks that matter.
+
+// So many chunks are folded together, each into a block of its own.
+constexpr int kChunksAtOnce = HWY_MAX_BYTES / 16;
+constexpr int kSpan = kChunksAtOnce * kChunkPixels;
+
+template <typename Pixel>
+inline constexpr int kRowsAtOnce = 16 / sizeof(Pixel);
+
+// Which block a chunk is in after `fold_blocks`.
+constexpr int block_of_chunk(int chunk) {
+  return kChunksAtOnce == 4 ? (chunk & 1) << 1 | chunk >> 1 : chunk;
+}
+
+// Halves, each of one chunk: those of a, then those of b.
+template <class D, class V>
+HWY_INLINE V fold_halves(D d, V a, V b) {
+  return hn::Max(hn::ConcatUpperLower(d, b, a), hn::ConcatLowerUpper(d, b, a));
+}
+
+// Of two vectors whose neighbouring blocks belong together, or which belong together where they are
+// a block: one, a block to a chunk.
+template <class D, class V>
+HWY_INLINE V fold_blocks(D d, V a, V b) {
+#if HWY_MAX_BYTES == 64
+  // Blocks 1 of a, 0 of b, 3 of a, 2 of b: in one instruction.
+  const V crossed{
+      _mm512_permutex2var_epi64(a.raw, _mm512_setr_epi64(2, 3, 8, 9, 6, 7, 12, 13), b.raw)};
+  return hn::Max(hn::OddEvenBlocks(b, a), crossed);
+#elif HWY_MAX_BYTES == 32
+  return fold_halves(d, a, b);
+#else
+  return hn::Max(a, b);
+#endif
+}
+
+// kChunksAtOnce chunks of a row, each folded into a block.
+template <typename R>
+HWY_INLINE PixelVec<typename R::Pixel> fold_chunks(const R& reader, int row, int col) {
+  using Pixel = typename R::Pixel;
+  const PixelTag<Pixel> d;
+  constexpr int kLanes = static_cast<int>(HWY_MAX_BYTES / sizeof(Pixel));
+  const auto vector = [&](int n) HWY_ATTR { return reader.load(d, row, col + n * kLanes); };
+  if constexpr (sizeof(Pixel) == 1) {
+    return fold_blocks(d, vector(0), vector(1));
+#if HWY_MAX_BYTES == 64
+  } else {
+    return fold_blocks(d, fold_halves(d, vector(0), vector(1)),
+                       fold_halves(d, vector(2), vector(3)));
+#else
+  } else {
+    return fold_blocks(d, hn::Max(vector(0), vector(1)), hn::Max(vector(2), vector(3)));
+#endif
+  }
+}
+
+// The same of kRows rows, which share the lanes: to halve what is left of a row leaves room for the
+// next one.
+template <int kRows, typename R>
+HWY_INLINE PixelVec<typename R::Pixel> fold_rows(const R& reader, int row, int col) {
+  using Pixel = typename R::Pixel;
+  if constexpr (kRows == 1) {
+    return fold_chunks(reader, row, col);
+  } else {
+    constexpr int kHalf = kRows / 2;
+    const PixelTag<Pixel> d;
+    const hn::Repartition<hwy::UnsignedFromSize<kHalf * sizeof(Pixel)>, PixelTag<Pixel> > together;
+    const auto a = hn::BitCast(together, fold_rows<kHalf>(reader, row, col));
+    const auto b = hn::BitCast(together, fold_rows<kHalf>(reader, row + kHalf, col));
+    return hn::Max(hn::BitCast(d, hn::InterleaveLower(together, a, b)),
+                   hn::BitCast(d, hn::InterleaveUpper(together, a, b)));
+  }
+}
+
+// Where the maxima of some rows go: those of the first chunk to `first`, those of the next one
+// `lines` further on.
+template <typename Pixel>
+struct MaximaOfRows {
+  Pixel* first;
+  std::ptrdiff_t lines;
+  int rows;
+  int chunks;
+
+  template <int kRows>
+  HWY_INLINE void put(int chunk, const Pixel (&maxima)[kRows]) const {
+    Pixel* const to = first + chunk * lines;
+    if (rows == kRows) {
+      hwy::CopyBytes<sizeof(maxima)>(maxima, to);
+    } else {
+      std::copy_n(maxima, rows, to);
+    }
+  }
+};
+
+// Reads kSpan pixels of kRowsAtOnce rows.
+template <typename R>
+HWY_INLINE void span_of_rows(const R& reader, int row, int col, int chunk,
+                             const MaximaOfRows<typename R::Pixel>& to) {
+  using Pixel = typename R::Pixel;
+  constexpr int kRows = kRowsAtOnce<Pixel>;
+  const PixelTag<Pixel> d;
+  HWY_ALIGN Pixel maxima[kChunksAtOnce][kRows];
+  hn::Store(fold_rows<kRows>(reader, row, col), d, maxima[0]);
+  const int chunks = std::min(kChunksAtOnce, to.chunks - chunk);
+  for (int c = 0; c < chunks; ++c) to.put(chunk + c, maxima[block_of_chunk(c)]);
+}
+
+// What is no whole span of rows or columns: copied into rows of their own, padded with zeros, which
+// never win against a real pixel before them.
+template <typename R>
+HWY_NOINLINE void rest_of_rows(const R& reader, int row, int col,
+                               const MaximaOfRows<typename R::Pixel>& to) {
+  using Pixel = typename R::Pixel;
+  const PixelTag<Pixel> d;
+  constexpr int kLanes = static_cast<int>(HWY_MAX_BYTES / sizeof(Pixel));
+  constexpr int kStride = kLanes + kSpan;  // A row's last vector may begin before its first pixel.
+  HWY_ALIGN Pixel padded[kRowsAtOnce<Pixel> * kStride] = {};
+  const int end = std::min(reader.planes.cols, col + kSpan);
+  for (int j = 0; j < to.rows; ++j) {
+    Pixel* const copy = padded + j * kStride + kLanes;
+    int k = col;
+    for (; k + kLanes <= end; k += kLanes) hn::StoreU(reader.load(row + j, k), d, copy + (k - col));
+    if (k < end && end >= kLanes) {
+      k = end - kLanes;
+      hn::StoreU(reader.load(row + j, k), d, copy + (k - col));
+    } else {
+      for (; k < end; ++k) copy[k - col] = reader.value(row + j, k);
+    }
+  }
+  PixelPlanes<Pixel> planes;
+  planes.lit = padded + kLanes;
+  planes.lit_stride = kStride;
+  span_of_rows(Reader<Pixel, false, false>{planes}, 0, 0, col / kChunkPixels, to);
+}
+
+template <typename R>
+void rows(const R& reader, typename R::Pixel* maxima) {
+  using Pixel = typename R::Pixel;
+  constexpr int kRows = kRowsAtOnce<Pixel>;
+  const int lines = reader.planes.rows;
+  const int cols = reader.planes.cols;
+  const int chunks = (cols + kChunkPixels - 1) / kChunkPixels;
+  const int row_count = std::min(kRows, lines);
+  for (int line = 0; line < lines; line += kRows) {
+    // The last rows and spans may overlap those before them: the same maxima are written twice.
+    const int row = std::max(0, std::min(line, lines - kRows));
+    const MaximaOfRows<Pixel> to{maxima + row, lines, row_count, chunks};
+    int col = 0;
+    if (row_count == kRows) {
+      for (; col + kSpan <= cols; col += kSpan) {
+        span_of_rows(reader, row, col, col / kChunkPixels, to);
+      }
+      if (col < cols && cols % kChunkPixels == 0 && cols >= kSpan) {
+        col = cols - kSpan;
+        span_of_rows(reader, row, col, col / kChunkPixels, to);
+        col = cols;
+      }
+    }
+    for (; col < cols; col += kSpan) rest_of_rows(reader, row, col, to);
+  }
+}
+
+#endif  // HWY_TARGET == HWY_SCALAR
+
+// ---- Where in its chunk a maximum is.
+
+template <typename R>
+HWY_INLINE int first_in_chunk(const R& reader, int row, int col, typename R::Pixel value) {
+  const hn::CappedTag<typename R::Pixel, kChunkPixels> d;
+  const int n = static_cast<int>(hn::Lanes(d));
+  const auto wanted = hn::Set(d, value);
+  const int count = std::min(kChunkPixels, reader.planes.cols - col);
+  int k = 0;
+  for (; k + n <= count; k += n) {
+    const auto at = hn::FindFirstTrue(d, hn::Eq(reader.load(d, row, col + k), wanted));
+    if (at >= 0) return k + static_cast<int>(at);
+  }
+  while (k + 1 < count && reader.value(row, col + k) != value) ++k;
+  return k;
+}
+
+template <typename R>
+void move_to_maxima(const R& reader, const typename R::Pixel* maxima, int first_row, int count,
+                    std::int32_t* across) {
+  for (int i = 0; i < count; ++i) {
+    const std::ptrdiff_t chunk = across[i] / kChunkPixels;
+    const auto value = maxima[chunk * reader.planes.rows + first_row + i];
+    across[i] += first_in_chunk(reader, first_row + i, across[i], value);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace striper::detail
+HWY_AFTER_NAMESPACE();
+
+#endif  // STRIPER_STRIPE_CHUNK_ROWS_INL_

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/candidates/peak_candidates.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <iterator>
+
+#include "stripe/line_view.hpp"
+
+namespace striper::detail {
+namespace {
+
+// A second candidate is measured where its pixel stands out from the noise: from the chunks next to
+// it, and where the first one stands out less than so far, from the pixels about it.
+constexpr double kSecondProminence = 4.0;
+constexpr double kWeakFirstProminence = 10.0;
+// And every candidate where the first one hardly does.
+constexpr double kHopelessFirstProminence = 6.0;
+
+// Of a peak's height its ridge rises: .95 for a stripe, whose pixels may share it with another.
+constexpr float kLeastOfRidge = 0.4F;
+
+// From line to line, pixels: a larger step is another thing's.
+constexpr double kSteepest = 4.0;
+constexpr double kNowhere = -1e9;
+
+// Twice as far as a pixel rises above the brighter of its two sides, two pixels of each.
+template <typename Pixel>
+int rise_of(const LitLine<Pixel>& line, const ChunkMaxima::Peak& peak, int reach) {
+  const int last = line.length() - 1;
+  const auto two = [&](int nearer, int farther) {
+    return line.value(std::clamp(nearer, 0, last)) + line.value(std::clamp(farther, 0, last));
+  };
+  const int before = two(peak.across - reach, peak.across - reach - 1);
+  const int after = two(peak.across + reach, peak.across + reach + 1);
+  return 2 * peak.value_dn - std::max(before, after);
+}
+
+// The highest ones, highest first.
+class Highest {
+ public:
+  void add(int rise, std::int32_t across) {
+    std::size_t at = count_ < kMost ? count_++ : kMost;
+    for (; at > 0 && places_[at - 1].rise < rise; --at) {
+      if (at < kMost) places_[at] = places_[at - 1];
+    }
+    if (at < kMost) places_[at] = {rise, across};
+  }
+
+  void append_to(std::vector<PeakSeed>& seeds, std::int32_t line) const {
+    for (std::size_t i = 0; i < count_; ++i) seeds.push_back({line, places_[i].across});
+  }
+
+ private:
+  static constexpr std::size_t kMost = ChunkMaxima::kBest - 1;
+  struct Place {
+    int rise;
+    std::int32_t across;
+  };
+  std::array<Place, kMost> places_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima& chunks,
+                            double noise_dn, const ProfilePlan& plan) {
+  const auto count = static_cast<std::size_t>(chunks.lines());
+  firsts.make_room(count);
+  first_rises_.reserve(count);
+  extra_rises_.reserve(count * Ridges::kMost);
+  extras.make_room(count * Ridges::kMost);
+  for (auto* some : {&hidden_, &weak_lines_}) {
+    some->clear();
+    some->reserve(count);
+  }
+  noise_dn_ = noise_dn;
+  limits_.second_dn = std::max(1, static_cast<int>(std::ceil(kSecondProminence * noise_dn)));
+  limits_.weak_dn = std::max(1, static_cast<int>(std::ceil(kWeakFirstProminence * noise_dn)));
+  limits_.flank_px = plan.core;
+  chunks.find_rivals(limits_, rivals_);
+  find_weak_rivals(frame, axis, chunks);
+  merge_rivals();
+  firsts.seeds.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    firsts.seeds[i] = {static_cast<std::int32_t>(i), chunks.best_across()[i]};
+  }
+}
+
+void PeakCandidates::look_behind(float significance, const LitFrame& frame, StripeAxis axis,
+                                 const ChunkMaxima& chunks) {
+  find_hidden_lines(significance, chunks);
+  if (hidden_.empty()) return;
+  std::set_union(rivals_.weak_lines.begin(), rivals_.weak_lines.end(), hidden_.begin(),
+                 hidden_.end(), std::back_inserter(weak_lines_));
+  rivals_.weak_lines.swap(weak_lines_);
+  std::erase_if(rivals_.places, [&](const PeakSeed& place) { return is_hidden(place.line); });
+  find_weak_rivals(frame, axis, chunks);
+  merge_rivals();
+}
+
+void PeakCandidates::find_hidden_lines(float significance, const ChunkMaxima& chunks) {
+  constexpr std::size_t kBlock = 16;  // Nearly always there are none, a vector at a time.
+  for (std::size_t first = 0; first < firsts.size(); first += kBlock) {
+    const std::size_t last = std::min(first + kBlock, firsts.size());
+    int any = 0;
+    for (std::size_t i = first; i < last; ++i) any |= !(firsts.significance[i] >= significance);
+    if (any == 0) continue;
+    for (std::size_t i = first; i < last; ++i) {
+      const auto line = static_cast<std::int32_t>(i);
+      if (firsts.significance[i] >= significance) continue;
+      if (chunks.prominence_dn(0, line) >= limits_.weak_dn) hidden_.push_back(line);
+    }
+  }
+}
+
+bool PeakCandidates::is_hidden(std::int32_t line) const {
+  return std::binary_search(hidden_.begin(), hidden_.end(), line);
+}
+
+void PeakCandidates::find_weak_rivals(const LitFrame& frame, StripeAxis axis,
+                                      const ChunkMaxima& chunks) {
+  if (frame.lit.depth() == CV_8U) {
+    find_weak_rivals_in<std::uint8_t>(frame, axis, chunks);
+  } else {
+    find_weak_rivals_in<std::uint16_t>(frame, axis, chunks);
+  }
+}
+
+// Between surfaces as bright as itself a stripe does not rise above the chunks next to it: of weak
+// lines every chunk is looked at.
+template <typename Pixel>
+void PeakCandidates::find_weak_rivals_in(const LitFrame& frame, StripeAxis axis,
+                                         const ChunkMaxima& chunks) {
+  weak_rivals_.clear();
+  weak_rivals_.reserve(extras.seeds.capacity());
+  for (const std::int32_t number : rivals_.weak_lines) {
+    const LitLine<Pixel> line(frame, axis, number);
+    const std::int32_t first = chunks.best_across()[static_cast<std::size_t>(number)];
+    const bool is_hopeless =
+        chunks.prominence_dn(0, number) < kHopelessFirstProminence * noise_dn_ || is_hidden(number);
+    const int least = is_hopeless ? 1 : static_cast<int>(2.0 * kSecondProminence * noise_dn_);
+    Highest highest;
+    for (int chunk = 0; chunk < chunks.chunks(); ++chunk) {
+      const ChunkMaxima::Peak peak = chunks.at(chunk, number);
+      const int rise = rise_of(line, peak, limits_.flank_px);
+      if (rise >= least && peak.across != first) highest.add(rise, peak.across);
+    }
+    highest.append_to(weak_rivals_, number);
+  }
+}
+
+void PeakCandidates::merge_rivals() {
+  const std::vector<PeakSeed>& clear = rivals_.places;
+  extras.seeds.resize(clear.size() + weak_rivals_.size());
+  const auto is_before = [](const PeakSeed& a, const PeakSeed& b) { return a.line < b.line; };
+  std::merge(clear.begin(), clear.end(), weak_rivals_.begin(), weak_rivals_.end(),
+             extras.seeds.begin(), is_before);
+}
+
+std::size_t PeakCandidates::unclear_lines(float significance) const {
+  std::size_t unclear = 0;
+  std::size_t extra = 0;
+  double last = kNowhere;
+  std::size_t last_line = 0;
+  for (std::size_t line = 0; line < firsts.size(); ++line) {
+    const PeakList* highest = firsts.significance[line] >= significance ? &firsts : nullptr;
+    std::size_t at = line;
+    for (; extra < extras.size() && static_cast<std::size_t>(extras.seeds[extra].line) == line;
+         ++extra) {
+      if (!(extras.significance[extra] >= significance)) continue;
+      if (highest != nullptr && highest->amplitude[at] >= extras.amplitude[extra]) continue;
+      highest = &extras;
+      at = extra;
+    }
+    if (highest == nullptr) continue;
+    const double now = highest->position(at);
+    const double most = kSteepest * static_cast<double>(line - last_line);
+    unclear += static_cast<std::size_t>(last != kNowhere && std::abs(now - last) > most);
+    last = now;
+    last_line = line;
+  }
+  return unclear;
+}
+
+void PeakCandidates::take_ridges(const Ridges& ridges) {
+  extras.seeds.clear();
+  extras.seeds.reserve(firsts.size() * Ridges::kMost);
+  extra_rises_.clear();
+  extra_rises_.reserve(firsts.size() * Ridges::kMost);
+  first_rises_.assign(firsts.size(), 0);
+  for (std::size_t i = 0; i < firsts.size(); ++i) {
+    PeakSeed& first = firsts.seeds[i];
+    const std::span<const Ridges::Ridge> of_line = ridges.of_line(first.line);
+    const auto highest = std::max_element(
+        of_line.begin(), of_line.end(),
+        [](const Ridges::Ridge& a, const Ridges::Ridge& b) { return a.rise_dn < b.rise_dn; });
+    if (highest == of_line.end()) continue;
+    first.across = highest->across;
+    first_rises_[i] = highest->rise_dn;
+    for (auto ridge = of_line.begin(); ridge != of_line.end(); ++ridge) {
+      if (ridge == highest) continue;
+      extras.seeds.push_back({first.line, ridge->across});
+      extra_rises_.push_back(ridge->rise_dn);
+    }
+  }
+  extras.make_room(extras.seeds.size());
+}
+
+void PeakCandidates::blank_false_ridges() {
+  const auto blank = [](PeakList& peaks, const std::vector<std::int32_t>& rises) {
+    for (std::size_t i = 0; i < peaks.size(); ++i) {
+      const auto rise = static_cast<float>(rises[i]);
+      const bool is_clipped = peaks.clipped[i] > 0.0F && rises[i] > 0;
+      if (is_clipped || rise > kLeastOfRidge * peaks.amplitude[i]) continue;
+      peaks.significance[i] = 0.0F;
+    }
+  };
+  blank(firsts, first_rises_);
+  blank(extras, extra_rises_);
+}
+
+void PeakCandidates::blank_flat_lines() {
+  for (const std::int32_t line : rivals_.flat_lines)
+    firsts.significance[static_cast<std::size_t>(line)] = 0.0F;
+}
+
+std::size_t PeakCandidates::first_extra(int line) const {
+  const auto before = [](const PeakSeed& seed, int l) { return seed.line < l; };
+  const auto at = std::lower_bound(extras.seeds.begin(), extras.seeds.end(), line, before);
+  return static_cast<std::size_t>(at - extras.seeds.begin());
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <striper/core/lit_frame.hpp>
+#include <striper/core/stripe_axis.hpp>
+#include <striper/stripe/candidates.hpp>
+
+#include "stripe/select/line_choice.hpp"
+#include "stripe/select/peak_judge.hpp"
+#include "stripe/track/continuous_tracker.hpp"
+
+namespace striper::detail {
+
+/// The rule `continuous`, after every line has been decided by itself: where the stripe of all
+/// lines together runs through a candidate of a line, that one is taken; where there is none, what
+/// is there is measured. A line whose only peak is strong keeps it: existence is the line's own
+/// affair where the line can tell.
+class LineFollower {
+ public:
+  /// @param plan for weak peaks, not refined. @param limits those of the frame.
+  void follow(const LitFrame& frame, const ProfileImages& images, const PeakCandidates& candidates,
+              const WidthModel& width, ProfilePlan plan, const PeakLimits& limits,
+              const PlanNoise& noise, Stripe& stripe);
+
+  /// After `follow`: of lines side by side that are partly blind, drops what the chain alone made a
+  /// return of, unless it goes on in a line that is not. Where the stripe is hidden the chain finds
+  /// what else there is.
+  void drop_strays(const ChunkMaxima& chunks, Stripe& stripe) const;
+
+ private:
+  bool take_candidate(int line, const PeakCandidates& candidates, const WidthModel& width,
+                      Stripe& stripe);
+  bool goes_on_from(std::size_t i, int direction, const Stripe& stripe) const;
+  bool lacks_stripe(std::size_t n, const Stripe& stripe) const;
+  bool goes_on(std::size_t n) const;
+  bool shows_on_the_whole(std::size_t first, std::size_t end) const;
+  void put_run(std::size_t first, std::size_t end, int length, Stripe& stripe);
+  void put_followed(int length, Stripe& stripe);
+
+  ContinuousTracker tracker_;
+  PeakList followed_;
+  std::vector<std::uint8_t> leans_;  // Per line: on the chain, the line alone shows too little.
+};
+
+}  // namespace striper::detail
