@@ -44,7 +44,7 @@ bool has_dark_of_same_rows(const Cadence& cadence) {
   return true;
 }
 
-Cadence pattern_of_labels(const std::vector<std::unique_ptr<HeldExposure>>& held) {
+Cadence pattern_of_labels(const HeldExposures& held) {
   constexpr std::size_t kLongest = 8;
   for (std::size_t period = 1; period <= kLongest && period < held.size(); ++period) {
     std::vector<Illumination> pattern(period);

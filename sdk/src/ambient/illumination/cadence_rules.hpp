@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
 #include <optional>
-#include <vector>
 
 #include <striper/core/cadence.hpp>
 
-#include "ambient/illumination/exposure_queue.hpp"
+#include "ambient/held_exposure.hpp"
 
 namespace striper::detail {
 
@@ -22,6 +20,6 @@ std::optional<Cadence> turned_to(const Cadence& cadence, const Cadence& found);
 bool has_dark_of_same_rows(const Cadence& cadence);
 
 /// The shortest pattern that the exposures' own illumination follows; automatic if there is none.
-Cadence pattern_of_labels(const std::vector<std::unique_ptr<HeldExposure>>& held);
+Cadence pattern_of_labels(const HeldExposures& held);
 
 }  // namespace striper::detail

@@ -5,40 +5,12 @@
 #include <memory>
 #include <vector>
 
-#include <opencv2/core/mat.hpp>
-
-#include <striper/ambient/channel_choice.hpp>
 #include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
 
+#include "ambient/held_exposure.hpp"
+
 namespace striper::detail {
-
-/// One exposure that may still be needed, as lit or as dark.
-struct HeldExposure {
-  Frame frame;
-  std::uint64_t number = 0;  ///< Its place in time, gaps included.
-  Illumination light;        ///< Unknown until the cadence is.
-  bool is_done = false;      ///< A lit one that has been handed out.
-  cv::Mat own;               ///< Pixels of a frame that nobody else keeps.
-  bool has_channel = false;
-  ChannelImages channel;
-};
-
-/// The dark exposures around a lit one.
-struct Neighbours {
-  HeldExposure* before = nullptr;
-  HeldExposure* after = nullptr;
-  double weight_after = 0.5;
-  bool is_between_rows = false;  ///< They are fields of the other parity.
-  bool must_wait = false;        ///< The dark exposure after is still to come.
-};
-
-/// Which dark exposures may serve.
-enum class DarkChoice {
-  kNone,      ///< Nothing is subtracted, nothing is waited for.
-  kSameRows,  ///< Pictures, or fields of the same parity.
-  kAny,       ///< Fields of the other parity too, where no nearer one has the same rows.
-};
 
 /// Keeps exposures in time order until no lit one needs them any more.
 ///
@@ -80,7 +52,7 @@ class ExposureQueue {
 
   std::size_t size() const noexcept { return held_.size(); }
   std::uint64_t dark_exposures() const noexcept { return dark_exposures_; }
-  const std::vector<std::unique_ptr<HeldExposure>>& held() const noexcept { return held_; }
+  const HeldExposures& held() const noexcept { return held_; }
 
  private:
   struct Distances {
@@ -100,7 +72,7 @@ class ExposureQueue {
   std::uint64_t reach_of_fields_ = 0;
   bool is_labelled_ = false;
   std::uint64_t dark_exposures_ = 0;
-  std::vector<std::unique_ptr<HeldExposure>> held_;  // Oldest first.
+  HeldExposures held_;
   std::vector<std::unique_ptr<HeldExposure>> free_;
 };
 
