@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 
 #include <striper/core/error.hpp>
+#include <striper/core/statistics.hpp>
 #include <striper/joint/trust.hpp>
 
 namespace striper {
@@ -207,26 +208,10 @@ double rms_of(const std::vector<double>& values) {
   return count > 0 ? std::sqrt(sum / count) : kNan;
 }
 
-// The standard normal quantile (Acklam's bounds are not needed: bisection on erfc).
-double normal_quantile(double probability) {
-  double low = -10.0;
-  double high = 10.0;
-  for (int i = 0; i < 80; ++i) {
-    const double middle = 0.5 * (low + high);
-    (0.5 * std::erfc(-middle / std::sqrt(2.0)) < probability ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 }  // namespace
 
 double CrossValidation::corner_rms_px() const { return rms_of(held_out_corner_px); }
 double CrossValidation::stripe_rms_px() const { return rms_of(held_out_stripe_px); }
-
-double chi2_quantile(double probability, double dof) {
-  const double k = 2.0 / (9.0 * dof);
-  return dof * std::pow(1.0 - k + normal_quantile(probability) * std::sqrt(k), 3.0);
-}
 
 CrossValidation cross_validate(const Observations& observations, const JointSolution& solution,
                                const JointOptions& options, int threads) {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/statistics.hpp>
 #include <striper/geometry/triangulator.hpp>
 
 #include "joint/calibration_steps.hpp"

@@ -11,6 +11,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
+#include <striper/core/sole_owner.hpp>
 #include <striper/images/image_source.hpp>
 #include <striper/images/picture_files.hpp>
 
@@ -32,12 +33,6 @@ std::string describe(cv::Size size, int type) {
   return fmt::format("{}x{} {} of {} bits", size.width, size.height,
                      CV_MAT_CN(type) == 1 ? "grey" : "colour",
                      CV_MAT_DEPTH(type) == CV_16U ? 16 : 8);
-}
-
-// Whether nobody else would see it if these pixels were overwritten. Read atomically, as it is
-// written: another thread may be letting go of its copy, and must have read all it wanted.
-bool is_held_here_only(const cv::Mat& image) {
-  return image.u != nullptr && CV_XADD(&image.u->refcount, 0) == 1;
 }
 
 std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double rate_hz) {
@@ -199,7 +194,7 @@ detail::Fault ImageSource::State::read(const FrameRow& row) {
 }
 
 void ImageSource::State::fill(const FrameRow& row, Frame& frame) {
-  picture.image = is_held_here_only(frame.image) ? std::move(frame.image) : cv::Mat();
+  picture.image = is_sole_owner(frame.image) ? std::move(frame.image) : cv::Mat();
   frame = row.frame;
   detail::Fault fault = read(row);
   if (fault.empty()) {

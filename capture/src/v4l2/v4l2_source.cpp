@@ -8,6 +8,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
+#include <striper/core/sole_owner.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "common_keys.hpp"
@@ -153,7 +154,7 @@ void V4l2Source::stop() {
 
 NextStatus V4l2Source::next(Frame& frame, std::chrono::milliseconds timeout) {
   // Memory of the driver's goes back before anything else; memory of our own is used again.
-  if (frame.image.u == nullptr || frame.image.u->refcount > 1) frame.image.release();
+  if (!is_sole_owner(frame.image)) frame.image.release();
   frame.lease.reset();
   if (!in_hand_.is_done() && queue_.is_stopped()) in_hand_ = {};
   if (in_hand_.is_done()) {

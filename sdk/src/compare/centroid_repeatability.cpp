@@ -9,6 +9,7 @@
 
 #include <striper/compare/centroid_repeatability.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/statistics.hpp>
 
 namespace striper {
 namespace {
@@ -21,7 +22,6 @@ constexpr std::array kPlaces{-1.7320508, 0.0, 1.7320508};
 constexpr std::array kWeights{1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0};
 
 double density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi); }
-double below(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
 using Profile = std::array<double, 2 * kReach + 1>;
 
@@ -32,7 +32,7 @@ Profile profile_of(double sigma_px, double phase_px) {
     const double from = (k - 0.5 - phase_px) / sigma_px;
     const double to = (k + 0.5 - phase_px) / sigma_px;
     profile[static_cast<std::size_t>(k + kReach)] =
-        sigma_px * std::sqrt(2.0 * std::numbers::pi) * (below(to) - below(from));
+        sigma_px * std::sqrt(2.0 * std::numbers::pi) * (normal_below(to) - normal_below(from));
   }
   return profile;
 }
@@ -68,7 +68,7 @@ class Centroids {
       const double peak = profile_[k] + noise_ * z;
       double chance = kStep * density(z);
       for (std::size_t j = 0; j < profile_.size(); ++j) {
-        if (j != k) chance *= below((peak - profile_[j]) / noise_);
+        if (j != k) chance *= normal_below((peak - profile_[j]) / noise_);
       }
       if (chance > kLeastChance) add_neighbours(k, peak, chance);
     }
@@ -90,7 +90,7 @@ class Centroids {
   // Three that stand for a normal distribution cut off at the peak, by its mean and variance.
   std::array<double, kPlaces.size()> values_below(double peak, double mean) const {
     const double cut = (peak - mean) / noise_;
-    const double hazard = density(cut) / std::max(below(cut), 1e-12);
+    const double hazard = density(cut) / std::max(normal_below(cut), 1e-12);
     const double own_mean = mean - noise_ * hazard;
     const double own_sigma =
         noise_ * std::sqrt(std::max(0.0, 1.0 - cut * hazard - hazard * hazard));

@@ -14,6 +14,7 @@
 #include <striper/compare/scan_comparison.hpp>
 #include <striper/core/error.hpp>
 #include <striper/core/robust.hpp>
+#include <striper/core/statistics.hpp>
 
 #include "compare/reference_lines.hpp"
 
@@ -243,14 +244,13 @@ Information covariance_of(const std::vector<Pair>& pairs, bool has_offset) {
 
 // The chance that a normal error and one even within +-`half` together are within `limit`.
 double chance_within(double limit, double sigma, double half) {
-  const auto below = [&](double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); };
-  if (!(half > 0.0)) return 2.0 * below(limit / sigma) - 1.0;
+  if (!(half > 0.0)) return 2.0 * normal_below(limit / sigma) - 1.0;
   if (!(sigma > 0.0)) return std::min(1.0, limit / half);
   constexpr int kSteps = 32;
   double sum = 0.0;
   for (int k = 0; k < kSteps; ++k) {
     const double even = half * ((2.0 * k + 1.0) / kSteps - 1.0);
-    sum += below((limit - even) / sigma) - below((-limit - even) / sigma);
+    sum += normal_below((limit - even) / sigma) - normal_below((-limit - even) / sigma);
   }
   return sum / kSteps;
 }

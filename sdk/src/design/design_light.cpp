@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include <striper/core/statistics.hpp>
 #include <striper/design/design_figures.hpp>
 #include <striper/stripe/crlb.hpp>
 
@@ -68,8 +69,6 @@ double matched_response(const StripeProfile& profile, int half, double noise_dn)
   const Eigen::VectorXd known = nuisance * nuisance.colPivHouseholderQr().solve(shape);
   return (shape - known).norm() / noise_dn;
 }
-
-double upper_tail(double z) { return 0.5 * std::erfc(z / std::numbers::sqrt2); }
 
 // Straight between knots over the logarithms, which a power of the range is exact in; beyond them
 // the nearest two go on.
@@ -206,7 +205,7 @@ void DesignFigures::add_errors(const Eigen::Vector2d& pixel, RangeFigures& figur
   }
   figures.row_sigma_px = std::sqrt(variance) * line_pitch();
   figures.sigma_m = std::sqrt(variance) * figures.step_derivative_m;
-  figures.detection = upper_tail(threshold_sigmas_ - response);
+  figures.detection = normal_above(threshold_sigmas_ - response);
 }
 
 }  // namespace striper

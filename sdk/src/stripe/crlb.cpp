@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 
+#include <striper/core/statistics.hpp>
 #include <striper/stripe/crlb.hpp>
 
 namespace striper {
@@ -12,7 +13,6 @@ namespace {
 
 constexpr double kPixelBox2 = 1.0 / 12.0;
 
-double normal_cdf(double t) { return 0.5 * std::erfc(-t / std::numbers::sqrt2); }
 double bell(double t) { return std::exp(-0.5 * t * t); }
 
 double effective_sigma(double sigma_px) { return std::sqrt(sigma_px * sigma_px + kPixelBox2); }
@@ -29,7 +29,8 @@ PixelEnds ends_of(const StripeProfile& p, int i) {
 
 double stripe_value(const StripeProfile& p, int i) {
   const PixelEnds e = ends_of(p, i);
-  return std::sqrt(2.0 * std::numbers::pi) * p.sigma_px * (normal_cdf(e.high) - normal_cdf(e.low));
+  return std::sqrt(2.0 * std::numbers::pi) * p.sigma_px *
+         (normal_below(e.high) - normal_below(e.low));
 }
 
 double width_derivative(const StripeProfile& p, int i) {

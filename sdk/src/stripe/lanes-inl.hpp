@@ -78,16 +78,6 @@ HWY_INLINE V rough_inverse_root(V v) {
 }
 HWY_INLINE V rough_root(V v) { return hn::Mul(v, rough_inverse_root(v)); }
 
-// exp(x) to a thousandth for -4 < x < 3, and next to nothing below: a cubic at x / 16, squared four
-// times.
-HWY_INLINE V rough_exp(V x) {
-  const V z = hn::Mul(x, set(1.0F / 16.0F));
-  V e = hn::MulAdd(z, set(1.0F / 6.0F), set(0.5F));
-  e = hn::MulAdd(hn::MulAdd(e, z, set(1.0F)), z, set(1.0F));
-  for (int n = 0; n < 4; ++n) e = hn::Mul(e, e);
-  return e;
-}
-
 // ln v to 1e-7, v above 0 (Moshier's Cephes, logf), without the division of hn::Log.
 HWY_INLINE V log(V v) {
   const Tag d;

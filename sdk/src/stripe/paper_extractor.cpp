@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <striper/core/statistics.hpp>
+
 #include "stripe/line_view.hpp"
 #include "stripe/noise/frame_noise.hpp"
 
@@ -29,7 +31,7 @@ constexpr double kFwhmOfSigma = 2.3548200450309493;  // 2 sqrt(2 ln 2).
 // The probability that noise alone, in `length` independent pixels, stays below a peak of `snr`
 // sigmas.
 double probability_not_noise(double snr, int length) {
-  return std::exp(length * std::log1p(-0.5 * std::erfc(snr / std::sqrt(2.0))));
+  return std::exp(length * std::log1p(-normal_above(snr)));
 }
 
 template <typename Pixel>

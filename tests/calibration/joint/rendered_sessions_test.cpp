@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <striper/core/statistics.hpp>
 #include <striper/geometry/triangulator.hpp>
 #include <striper/pipeline/scanner.hpp>
 

@@ -5,6 +5,7 @@
 // hundreds are in monte_carlo_test.cpp).
 #include <gmock/gmock.h>
 
+#include <striper/core/statistics.hpp>
 #include <striper/joint/trust.hpp>
 
 #include "monte_carlo_support.hpp"

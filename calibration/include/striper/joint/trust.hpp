@@ -92,8 +92,4 @@ std::vector<Event> check_trust(const Observations& observations, const JointSolu
                                const JointOptions& options, const StriperModel& model,
                                double covariance_factor = 1.0, const TrustLimits& limits = {});
 
-/// Quantile of the chi-square distribution (Wilson & Hilferty 1931: within 0.006 in
-/// probability for dof >= 3).
-double chi2_quantile(double probability, double dof);
-
 }  // namespace striper

@@ -242,11 +242,6 @@ std::optional<std::int64_t> FeatureAccess::find_integer(const char* name) const 
   return integer(name);
 }
 
-std::optional<double> FeatureAccess::find_number(const char* name) const {
-  if (!has(name)) return std::nullopt;
-  return number(name);
-}
-
 std::vector<std::string> FeatureAccess::entries(const char* name) const {
   guint count = 0;
   CallError error;

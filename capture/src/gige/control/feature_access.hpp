@@ -53,7 +53,6 @@ class FeatureAccess {
   double number(const char* name) const;
   std::string text(const char* name) const;
   std::optional<std::int64_t> find_integer(const char* name) const;
-  std::optional<double> find_number(const char* name) const;
 
   /// What a number can be set to now: least and most; empty where the device does not say.
   std::optional<std::pair<double, double>> find_bounds(const char* name) const;

@@ -105,9 +105,6 @@ inline std::uint16_t get16(const std::uint8_t* at) noexcept {
 inline std::uint32_t get32(const std::uint8_t* at) noexcept {
   return (static_cast<std::uint32_t>(get16(at)) << 16) | get16(at + 2);
 }
-inline std::uint64_t get64(const std::uint8_t* at) noexcept {
-  return (static_cast<std::uint64_t>(get32(at)) << 32) | get32(at + 4);
-}
 
 /// `127.0.0.1` of 0x7f000001.
 std::string to_string_ip(std::uint32_t address);

@@ -33,8 +33,8 @@ struct DarkPair {
 /// - `dark` is the one dark exposure where there is only one, without a copy; else the mean of both
 ///   weighted by time, which cancels what changes linearly. Between field rows it is interpolated
 ///   with the 4 taps (-1, 9, 9, -1) / 16.
-/// - `variance`: where before and after (or one of them and the witness) differ by more than noise,
-///   what the texture that passes by may leave; without the two, what the last ones said, and to
+/// - `variance`: where before and after differ by more than noise, what the texture that passes by
+/// may leave; without the two, what the last ones said, and to
 ///   either side of it; and, between field rows, what the interpolation may leave at edges. Empty
 ///   where both are nothing.
 /// - `blind`: saturated in a dark exposure, or in the lit one where no stripe can be so (a long

@@ -9,6 +9,7 @@
 
 #include <striper/ambient/channel_choice.hpp>
 #include <striper/core/robust.hpp>
+#include <striper/core/sole_owner.hpp>
 
 #include "ambient/pixels/clipped_part.hpp"
 
@@ -142,7 +143,7 @@ void select_channel(const cv::Mat& image, Channel channel, ChannelImages& reuse)
     return;
   }
   // A matrix that is still shared with somebody's frame must not be written into.
-  if (reuse.lit.u != nullptr && reuse.lit.u->refcount > 1) reuse.lit.release();
+  if (!is_sole_owner(reuse.lit)) reuse.lit.release();
   switch (channel) {
     case Channel::kGreenMinusRed:
       return difference_of(image, kGreen, kRed, reuse);

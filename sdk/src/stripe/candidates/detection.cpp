@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include <striper/core/statistics.hpp>
+
 namespace striper::detail {
 namespace {
-
-double upper_tail(double z) { return 0.5 * std::erfc(z / std::numbers::sqrt2); }
 
 // The response that a line of `length` noise pixels exceeds with probability `rate`.
 double threshold_for(int length, double rate) {
@@ -16,7 +16,7 @@ double threshold_for(int length, double rate) {
   double high = 20.0;
   for (int n = 0; n < 60; ++n) {
     const double middle = 0.5 * (low + high);
-    (upper_tail(middle) > tail ? low : high) = middle;
+    (normal_above(middle) > tail ? low : high) = middle;
   }
   return low;
 }
@@ -30,7 +30,7 @@ void Detection::prepare(int length, double false_alarm_rate, double weak_false_a
   weak_threshold_ = threshold_for(length, weak_false_alarm_rate);
   for (std::size_t i = 0; i < not_noise_.size(); ++i) {
     const double z = static_cast<double>(i) / kPerSigma;
-    not_noise_[i] = static_cast<float>(std::exp(length * std::log1p(-upper_tail(z))));
+    not_noise_[i] = static_cast<float>(std::exp(length * std::log1p(-normal_above(z))));
   }
 }
 
