@@ -91,16 +91,14 @@ LineExplanation ProfileExtractor::explain(int line) const {
   why.step_px = across.step;
   copy_line(frame.lit, options_.axis, line, why.lit);
   copy_line(frame.dark, options_.axis, line, why.dark);
-  why.noise_dn = root((1.0 + kept_.noise.dark_noise_gain) *
-                      kept_.noise.model.variance_dn2(kept_.noise.model.black_level_dn));
-  why.least_significance = detection_.threshold();
+  why.noise_dn = noise_dn_of(kept_.noise);
+  why.least_significance = finder_.detection().threshold();
   why.expected_width_px = across.step * typical_width(kept_.width);
   why.from_px = why.first_px;
   why.to_px = across.sensor(static_cast<double>(why.lit.size()) - 1.0);
-  if (!limits_.first.empty()) {
-    const auto at = static_cast<std::size_t>(line);
-    why.from_px = std::max(why.from_px, across.sensor(limits_.first[at]));
-    why.to_px = std::min(why.to_px, across.sensor(limits_.last[at]));
+  if (part_.is_limited()) {
+    why.from_px = std::max(why.from_px, across.sensor(part_.first_of(line)));
+    why.to_px = std::min(why.to_px, across.sensor(part_.last_of(line)));
   }
   why.is_chosen_over_lines = !choice_.is_plain();
   explain_candidates(across, why);
@@ -145,7 +143,7 @@ void ProfileExtractor::explain_candidates(const AxisGrid& across, LineExplanatio
     return std::any_of(why.candidates.begin(), why.candidates.end(),
                        [&](const LineCandidate& c) { return c.across_px == at_px; });
   };
-  for (const PeakList* const list : {&candidates_.firsts, &candidates_.extras}) {
+  for (const PeakList* const list : {&finder_.candidates().firsts, &finder_.candidates().extras}) {
     for (std::size_t i = 0; i < list->size(); ++i) {
       if (list->seeds[i].line == why.line && !is_listed(*list, i)) add(*list, i);
     }
@@ -171,7 +169,7 @@ void ProfileExtractor::explain_sigma(const AxisGrid& across, LineExplanation& wh
   const auto variance = [&](const PlanNoise& noise, bool has_locking) {
     ProfilePlan plan =
         plan_profile(kept_.width, noise, refine,
-                     is_hidden_ ? BackgroundReach::kNarrow : BackgroundReach::kUsual);
+                     finder_.is_hidden() ? BackgroundReach::kNarrow : BackgroundReach::kUsual);
     if (!has_locking) {
       plan.has_filter_locking = false;
       plan.locking_variance = plan.clipped_locking_variance = 0.0F;

@@ -36,6 +36,11 @@ struct PeakList {
 
   /// Takes what was measured of element n of another list.
   void take(std::size_t i, const PeakList& from, std::size_t n) noexcept;
+
+  /// Makes nothing of an element: it is no peak.
+  void blank(std::size_t i) noexcept {
+    significance[i] = snr[i] = amplitude[i] = clipped[i] = 0.0F;
+  }
 };
 
 }  // namespace striper::detail

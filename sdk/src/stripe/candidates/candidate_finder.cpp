@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/candidates/candidate_finder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include <opencv2/core.hpp>
+
+#include "stripe/line_view.hpp"
+#include "stripe/profile/profile_kernel.hpp"
+#include "stripe/profile/profile_plan.hpp"
+
+namespace striper::detail {
+namespace {
+
+// So often the brightest thing of a frame's lines, no noise, may change before ridges are looked
+// for.
+constexpr float kClearSignificance = 8.0F;
+constexpr double kMostUnclear = 0.03;
+// Ridges are compared with pixels so many widths off, at least and at most so many pixels: in
+// pixels for a stripe of unknown width.
+constexpr double kRidgeReach = 2.5;
+constexpr double kLeastRidgeReach = 3.0;
+constexpr double kMostRidgeReach = 24.0;
+constexpr double kLeastRidge = 3.0;  // Sigmas of noise.
+
+}  // namespace
+
+CandidateFinder::CandidateFinder(const ExtractOptions& options)
+    : options_(options), measurer_(options.method == ExtractMethod::kRefined) {}
+
+void CandidateFinder::begin(const LitFrame& frame) {
+  ridges_.reserve(frame.lit.size(), options_.axis);
+  chunks_.find(frame, options_.axis);
+  chunks_.rank(ChunkMaxima::kFirst);
+  detection_.prepare(line_length(frame.lit, options_.axis), options_.false_alarm_rate,
+                     options_.weak_false_alarm_rate);
+}
+
+void CandidateFinder::find(const FrameAtHand& at_hand, const SearchedPart& part,
+                           const WidthModel& width) {
+  const bool refine = options_.method == ExtractMethod::kRefined;
+  const ProfilePlan plan = plan_profile(width, at_hand.noise, refine, BackgroundReach::kUsual);
+  candidates_.choose(at_hand.frame, options_.axis, chunks_, at_hand.noise_dn, plan);
+  measurer_.make_room(static_cast<std::size_t>(chunks_.lines()) * Ridges::kMost);
+  const double threshold = detection_.threshold();
+  measurer_.measure({at_hand, width, plan, threshold, nullptr}, candidates_.firsts);
+  candidates_.look_behind(static_cast<float>(threshold), at_hand.frame, options_.axis, chunks_);
+  measurer_.measure({at_hand, width, plan, threshold, &candidates_.firsts}, candidates_.extras);
+  is_hidden_ = is_hidden_by_background(at_hand.frame);
+  if (is_hidden_) take_ridges(at_hand, width);
+  drop_what_is_none(part);
+}
+
+void CandidateFinder::find_ridges(const FrameAtHand& at_hand, const SearchedPart& part,
+                                  const WidthModel& width) {
+  is_hidden_ = true;
+  take_ridges(at_hand, width);
+  drop_what_is_none(part);
+}
+
+void CandidateFinder::drop_what_is_none(const SearchedPart& part) {
+  part.refuse_outside(candidates_.firsts);
+  part.refuse_outside(candidates_.extras);
+  candidates_.blank_flat_lines();
+}
+
+// Whether the brightest thing of a line so often is another than that of the next that the stripe
+// may not be among the brightest pixels.
+bool CandidateFinder::is_hidden_by_background(const LitFrame& frame) const {
+  if (is_background_subtracted(frame) || options_.each_line_by_itself) return false;
+  const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));
+  return unclear > kMostUnclear * chunks_.lines();
+}
+
+// Between surfaces: an edge is no ridge, and a wide background would have other surfaces in it.
+void CandidateFinder::take_ridges(const FrameAtHand& at_hand, const WidthModel& width) {
+  const double reach =
+      std::clamp(kRidgeReach * typical_width(width), kLeastRidgeReach, kMostRidgeReach);
+  const int least_dn = std::max(2, static_cast<int>(kLeastRidge * at_hand.noise_dn));
+  const LitFrame& frame = at_hand.frame;
+  if (!frame.dark.empty()) cv::subtract(frame.lit, frame.dark, difference_);
+  const cv::Mat& image = frame.dark.empty() ? frame.lit : difference_;
+  ridges_.find(image, options_.axis, static_cast<int>(std::ceil(reach)), least_dn);
+  candidates_.take_ridges(ridges_);
+  const bool refine = options_.method == ExtractMethod::kRefined;
+  const ProfilePlan plan = plan_profile(width, at_hand.noise, refine, BackgroundReach::kNarrow);
+  for (PeakList* const peaks : {&candidates_.firsts, &candidates_.extras}) {
+    measure_profiles(at_hand.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
+                     peaks->measurements());
+  }
+  candidates_.blank_false_ridges();
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/stripe/candidates.hpp>
+#include <striper/stripe/extractor.hpp>
+
+#include "stripe/candidates/detection.hpp"
+#include "stripe/candidates/peak_candidates.hpp"
+#include "stripe/candidates/peak_measurer.hpp"
+#include "stripe/candidates/searched_part.hpp"
+#include "stripe/frame_at_hand.hpp"
+#include "stripe/select/ridges.hpp"
+
+namespace striper::detail {
+
+/// Finds what in a frame may be the stripe, and measures it: of each line its brightest pixels,
+/// and where the background hides the stripe all its ridges.
+class CandidateFinder {
+ public:
+  /// @param options outlive it.
+  explicit CandidateFinder(const ExtractOptions& options);
+  CandidateFinder(const CandidateFinder&) = delete;
+  CandidateFinder& operator=(const CandidateFinder&) = delete;
+
+  /// Begins a frame: the brightest pixels of every line.
+  void begin(const LitFrame& frame);
+
+  /// Finds and measures the candidates, of a stripe so wide.
+  void find(const FrameAtHand& at_hand, const SearchedPart& part, const WidthModel& width);
+
+  /// The same among ridges, from now on and for this frame.
+  void find_ridges(const FrameAtHand& at_hand, const SearchedPart& part, const WidthModel& width);
+
+  /// Whether the background hides the stripe: candidates are ridges.
+  bool is_hidden() const noexcept { return is_hidden_; }
+
+  const ChunkMaxima& chunks() const noexcept { return chunks_; }
+  const Detection& detection() const noexcept { return detection_; }
+  const PeakCandidates& candidates() const noexcept { return candidates_; }
+  PeakCandidates& candidates() noexcept { return candidates_; }
+
+ private:
+  bool is_hidden_by_background(const LitFrame& frame) const;
+  void take_ridges(const FrameAtHand& at_hand, const WidthModel& width);
+  void drop_what_is_none(const SearchedPart& part);
+
+  const ExtractOptions& options_;
+  ChunkMaxima chunks_;
+  Detection detection_;
+  PeakCandidates candidates_;
+  PeakMeasurer measurer_;
+  bool is_hidden_ = false;
+  cv::Mat difference_;  // Lit minus dark, in which ridges are looked for.
+  Ridges ridges_;
+};
+
+}  // namespace striper::detail

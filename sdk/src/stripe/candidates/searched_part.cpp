@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/candidates/searched_part.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <opencv2/core.hpp>
+
+#include "stripe/line_view.hpp"
+
+namespace striper::detail {
+namespace {
+
+// Pixels beyond where the stripe can be, for its background; and of a line that it can nearly
+// always be in, all is searched.
+constexpr int kBackgroundAbout = 40;
+constexpr double kNearlyAll = 0.9;
+
+cv::Mat part_across(const cv::Mat& image, StripeAxis axis, int begin, int end) {
+  if (image.empty()) return {};
+  return axis == StripeAxis::kColumns ? image.rowRange(begin, end) : image.colRange(begin, end);
+}
+
+LitFrame part_across(const LitFrame& frame, StripeAxis axis, int begin, int end) {
+  LitFrame part = frame;
+  part.lit = part_across(frame.lit, axis, begin, end);
+  part.dark = part_across(frame.dark, axis, begin, end);
+  part.variance = part_across(frame.variance, axis, begin, end);
+  part.blind = part_across(frame.blind, axis, begin, end);
+  AxisGrid& across = axis == StripeAxis::kColumns ? part.grid.v : part.grid.u;
+  across.offset = across.sensor(begin);
+  return part;
+}
+
+}  // namespace
+
+LitFrame SearchedPart::cut(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected) {
+  const bool is_limited = expected != nullptr && !expected->first_px.empty();
+  first_.resize(is_limited ? static_cast<std::size_t>(line_count(frame.lit, axis)) : 0);
+  last_.resize(first_.size());
+  from_px_ = 0;
+  if (!is_limited) return frame;
+  const Extent extent = set_limits(frame, axis, *expected);
+  const int length = line_length(frame.lit, axis);
+  const bool is_anywhere = extent.first <= static_cast<float>(length) && extent.last >= 0.0F &&
+                           extent.first <= extent.last;
+  if (!is_anywhere) return frame;
+  const int begin = std::clamp(static_cast<int>(extent.first) - kBackgroundAbout, 0, length);
+  const int end = std::clamp(static_cast<int>(extent.last) + kBackgroundAbout, begin, length);
+  if (end - begin < kLeastLength || end - begin > kNearlyAll * length) return frame;
+  from_px_ = begin;
+  for (float& limit : first_) limit -= static_cast<float>(begin);
+  for (float& limit : last_) limit -= static_cast<float>(begin);
+  return part_across(frame, axis, begin, end);
+}
+
+SearchedPart::Extent SearchedPart::set_limits(const LitFrame& frame, StripeAxis axis,
+                                              const ExpectedStripe& expected) {
+  const AxisGrid& along = axis == StripeAxis::kColumns ? frame.grid.u : frame.grid.v;
+  const AxisGrid& across = grid_across(frame.grid, axis);
+  const auto sensor_lines = static_cast<std::ptrdiff_t>(expected.first_px.size());
+  Extent extent{std::numeric_limits<float>::max(), -1.0F};
+  for (std::size_t i = 0; i < first_.size(); ++i) {
+    const std::ptrdiff_t line = std::lround(along.sensor(static_cast<double>(i)));
+    const auto at = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(line, 0, std::max<std::ptrdiff_t>(0, sensor_lines - 1)));
+    first_[i] = static_cast<float>(across.index(expected.first_px[at]));
+    last_[i] = static_cast<float>(across.index(expected.last_px[at]));
+    extent.first = std::min(extent.first, first_[i]);
+    extent.last = std::max(extent.last, last_[i]);
+  }
+  return extent;
+}
+
+void SearchedPart::refuse_outside(PeakList& peaks) const {
+  if (first_.empty()) return;
+  for (std::size_t i = 0; i < peaks.size(); ++i) {
+    const auto line = static_cast<std::size_t>(peaks.seeds[i].line);
+    const auto across = static_cast<float>(peaks.across[i]);
+    if (across >= first_[line] && across <= last_[line]) continue;
+    peaks.blank(i);
+  }
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/report/error_budget.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "stripe/line_view.hpp"
+
+namespace striper::detail {
+namespace {
+
+void add_everywhere(double sigma_px, Stripe& stripe) {
+  if (!(sigma_px > 0.0)) return;
+  const auto added = static_cast<float>(sigma_px * sigma_px);
+  for (float& sigma : stripe.sigma_px) sigma = std::sqrt(sigma * sigma + added);
+}
+
+// Never below the noise of the candidate itself.
+void scale_by_evidence(const StripeChoice& choice, double step, Stripe& stripe) {
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    const StripeChoice::Chosen& chosen = choice.of_line(stripe.line[i]);
+    if (chosen.candidate < 0) continue;
+    const float noise = choice.pieces().candidate(static_cast<std::size_t>(chosen.candidate)).sigma;
+    stripe.sigma_px[i] =
+        std::max(static_cast<float>(step) * noise, stripe.sigma_px[i] * chosen.sigma_factor);
+  }
+}
+
+}  // namespace
+
+void ErrorBudget::add(const FrameAtHand& at_hand, const Width& width, const StripeChoice& choice,
+                      const ExtractOptions& options, Stripe& stripe) {
+  ExcessScatter& excess = excess_of(at_hand.frame.laser);
+  const std::optional<double> given = options.excess_sigma_px;
+  if (!given) excess.update(stripe);
+  edges_.correct(at_hand.frame, at_hand.noise, width.model, stripe);
+  add_everywhere(given ? *given * at_hand.step : excess.sigma_px(), stripe);
+  const AxisGrid& across = grid_across(at_hand.frame.grid, options.axis);
+  if (!given) texture_.add(width.model, width.is_known, across, stripe);
+  const bool is_one_a_line = options.peak != PeakRule::kAll;
+  if (!choice.is_plain() && is_one_a_line) scale_by_evidence(choice, at_hand.step, stripe);
+}
+
+ExcessScatter& ErrorBudget::excess_of(int laser) {
+  const auto index = static_cast<std::size_t>(std::max(0, laser));
+  if (index >= excess_.size()) excess_.resize(index + 1);
+  return excess_[index];
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/report/stripe_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "stripe/line_view.hpp"
+#include "stripe/profile/profile_plan.hpp"
+#include "stripe/select/line_choice.hpp"
+#include "stripe/select/peak_judge.hpp"
+
+namespace striper::detail {
+namespace {
+
+// Of the lines are surely the stripe where one is in view: six of 640.
+constexpr double kLeastSure = 0.01;
+constexpr float kSure = 0.99F;
+
+// What is told by its neighbours has so many of them at least; and alone it is as likely a glint.
+constexpr int kFewestToCompare = 16;
+constexpr float kClearSignificance = 8.0F;
+constexpr float kOfOneAlone = 0.5F;
+constexpr double kSamePeakPx = 0.5;
+
+using Choice = StripeReport::Choice;
+
+// Whether at least half of what is good is clear in its own line.
+bool is_mostly_clear(const Choice& chosen, const Stripe& stripe) {
+  const auto& significance = chosen.finder.candidates().firsts.significance;
+  std::size_t good = 0;
+  std::size_t clear = 0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (stripe.status[i] != ReturnStatus::kOk) continue;
+    ++good;
+    const auto line = static_cast<std::size_t>(stripe.line[i]);
+    clear += static_cast<std::size_t>(significance[line] >= kClearSignificance);
+  }
+  return 2 * clear >= good;
+}
+
+// Whether the piece of what was chosen is that one candidate.
+bool is_alone(const StripePieces& pieces, int line, double across) {
+  for (std::size_t n = pieces.first_of(line); n < pieces.first_of(line + 1); ++n) {
+    const auto at = static_cast<double>(pieces.candidate(n).across);
+    if (!(std::abs(at - across) < kSamePeakPx)) continue;
+    if (pieces.pieces()[static_cast<std::size_t>(pieces.link(n).piece)].count == 1) return true;
+  }
+  return false;
+}
+
+// A stripe would show in a line beside it, or not far off, where most of it is clear.
+void mark_alone(const Choice& chosen, Stripe& stripe) {
+  const bool is_comparable =
+      chosen.options.peak != PeakRule::kAll && chosen.finder.chunks().lines() >= kFewestToCompare;
+  if (!is_comparable || !is_mostly_clear(chosen, stripe)) return;
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (stripe.status[i] != ReturnStatus::kOk) continue;
+    const double at = across.index(stripe.across_px[i]);
+    if (!is_alone(chosen.choice.pieces(), stripe.line[i], at)) continue;
+    stripe.status[i] = ReturnStatus::kOutlier;
+    stripe.confidence[i] = std::min(stripe.confidence[i], kOfOneAlone);
+  }
+}
+
+bool is_any_good(const Stripe& stripe) {
+  return std::any_of(stripe.status.begin(), stripe.status.end(),
+                     [](ReturnStatus s) { return s == ReturnStatus::kOk; });
+}
+
+// What is good is the stripe with the probability that was asked for. And where fewer lines surely
+// have it than a stripe that is in view gives, the image has none.
+void mark_outliers(const Choice& chosen, Stripe& stripe) {
+  stripe.is_seen = is_any_good(stripe);
+  if (chosen.options.each_line_by_itself) return;
+  const auto least = static_cast<float>(chosen.options.min_confidence);
+  std::size_t good = 0;
+  std::size_t sure = 0;
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (stripe.status[i] != ReturnStatus::kOk) continue;
+    if (stripe.confidence[i] < least) stripe.status[i] = ReturnStatus::kOutlier;
+    good += static_cast<std::size_t>(stripe.status[i] == ReturnStatus::kOk);
+    sure += static_cast<std::size_t>(stripe.confidence[i] >= kSure);
+  }
+  const double least_sure =
+      chosen.choice.is_plain() ? 0.0 : kLeastSure * chosen.finder.chunks().lines();
+  // A faint stripe that is followed goes on where no line alone shows it.
+  const bool is_followed = chosen.options.peak == PeakRule::kContinuous;
+  const bool is_scattered = chosen.choice.is_scattered() && !is_followed;
+  stripe.is_seen = good > 0 && static_cast<double>(sure) >= least_sure && !is_scattered;
+  if (stripe.is_seen) return;
+  for (ReturnStatus& status : stripe.status) {
+    if (status == ReturnStatus::kOk) status = ReturnStatus::kOutlier;
+  }
+}
+
+// Where two images are subtracted, the blind mask has what is clipped in both.
+void mark_blind_lines(const LitFrame& frame, const ChunkMaxima& chunks, Stripe& stripe) {
+  const auto is_clipped = [&](int line) {
+    return frame.dark.empty() && chunks.brightest_dn(line) >= frame.full_scale_dn;
+  };
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (stripe.status[i] != ReturnStatus::kNoStripe) continue;
+    const int line = stripe.line[i];
+    if (chunks.is_partly_blind(line) || is_clipped(line)) stripe.status[i] = ReturnStatus::kBlind;
+  }
+}
+
+}  // namespace
+
+void StripeReport::write(const Choice& chosen, Stripe& stripe) {
+  put_chosen(chosen, stripe);
+  const LitFrame& frame = chosen.at_hand.frame;
+  const bool has_background =
+      !is_background_subtracted(frame) && !chosen.options.each_line_by_itself;
+  if (chosen.choice.is_plain() && has_background) mark_alone(chosen, stripe);
+  mark_outliers(chosen, stripe);
+  mark_blind_lines(frame, chosen.finder.chunks(), stripe);
+}
+
+void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {
+  const auto& [at_hand, options, finder, choice, width] = chosen;
+  const PeakLimits limits =
+      limits_of(options, finder.detection(), width, at_hand.images.length, at_hand.step);
+  PeakCandidates& candidates = finder.candidates();
+  judge_peaks(limits, candidates.firsts);
+  judge_peaks(limits, candidates.extras);
+  if (!choice.is_plain()) return choose_by_evidence(choice, options, stripe);
+  choose_by_height(candidates, width, options, stripe);
+  if (options.peak != PeakRule::kContinuous) return;
+  const ProfilePlan plan = plan_profile(width, at_hand.noise, false, BackgroundReach::kWide);
+  follower_.follow(at_hand.frame, at_hand.images, candidates, width, plan, limits, at_hand.noise,
+                   stripe);
+  follower_.drop_strays(finder.chunks(), stripe);
+}
+
+}  // namespace striper::detail
