@@ -181,6 +181,9 @@ TEST(CompareScans, PoseOffsetAndErrorBarsOver40Rooms) {
   // 80 pulls know their deviation to 8 %, 40 to 11 %.
   EXPECT_LT(std::sqrt(squares / (2 * kTrials)), 1.25);
   EXPECT_LT(std::sqrt(offset_squares / kTrials), 1.35);
+  // Stated on the safe side: what neighbours share is taken at its worst. But not by three times.
+  EXPECT_GT(std::sqrt(squares / (2 * kTrials)), 0.35);
+  EXPECT_GT(std::sqrt(offset_squares / kTrials), 0.35);
 }
 
 TEST(CompareScans, ShowsWhereTheScansAreBiased) {
