@@ -138,6 +138,7 @@ void define(CLI::App& command, DesignArguments& arguments) {
       ->type_name("FILE.svg");
   command.add_flag("--paper", arguments.paper, "The paper's figures beside those computed here");
   command.add_flag("--json", arguments.json, "For programs, on the standard output");
+  command.get_option("--paper")->excludes("--plot")->excludes("--json");
   command.footer(kExamples);
 }
 

@@ -50,17 +50,26 @@ std::string inputs_text(const StriperDesign& design) {
   return text;
 }
 
+std::string coverage_text(const DesignFigures& figures, double range_m) {
+  const double degrees = figures.coverage_rad(range_m) / kDegree;
+  return std::isnan(degrees) ? fmt::format("{:g} m straight ahead is not in the picture", range_m)
+                             : fmt::format("covers {:.1f} degrees at {:g} m", degrees, range_m);
+}
+
+std::string limits_text(const DesignFigures& figures) {
+  if (std::isnan(figures.near_m())) return "sees nothing of the laser's sheet";
+  return fmt::format(
+      "sees {:.2f} m to {}", figures.near_m(),
+      std::isinf(figures.far_m()) ? "the horizon" : fmt::format("{:.2f} m", figures.far_m()));
+}
+
 std::string outcome_text(const DesignFigures& figures, double first_m) {
   const StriperDesign& design = figures.design();
   std::string text = "what comes out\n";
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "  angle of a pixel {:.3f} degrees; covers {:.1f} degrees at {:g} m\n",
-                 figures.angular_resolution_rad() / kDegree,
-                 figures.coverage_rad(first_m) / kDegree, first_m);
-  fmt::format_to(
-      out, "  sees {:.2f} m to {}; {:g} scans a second\n", figures.near_m(),
-      std::isinf(figures.far_m()) ? "the horizon" : fmt::format("{:.2f} m", figures.far_m()),
-      figures.scan_rate_hz());
+  fmt::format_to(out, "  angle of a pixel {:.3f} degrees; {}\n",
+                 figures.angular_resolution_rad() / kDegree, coverage_text(figures, first_m));
+  fmt::format_to(out, "  {}; {:g} scans a second\n", limits_text(figures), figures.scan_rate_hz());
   fmt::format_to(out,
                  "  laser to sun 1 : {:.3g} at {:g} m; the shutter gains {:.5g}, the filter {:.3g} "
                  "({}; {:.3g} from the AM1.5 spectrum)\n",
@@ -80,6 +89,10 @@ std::string range_table(const DesignFigures& figures, const std::vector<double>&
       "      m             cm          cm       DN          DN  background         mm       %\n";
   for (const double range_m : ranges_m) {
     const RangeFigures at = figures.at(range_m);
+    if (std::isnan(at.step_derivative_m)) {
+      text += fmt::format("{:7.2f}  not in the picture\n", range_m);
+      continue;
+    }
     text += fmt::format(
         "{:7.2f}  {:12.2f}  {:10.2f}  {:7.1f}  {:10.2f}  {:10.2f}  {:4.1f}  {:7.2f}"
         "  {:6.2f}{}\n",

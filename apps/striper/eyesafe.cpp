@@ -115,12 +115,13 @@ void define(CLI::App& command, EyesafeArguments& arguments) {
       ->capture_default_str();
   auto* const failsafe = command.add_flag("--failsafe", arguments.failsafe,
                                           "A safeguard ends the light with the scan");
-  command
-      .add_option("--scan-speed", arguments.scan_speed_rad_s,
-                  "How fast a steady beam is turned; only with --failsafe")
-      ->type_name("RAD_S")
-      ->check(between(1.0, 1e6))
-      ->needs(failsafe);
+  auto* const speed = command
+                          .add_option("--scan-speed", arguments.scan_speed_rad_s,
+                                      "How fast a steady beam is turned; only with --failsafe")
+                          ->type_name("RAD_S")
+                          ->check(between(1.0, 1e6))
+                          ->needs(failsafe);
+  failsafe->needs(speed);
   command.add_option("--standard", arguments.standard, "iec2014, or ansi1993 as the paper")
       ->check(one_of({"iec2014", "ansi1993"}))
       ->capture_default_str();

@@ -86,6 +86,10 @@ class Compare(InScratch):
         one_wall = "frame,time_s,bearing_rad,range_m\n" + "".join(
             f"0,0,{0.01 * n},{2 / math.cos(0.01 * n)}\n" for n in range(-80, 81))
         self.assertIn("stands", striper("compare", self.scans, self.write("wall.csv", one_wall), code=3).stderr)
+        box = "frame,time_s,bearing_rad,range_m\n" + "".join(
+            f"0,0,{0.01 * n},{min(3 / math.cos(0.01 * n), 1.5 / max(abs(math.sin(0.01 * n)), 1e-9))}\n"
+            for n in range(-150, 151))
+        self.assertIn("do not agree", striper("compare", self.scans, self.write("box.csv", box), code=3).stderr)
         self.assertIn("REFERENCE", striper("compare", self.scans, code=2).stderr)
         self.assertIn("nothing.csv", striper("compare", self.scans, self.path("nothing.csv"), code=None).stderr)
         refused = striper("compare", self.scans, self.scans, "--reference-quantum", "nan", code=2)

@@ -59,6 +59,7 @@ class Eyesafe(InScratch):
         refused(self, "eyesafe", ("--wavelength", 1064, "--power", 1), "1064", "400 to 1050", "cross-checked")
         refused(self, "eyesafe", ("--wavelength", "nan", "--power", 1), "wavelength", "nan", "400 to 1050")
         refused(self, "eyesafe", beam + (1, "--scan-speed", 100), "--scan-speed", "--failsafe")
+        refused(self, "eyesafe", beam + (1, "--failsafe"), "--failsafe", "--scan-speed")
         refused(self, "eyesafe", ("--wavelength", 900), "--energy")
         refused(self, "eyesafe", ("--wavelength", 900, "--energy", 1), "--energy", "--pulse")
 
@@ -93,6 +94,13 @@ class Design(InScratch):
         for word in ("0.16 degrees", "5.0 cm", "no reproduction", "13333", "6.67", "2.50"):
             self.assertIn(word, text)
 
+    def test_says_in_words_what_is_not_in_the_picture(self):
+        text = striper("design", *PAPER[:-4], "--range", 0.3, "--range", 2).stdout
+        self.assertIn("0.3 m straight ahead is not in the picture", text)
+        self.assertIn("   0.30  not in the picture\n", text)
+        self.assertNotIn("nan", text)
+        self.assertIn("sees nothing of the laser's sheet", striper("design", *PAPER[:-4], "--tilt", -80).stdout)
+
     def test_a_scene_and_its_model_agree_on_geometry(self):
         scene = self.figures("--from", scene_path("room.yaml"), "--range", 2)
         striper("simulate", scene_path("room.yaml"), "-o", self.path("room"), "--frames", 1)
@@ -122,6 +130,7 @@ class Design(InScratch):
         refused(self, "design", PAPER[:-2] + ("--power", -1), "--power", "'-1'", "0 or more")
         refused(self, "design", PAPER + ("--reflectance", "nan"), "--reflectance", "'nan'", "to 1")
         refused(self, "design", PAPER + ("--wavelength", 2000), "--wavelength", "'2000'", "to 1080")
+        refused(self, "design", ("--paper", "--json"), "--paper", "--json")
         refused(self, "design", ("--columns", 640, "--rows", 480, "--baseline", 0.5), "--fov")
         refused(self, "design", PAPER + ("--from", scene_path("room.yaml")), "--from", "--fov")
 

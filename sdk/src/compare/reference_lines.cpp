@@ -195,16 +195,29 @@ double ReferenceLines::independent_roundings(std::size_t first, std::size_t last
   return std::clamp(steps, 1.0, static_cast<double>(last - first + 1));
 }
 
-ReferenceLine ReferenceLines::about(const Eigen::Vector2d& p_reference, double gate_m) const {
-  const double range_m = p_reference.norm();
+// The last beam not to the left of a point; none where it is outside the field of view.
+std::optional<std::size_t> ReferenceLines::beam_before(const Eigen::Vector2d& p_reference) const {
   const double bearing_rad = std::atan2(p_reference.y(), p_reference.x());
   const auto after =
       std::upper_bound(beams_.begin(), beams_.end(), bearing_rad,
                        [](double value, const Beam& beam) { return value < beam.bearing_rad; });
+  if (after == beams_.begin() || after == beams_.end() || !(p_reference.norm() > 0.0))
+    return std::nullopt;
+  return static_cast<std::size_t>(after - beams_.begin()) - 1;
+}
+
+bool ReferenceLines::looks_at(const Eigen::Vector2d& p_reference) const {
+  const auto first = beam_before(p_reference);
+  return first && lines_[*first].status == ReferenceLine::Status::kFound;
+}
+
+ReferenceLine ReferenceLines::about(const Eigen::Vector2d& p_reference, double gate_m) const {
+  const double range_m = p_reference.norm();
+  const std::optional<std::size_t> before = beam_before(p_reference);
   ReferenceLine line;
   line.status = ReferenceLine::Status::kNotVisible;
-  if (after == beams_.begin() || after == beams_.end() || !(range_m > 0.0)) return line;
-  const auto first = static_cast<std::size_t>(after - beams_.begin()) - 1;
+  if (!before) return line;
+  const std::size_t first = *before;
   // What stands clearly behind both beams is hidden, whatever they are of.
   const double nearer_m = std::min(beams_[first].range_m, beams_[first + 1].range_m);
   const double farther_m = std::max(beams_[first].range_m, beams_[first + 1].range_m);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -37,6 +38,9 @@ class ReferenceLines {
   /// @param gate_m how far behind or before it a point may lie to be of the same surface.
   ReferenceLine about(const Eigen::Vector2d& p_reference, double gate_m) const;
 
+  /// Whether it has a surface in the direction of a point, wherever on that ray the point is.
+  bool looks_at(const Eigen::Vector2d& p_reference) const;
+
  private:
   struct Beam {
     double bearing_rad;
@@ -45,6 +49,7 @@ class ReferenceLines {
     Eigen::Vector2d point;
   };
 
+  std::optional<std::size_t> beam_before(const Eigen::Vector2d& p_reference) const;
   bool is_joined(std::size_t first) const;
   void split(std::size_t first, std::size_t last);
   void add_lines(std::size_t first, std::size_t last);

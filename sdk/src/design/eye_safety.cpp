@@ -145,8 +145,12 @@ std::vector<std::string> not_checked(const EyeSafetyInput& input) {
         "The apparent source's angle, with the eye focused on every point of the "
         "beam, the fan's vertex among them; and parts of it that are brighter.");
   if (const auto* steady = std::get_if<ContinuousEmission>(&input.emission);
-      steady != nullptr && steady->scan_speed_rad_s)
+      steady != nullptr && steady->scan_speed_rad_s) {
     open.emplace_back("The safeguard that switches the laser off when the scan fails: how fast.");
+    open.emplace_back(
+        "That the beam turns all the way round: one that goes to and fro passes an eye more often, "
+        "and stands where it turns back.");
+  }
   return open;
 }
 

@@ -47,6 +47,8 @@ double thermal_limit_j(const Limits& limits, double c4, double seconds, double s
 double limit_3b_j(double c4, double seconds) {
   constexpr double kPulse_j = 0.03;
   constexpr double kPower_w = 0.5;
+  constexpr double kPeak_w = 3e7;  // Of what is shorter than a nanosecond.
+  if (seconds < 1e-9) return kPeak_w * c4 * seconds;
   return seconds < 0.06 * c4 ? kPulse_j * c4 : kPower_w * seconds;
 }
 

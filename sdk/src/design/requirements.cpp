@@ -29,15 +29,15 @@ Requirement sunlight(const DesignFigures& figures) {
           met(at.signal_to_background > 1.0 && at.detection >= figures.design().detection)};
 }
 
-Requirement eye_safety(const StriperDesign& design) {
-  const DesignLaser& laser = design.laser;
+Requirement eye_safety(const DesignFigures& figures) {
+  const DesignLaser& laser = figures.design().laser;
   EyeSafetyInput input;
   input.wavelength_nm = laser.wavelength_nm;
   input.beam = FanBeam{laser.fan_rad, std::max(laser.thickness_rad, 1e-6)};
   if (laser.power_w)
     input.emission = ContinuousEmission{*laser.power_w};
-  else
-    input.emission = PulsedEmission{laser.pulse_energy_j, laser.pulse_s, design.camera.rate_hz};
+  else  // A pulse for each scan: two a picture where it is two fields, none for a dark exposure.
+    input.emission = PulsedEmission{laser.pulse_energy_j, laser.pulse_s, figures.scan_rate_hz()};
   try {
     const EyeSafetyReport report = assess_eye_safety(input);
     return {2, "safe for eyes",
@@ -96,7 +96,7 @@ std::vector<Requirement> DesignFigures::requirements() const {
   const double reach_m = design_.laser.origin_cam.norm();
   return {
       sunlight(*this),
-      eye_safety(design_),
+      eye_safety(*this),
       angles(*this),
       ranges(*this),
       resolution(*this),

@@ -181,6 +181,9 @@ TEST(CompareScans, PoseOffsetAndErrorBarsOver40Rooms) {
   // 80 pulls know their deviation to 8 %, 40 to 11 %.
   EXPECT_LT(std::sqrt(squares / (2 * kTrials)), 1.25);
   EXPECT_LT(std::sqrt(offset_squares / kTrials), 1.35);
+  // Stated on the safe side: what neighbours share is taken at its worst. But not by three times.
+  EXPECT_GT(std::sqrt(squares / (2 * kTrials)), 0.35);
+  EXPECT_GT(std::sqrt(offset_squares / kTrials), 0.35);
 }
 
 TEST(CompareScans, ShowsWhereTheScansAreBiased) {
@@ -247,6 +250,44 @@ TEST(CompareScans, RefusesASingleWall) {
   const PolarScan reference = reference_scan(wall, scanner);
   const Error error = error_of([&] { compare_scans(scans, reference, rounding_options()); });
   EXPECT_EQ(error.kind(), ErrorKind::kUntrustworthy);
+}
+
+// Its own room, all ranges shorter, mirrored, or turned far out of the search; and an empty box.
+TEST(CompareScans, RefusesAReferenceThatSawSomethingElse) {
+  const std::vector<Wall> walls = room();
+  const std::vector<PolarScan> scans = {striper_scan(walls)};
+  const PolarScan own = reference_scan(walls, ReferenceScanner{});
+  const auto expect_refused = [&](const PolarScan& reference) {
+    const Error error = error_of([&] { compare_scans(scans, reference, rounding_options()); });
+    EXPECT_EQ(error.kind(), ErrorKind::kUntrustworthy) << error.what();
+  };
+  PolarScan shrunk = own;
+  for (Return& one : shrunk.returns) one.range_m *= 0.7;
+  expect_refused(shrunk);
+  PolarScan mirrored = own;
+  for (Return& one : mirrored.returns) one.bearing_rad = -one.bearing_rad;
+  expect_refused(mirrored);
+  PolarScan turned = own;
+  for (Return& one : turned.returns) one.bearing_rad += 1.2;
+  expect_refused(turned);
+  const std::vector<Wall> box = {
+      {{-4.0, 1.5}, {3.0, 1.5}}, {{3.0, 1.5}, {3.0, -2.0}}, {{3.0, -2.0}, {-4.0, -2.0}}};
+  expect_refused(reference_scan(box, ReferenceScanner{}));
+}
+
+TEST(CompareScans, TakesAReferenceThatSeesOnlyAPart) {
+  const std::vector<Wall> walls = room();
+  const std::vector<PolarScan> scans = {striper_scan(walls)};
+  ReferenceScanner scanner;
+  scanner.pose = {0.1, -0.1, 2.0 * kDegree};
+  scanner.quantum_m = 0.0;
+  PolarScan narrow = reference_scan(walls, scanner);
+  std::erase_if(narrow.returns,
+                [](const Return& one) { return std::abs(one.bearing_rad) > 35.0 * kDegree; });
+  const ScanComparison found = compare_scans(scans, narrow);
+  EXPECT_LT(found.pairs.size(), 400U);
+  EXPECT_NEAR(found.pose.x_m, 0.1, 0.02);
+  EXPECT_NEAR(found.pose.y_m, -0.1, 0.02);
 }
 
 TEST(CompareScans, RefusesOptionsOutOfBounds) {

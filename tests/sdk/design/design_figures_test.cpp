@@ -183,6 +183,19 @@ TEST(DesignFigures, TenRequirementsOfThePaper) {
   EXPECT_EQ(ten[8].standing, Standing::kMet);
 }
 
+TEST(DesignFigures, EyeSafetyCountsThePulseOfEachField) {
+  StriperDesign design = paper_striper(55.0);
+  design.camera.interlaced = false;
+  design.camera.rate_hz = 100.0;
+  // 2.893 uJ a pulse at up to 60 Hz, 2.57 uJ at 100 Hz, 2.16 uJ at 200 Hz.
+  design.laser.pulse_energy_j = 2.4e-6;
+  EXPECT_EQ(DesignFigures(design).requirements()[1].standing, Requirement::Standing::kMet);
+  design.camera.interlaced = true;
+  EXPECT_EQ(DesignFigures(design).requirements()[1].standing, Requirement::Standing::kNotMet);
+  design.camera.dark_subtracted = true;
+  EXPECT_EQ(DesignFigures(design).requirements()[1].standing, Requirement::Standing::kMet);
+}
+
 void expect_refused(const StriperDesign& design, const std::string& field, const std::string& value,
                     const std::string& bound) {
   const Error error = error_of([&] { DesignFigures figures(design); });

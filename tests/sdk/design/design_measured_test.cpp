@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that what `DesignFigures` predicts is what the whole pipeline then measures: on rendered
 // frames of a sunlit wall, over three lenses, four ranges and three reflectances, the spread of the
-// ranges and the signal to background. Does not prove that a real camera is as the renderer's.
+// ranges and the signal to background; and of dim stripes how many are found, through two lenses.
+// Does not prove that a real camera is as the renderer's.
 #include <array>
 #include <cmath>
 #include <vector>
@@ -117,6 +118,52 @@ Comparison compare(Simulator& simulator, const DesignFigures& figures) {
   result.sigma_ratio = std::sqrt(variance / columns);
   result.background_ratio = ratio / columns;
   return result;
+}
+
+// The dimmest wall whose stripe is found in this part of the lines, as predicted.
+double reflectance_found(double fov_deg, double range_m, double detection) {
+  double low = 1e-4;
+  double high = 1.0;
+  for (int n = 0; n < 40; ++n) {
+    const double middle = std::sqrt(low * high);
+    const Scene scene = sunlit_wall(fov_deg, range_m, middle);
+    const RangeFigures at = DesignFigures(design_of(scene, middle)).at(range_m);
+    (at.detection < detection ? low : high) = middle;
+  }
+  return high;
+}
+
+// Part of the lines in which the pipeline finds the stripe where it is.
+double found_part(double fov_deg, double range_m, double reflectance) {
+  Simulator simulator(sunlit_wall(fov_deg, range_m, reflectance));
+  const StriperModel model = simulator.model();
+  ScannerOptions options = ScannerOptions::for_model(model);
+  options.ambient.cadence = Cadence::parse("0");
+  Scanner scanner(model, options);
+  int found = 0;
+  int lines = 0;
+  for (std::uint64_t n = 0; n < kFrames; ++n) {
+    for (const PolarScan& scan : scanner.process(simulator.render(n))) {
+      lines += kColumns;
+      for (const Return& r : scan.returns) {
+        found += std::abs(r.range_m * std::cos(r.bearing_rad) - range_m) < 0.1 * range_m ? 1 : 0;
+      }
+    }
+  }
+  return static_cast<double>(found) / lines;
+}
+
+// The prediction is on the safe side: where half is predicted, up to a fifth more is found. Through
+// 30 degrees, where this stripe is level and narrow, whole pictures lose a part of it: not proved.
+TEST(PredictedAndMeasured, DetectionOfADimStripe) {
+  for (const double fov_deg : {55.0, 105.0}) {
+    for (const double detection : {0.5, 0.9}) {
+      SCOPED_TRACE(fmt::format("{:g} degrees, predicted {:g}", fov_deg, detection));
+      const double found = found_part(fov_deg, 2.6, reflectance_found(fov_deg, 2.6, detection));
+      EXPECT_GT(found, detection - 0.03);
+      EXPECT_LT(found, detection + 0.13 * (1.0 - detection) / 0.5 + 0.03);
+    }
+  }
 }
 
 TEST(PredictedAndMeasured, SigmaAndSignalToBackgroundOver36Cases) {

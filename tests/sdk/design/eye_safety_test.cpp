@@ -49,6 +49,15 @@ TEST(EmissionLimits, SinglePulseOfAMicrosecondAt900nm) {
   EXPECT_NEAR(1e6 * emission_limit_j(EmissionLimit::kClass1, 900.0, 1e-6, 1.5), 0.1934, 5e-5);
 }
 
+TEST(EmissionLimits, Class3BIsBoundByPeakPowerBelowANanosecond) {
+  EXPECT_NEAR(emission_limit_j(EmissionLimit::kClass3B, 532.0, 1e-12, 1.5), 3e-5, 1e-17);
+  EXPECT_NEAR(emission_limit_j(EmissionLimit::kClass3B, 532.0, 1e-9, 1.5), 0.03, 1e-12);
+  EyeSafetyInput input;
+  input.wavelength_nm = 532.0;
+  input.emission = PulsedEmission{1e-3, 1e-12, 1.0};  // A gigawatt.
+  EXPECT_EQ(assess_eye_safety(input).laser_class, LaserClass::k4);
+}
+
 TEST(EmissionLimits, C5OfMicrosecondPulses) {
   const std::array<std::pair<double, double>, 4> golden = {
       {{30.0, 1.0}, {60.0, 1.0}, {200.0, 0.748}, {1000.0, 0.5}}};
@@ -248,6 +257,8 @@ double oracle_load(char row, const EyeSafetyInput& input, int condition) {
     if (!steady)
       load = std::max(
           load, seen.energy_j / (seen.pulse_s < 0.06 * four ? 0.03 * four : 0.5 * seen.pulse_s));
+    if (!steady && seen.pulse_s < 1e-9)
+      load = std::max(load, seen.energy_j / seen.pulse_s / (3e7 * four));
     return load;
   }
   double load = in_base_j / oracle_ael_j(row, nm, base_s, mrad);
@@ -382,6 +393,10 @@ TEST(EyeSafety, SaysWhatItDidNotCheck) {
   const EyeSafetyReport report = assess_eye_safety(paper_laser());
   EXPECT_THAT(report.not_checked, ::testing::Contains(HasSubstr("not from the standard's text")));
   EXPECT_THAT(report.not_checked, ::testing::Contains(HasSubstr("even")));
+  EyeSafetyInput scanned = paper_laser();
+  scanned.emission = ContinuousEmission{1e-3, 100.0};
+  EXPECT_THAT(assess_eye_safety(scanned).not_checked,
+              ::testing::Contains(HasSubstr("turns all the way round")));
 }
 
 }  // namespace

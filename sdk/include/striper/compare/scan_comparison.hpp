@@ -115,7 +115,7 @@ struct ScanComparison {
 /// Thread-safe.
 /// @param scans of the striper, in one frame. @param reference one scan, in its own frame.
 /// @throws Error{kBadValue} as the options, Error{kUntrustworthy} where fewer than 30 pairs are
-/// found, or the walls do not determine the pose.
+/// found, the walls do not determine the pose, or too few returns lie on what the reference shows.
 ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& reference,
                              const CompareOptions& options = {});
 
