@@ -82,18 +82,30 @@ bool settle_at(const InverseRanges& ranges, std::size_t knot, Run& left, Run& ri
   return true;
 }
 
+// A fit about the direction of an element as one of the pivot's axes.
+LineFit turned_back(const InverseRanges& ranges, std::size_t about, LineFit fit) noexcept {
+  Eigen::Matrix2d turned;
+  turned << ranges.cosine[about], -ranges.sine[about], ranges.sine[about], ranges.cosine[about];
+  fit.parameters = turned * fit.parameters;
+  fit.covariance = turned * fit.covariance * turned.transpose();
+  return fit;
+}
+
 }  // namespace
 
 LineFit fit_run(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept {
   const std::size_t about = from + (to - from) / 2;
   LineSums sums;
   for (std::size_t i = from; i < to; ++i) ranges.add_rotated(sums, i, about);
-  LineFit fit = sums.solve();
-  Eigen::Matrix2d turned;
-  turned << ranges.cosine[about], -ranges.sine[about], ranges.sine[about], ranges.cosine[about];
-  fit.parameters = turned * fit.parameters;
-  fit.covariance = turned * fit.covariance * turned.transpose();
-  return fit;
+  return turned_back(ranges, about, sums.solve());
+}
+
+LineFit fit_elements(const InverseRanges& ranges, std::span<const std::size_t> elements) noexcept {
+  if (elements.empty()) return {};
+  const std::size_t about = elements[elements.size() / 2];
+  LineSums sums;
+  for (const std::size_t i : elements) ranges.add_rotated(sums, i, about);
+  return turned_back(ranges, about, sums.solve());
 }
 
 // On both lines (l - r) . v = 0; the distance there is 1 / (l . v).

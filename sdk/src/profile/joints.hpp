@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,6 +25,9 @@ struct Run {
 
 /// Fits elements [from, to), in coordinates in which short runs lose no digits.
 LineFit fit_run(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept;
+
+/// The same of any elements, ascending.
+LineFit fit_elements(const InverseRanges& ranges, std::span<const std::size_t> elements) noexcept;
 
 /// Where two lines meet, seen from the pivot.
 struct Meeting {

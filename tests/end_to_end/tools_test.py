@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves what `striper measure` promises: measurements.csv to the letter, of recordings and of sources that are
+scanned on the way, values that agree with the simulated scene within their bars, limits as events and exit code,
+and words for what cannot be done. The bars themselves are tests/sdk/profile/tools_test.cpp's.
+
+Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 tools_test.py
+"""
+import csv
+import io
+import json
+import math
+import unittest
+
+from program import InScratch, striper
+
+# A wall 2 m away, a board of .5 m in front of it, and a pipe.
+SCENE = """striper_scene: 1
+camera: {width: 640, height: 480, fov_deg: 55, rotation_deg: [0, 14, 0]}
+imager: {blur_px: 0.5, dn_per_electron: 0.05, black_level_dn: 8, shutter_us: 2.5}
+noise: {shot: yes, read_e: 12, seed: 11}
+lasers:
+  - {position_m: [0, 0, -0.5], fan_deg: 70, thickness_deg: 0.25, wavelength_nm: 900, pulse_uj: 10.4}
+device: {position_m: [0, 0, 1]}
+objects:
+  - {name: wall, shape: plane, position_m: [2, 0, 0], reflectance: 0.5}
+  - {name: board, shape: box, size_m: [0.05, 0.5, 2], position_m: [1.725, -0.3, 0.5], reflectance: 0.5}
+  - {name: pipe, shape: cylinder, radius_m: 0.1, length_m: 2, position_m: [1.6, 0.4, 0.5], reflectance: 0.4}
+"""
+COLUMNS = ["frame", "time_s", "tool", "value", "sigma", "sigma_cal", "unit", "points", "status"]
+TOOLS = ("--tool", "wall:line:x=1.9..2.1", "--tool", "depth:step:x=1.9..2.1;x=1.6..1.8,y=-.6..0",
+         "--tool", "board:width:x=1.6..1.8,y=-.7..0.1", "--tool", "pipe:circle:x=1.4..1.62,y=.2..0.6")
+TRUTH = {"wall.line.distance": 2.0, "wall.line.angle": 0.0, "depth.step": -0.3, "board.width": 0.5,
+         "pipe.circle.radius": 0.1, "pipe.circle.x": 1.6, "pipe.circle.y": 0.4}
+
+
+class Tools(InScratch):
+    def setUp(self):
+        super().setUp()
+        scene = self.write("scene.yaml", SCENE)
+        striper("simulate", scene, "-o", self.path("shots"), "--frames", "3")
+        self.source = "images:" + self.path("shots")
+        self.model = self.path("shots", "model.yaml")
+
+    def measure(self, *arguments, **options):
+        return striper("measure", self.source, "--model", self.model, *TOOLS, *arguments, **options)
+
+    def test_a_source_gives_the_scenes_sizes_within_their_bars(self):
+        rows = list(csv.reader(io.StringIO(self.measure().stdout)))
+        self.assertEqual(rows[0], COLUMNS)
+        table = [dict(zip(COLUMNS, row)) for row in rows[1:]]
+        self.assertEqual(len(table), 3 * 8)
+        for row in table:
+            if row["tool"] not in TRUTH:
+                continue
+            self.assertEqual(row["status"], "ok", row)
+            self.assertEqual(row["unit"], "rad" if row["tool"].endswith("angle") else "m")
+            self.assertLess(abs(float(row["value"]) - TRUTH[row["tool"]]), 5 * float(row["sigma"]) + 1e-4, row)
+            self.assertGreater(int(row["points"]), 20)
+
+    def test_recordings_of_all_kinds_give_what_the_source_gives(self):
+        scans = [self.path("scans" + kind) for kind in (".csv", ".jsonl", ".mcap")]
+        outputs = [word for name in scans for word in ("-o", name)]
+        striper("capture", self.source, "--model", self.model, *outputs)
+        live = self.measure().stdout
+        for name in scans:
+            of_model = () if name.endswith(".mcap") else ("--model", self.model)
+            self.assertEqual(striper("measure", name, *of_model, *TOOLS).stdout, live, name)
+
+    def test_limits_are_events_and_exit_code(self):
+        kept = self.measure("--limit", "depth=-.31..-.29", "--limit", "wall.line.distance=1.9..", "--json", "-o",
+                            self.path("m.csv"))
+        summary = json.loads(kept.stdout)
+        self.assertTrue(summary["kept"])
+        self.assertEqual(summary["scans"], 3)
+        self.assertEqual([one["broken"] for one in summary["limits"]], [0, 0])
+        self.assertTrue(math.isclose(summary["tools"]["depth.step"]["mean"], -0.3, abs_tol=2e-3))
+        with open(self.path("m.csv")) as file:
+            self.assertEqual(file.readline().strip().split(","), COLUMNS)
+        broken = self.measure("--limit", "depth.step=-.2..0", "--json", code=1)
+        summary = json.loads(broken.stdout)
+        self.assertFalse(summary["kept"])
+        self.assertEqual(summary["limits"][0]["broken"], 3)
+        self.assertEqual([event["event"] for event in summary["events"]], ["limit_broken"])
+        self.assertIn("limit -0.2..0 of depth.step: broken in 3 of 3 scans", broken.stderr)
+        never = self.measure("--tool", "no:gap:x=9..10", "--limit", "no=0..1", code=1)
+        self.assertIn("limit 0..1 of no.gap: never measured", never.stderr)
+
+    def test_a_table_made_elsewhere_needs_a_sigma(self):
+        lines = [f"0,0,{b / 100},{2 / math.cos(b / 100)}" for b in range(-40, 41)]
+        table = self.write("other.csv", "frame,time_s,bearing_rad,range_m\n" + "\n".join(lines) + "\n")
+        done = striper("measure", table, "--tool", "wall:line", "--sigma", "0.002")
+        row = dict(zip(COLUMNS, done.stdout.split("\n")[1].split(",")))
+        self.assertEqual((row["tool"], row["status"], row["points"]), ("wall.line.distance", "ok", "81"))
+        self.assertAlmostEqual(float(row["value"]), 2.0, 6)
+        self.assertEqual(row["sigma_cal"], "")
+        none = striper("measure", table, "--tool", "wall:line")
+        self.assertIn("few_points", none.stdout)
+
+    def test_nonsense_is_refused(self):
+        for arguments, code, words in (
+            (("--tool", "a:volume"), 2, "TOOL one of line, step, gap"),
+            (("--tool", "wall:gap"), 2, "tool 'wall' is there twice"),
+            (("--limit", "depth"), 2, "--limit depth: expected NAME=A..B"),
+            (("--limit", "wall=1..2"), 2, "expected one of wall.line.distance, wall.line.angle"),
+            (("--limit", "x=1..2"), 2, "nothing of that name is measured"),
+        ):
+            self.assertIn(words, self.measure(*arguments, code=code).stderr)
+        self.assertIn("gives frames", striper("measure", self.source, *TOOLS, code=2).stderr)
+        self.assertIn("NAME.line.straightness", striper("measure", "--help").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
