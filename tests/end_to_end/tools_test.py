@@ -9,6 +9,8 @@ import csv
 import io
 import json
 import math
+import os
+import statistics
 import unittest
 
 from program import InScratch, striper
@@ -33,7 +35,7 @@ TRUTH = {"wall.line.distance": 2.0, "wall.line.angle": 0.0, "depth.step": -0.3, 
          "pipe.circle.radius": 0.1, "pipe.circle.x": 1.6, "pipe.circle.y": 0.4}
 
 
-class Tools(InScratch):
+class Scene(InScratch):
     def setUp(self):
         super().setUp()
         scene = self.write("scene.yaml", SCENE)
@@ -41,6 +43,8 @@ class Tools(InScratch):
         self.source = "images:" + self.path("shots")
         self.model = self.path("shots", "model.yaml")
 
+
+class Tools(Scene):
     def measure(self, *arguments, **options):
         return striper("measure", self.source, "--model", self.model, *TOOLS, *arguments, **options)
 
@@ -107,6 +111,52 @@ class Tools(InScratch):
             self.assertIn(words, self.measure(*arguments, code=code).stderr)
         self.assertIn("gives frames", striper("measure", self.source, *TOOLS, code=2).stderr)
         self.assertIn("NAME.line.straightness", striper("measure", "--help").stdout)
+
+
+class Shape(Scene):
+    def capture(self, *arguments, **options):
+        done = striper("capture", self.source, "--model", self.model, *arguments, **options)
+        return [row for row in csv.DictReader(io.StringIO(done.stdout))]
+
+    @staticmethod
+    def rms(rows):
+        return math.sqrt(sum((float(row["x_m"]) - 2) ** 2 for row in rows) / len(rows))
+
+    @staticmethod
+    def sigma(rows):
+        return statistics.median(float(row["sigma_m"]) for row in rows)
+
+    def wall(self, rows):
+        return [row for row in rows if abs(float(row["x_m"]) - 2) < 0.05]
+
+    def test_scans_are_smoothed_averaged_and_resampled(self):
+        plain = self.wall(self.capture())
+        smooth = self.wall(self.capture("--smooth", "line"))
+        mean = self.wall(self.capture("--average", "3"))
+        self.assertEqual({row["frame"] for row in mean}, {"1"})
+        # Part of the error is alike in all scans, the scene being still: of that averaging gains nothing.
+        self.assertLess(self.rms(mean), 0.9 * self.rms(plain))
+        self.assertAlmostEqual(self.sigma(mean) / self.sigma(plain), 1 / math.sqrt(3), 2)
+        self.assertLess(self.rms(smooth), 0.6 * self.rms(plain))
+        pixels = {(row["u_px"], row["v_px"]) for row in plain}
+        self.assertLessEqual({(row["u_px"], row["v_px"]) for row in smooth}, pixels)
+        grid = self.capture("--resample", "y=0.005", "--frames", "1")
+        for row in grid:
+            self.assertAlmostEqual(float(row["y_m"]) / 0.005, round(float(row["y_m"]) / 0.005), 6)
+        self.assertIn("gaps are filled", striper("capture", self.source, "--fill-gaps", "1", code=2).stderr)
+
+    def test_a_scene_that_moves_is_refused(self):
+        moving = self.path("moving")
+        for k, x in enumerate((1.8, 2.0)):
+            scene = self.write(f"{k}.yaml", SCENE.replace("[2, 0, 0]", f"[{x}, 0, 0]"))
+            striper("simulate", scene, "-o", self.path(f"part{k}"), "--frames", "1")
+        os.mkdir(moving)
+        for k in range(2):
+            name = [one for one in sorted(os.listdir(self.path(f"part{k}"))) if one.endswith(".png")][0]
+            os.rename(self.path(f"part{k}", name), os.path.join(moving, f"{k}.png"))
+        done = striper("capture", "images:" + moving, "--model", self.model, "--average", "2", "-o",
+                       self.path("moved.csv"), code=3)
+        self.assertIn("most of what is seen moves", done.stderr)
 
 
 if __name__ == "__main__":
