@@ -119,7 +119,7 @@ void Cutter::report_joints(Segmentation& out) const {
     for (Piece* piece : {&left, &right})
       piece->evidence = std::fmin(piece->evidence, joint.evidence);
     if (!runs[k].meets_next) continue;
-    const Meeting meeting = meet(ranges, runs[k], runs[k + 1]);
+    const Meeting meeting = meet_at_knot(ranges, runs[k], runs[k + 1]);
     joint.kind = JointKind::kCorner;
     joint.corner_m = ranges.pivot + meeting.point_m;
     joint.covariance = meeting.covariance;
