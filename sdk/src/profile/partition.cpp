@@ -10,7 +10,10 @@ namespace {
 
 // Beginnings that one evaluation bounds. A line that is cut once and loses this many points gains
 // about as many of chi2, which has to stay well below the penalty of 25 or so.
-constexpr std::size_t kBlock = 16;
+constexpr std::size_t kBlock = 8;
+
+// Shorter pieces lose digits in differences of sums over everything.
+constexpr std::size_t kLong = kFewestOfRough;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -72,7 +75,7 @@ void Partition::end_at(const InverseRanges& ranges, std::size_t to) {
   found_begin_ = 0;
   const std::size_t near = blocks_.size() * kBlock;
   const std::size_t last = begin_[to - 1];  // The best beginning seldom moves.
-  if (last + kBlock < to && std::isfinite(best_[last])) {
+  if (last + kLong <= to && std::isfinite(best_[last])) {
     found_ = best_[last] + long_cost(last, to);
     found_begin_ = last;
   }
@@ -86,7 +89,7 @@ void Partition::end_at(const InverseRanges& ranges, std::size_t to) {
 // Beginnings that are in no block yet: of short pieces from the end backwards, in coordinates about
 // the end, where they lose no digits.
 void Partition::try_near(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept {
-  const std::size_t first_short = std::max(from, to > kBlock ? to - kBlock : 0);
+  const std::size_t first_short = std::max(from, to > kLong ? to - kLong : 0);
   for (std::size_t begin = from; begin < first_short; ++begin) try_begin(begin, to);
   std::size_t first = first_short;
   while (first + kFewestOfPiece <= to && !(lower_[first] < found_)) ++first;
@@ -125,7 +128,7 @@ void Partition::try_blocks(std::size_t to) noexcept {
 // A block is closed when all pieces from it on have enough points for the long way.
 void Partition::close_block(std::size_t to) {
   const std::size_t from = blocks_.size() * kBlock;
-  if (to + 1 < from + 2 * kBlock) return;
+  if (to + 1 < from + kBlock + kLong) return;
   const auto begin = best_.begin() + static_cast<std::ptrdiff_t>(from);
   const double least = *std::min_element(begin, begin + kBlock);
   blocks_.push_back({from, least, least});

@@ -21,11 +21,11 @@ inline constexpr std::size_t kFewestOfRough = 16;
 /// is least over all ways of cutting (Jackson et al. 2005, An algorithm for optimal partitioning of
 /// data on an interval). The second term is a rough piece of m points, whose own variance is
 /// estimated (-2 log likelihood). Exact: what is not computed is proven not to be the minimum,
-/// because a piece never costs less than a part of it. So one evaluation bounds sixteen beginnings,
+/// because a piece never costs less than a part of it. So one evaluation bounds eight beginnings,
 /// and what a beginning cost at an earlier end bounds it until the least cost has caught up (in the
 /// spirit of PELT: Killick, Fearnhead & Eckley 2012, theorem 3.1).
 ///
-/// About 60 us for 640 elements. Not thread-safe.
+/// About 110 us for 640 elements of one line, 220 us of waves. Not thread-safe.
 class Partition {
  public:
   struct Penalties {
