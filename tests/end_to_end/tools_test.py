@@ -159,5 +159,57 @@ class Shape(Scene):
         self.assertIn("most of what is seen moves", done.stderr)
 
 
+class Verify(InScratch):
+    """The industry's sheet."""
+
+    def simulate(self, name, scene, frames=6):
+        path = self.write(name + ".yaml", scene)
+        striper("simulate", path, "-o", self.path(name), "--frames", frames)
+        return "images:" + self.path(name)
+
+    def wall(self, x_m):
+        return self.simulate(f"wall{x_m}", SCENE.split("  - {name: board")[0].replace("[2, 0, 0]", f"[{x_m}, 0, 0]"))
+
+    def verify(self, source, *arguments, **options):
+        model = self.path(source[7:], "model.yaml")
+        return striper("verify", source, "--model", model, *arguments, "--json", **options)
+
+    def test_a_wall_at_three_distances(self):
+        main, near, far = self.wall(1.5), self.wall(1.2), self.wall(2)
+        done = self.verify(main, "--distance", "1.5", "--at", "1.2=" + near, "--at", "2=" + far)
+        figures = json.loads(done.stdout)
+        sheet = figures["sheet"]
+        self.assertTrue(figures["passed"])
+        # The paper's geometry: a camera pitched 14 degrees down, 0.5 m above the laser's plane.
+        f_px = 320 / math.tan(math.radians(27.5))
+        near_m = 0.5 / math.tan(math.radians(14) + math.atan(239.5 / f_px))
+        self.assertAlmostEqual(sheet["clearance_m"], near_m, 3)
+        depth_m = 1.5 * math.cos(math.radians(14)) + 0.5 * math.sin(math.radians(14))
+        self.assertAlmostEqual(sheet["x_spacing_m"], depth_m / f_px, 5)
+        self.assertEqual(sheet["repeatability_count"], 6)
+        self.assertGreater(sheet["z_resolution_count"], 500)
+        self.assertLess(sheet["z_resolution_m"], 1e-3)
+        self.assertLess(sheet["repeatability_of_mean_m"], 0.2 * sheet["z_resolution_m"])
+        self.assertGreater(sheet["rate_hz"], 1)
+        self.assertEqual(sheet["latency_count"], 6)
+        self.assertLess(figures["linearity"]["most_m"], 5e-4)
+        self.assertAlmostEqual(figures["linearity"]["gain"], 1, 3)
+        for words in ("clearance 0.7", "z resolution", "k = 2", "z linearity", "latency", "passed"):
+            self.assertIn(words, done.stderr)
+        self.assertIn("expected M=SOURCE", self.verify(main, "--at", "far", code=2).stderr)
+
+    def test_a_step_and_a_pipe(self):
+        wall, board, pipe = SCENE.split("objects:\n")[1].splitlines(keepends=True)
+        head = SCENE.split("objects:\n")[0] + "objects:\n"
+        board = board.replace("[1.725, -0.3, 0.5]", "[1.725, -0.8, 0.5]").replace("[0.05, 0.5, 2]", "[0.05, 1.6, 2]")
+        step = self.simulate("step", head + wall + board, 2)
+        self.assertAlmostEqual(json.loads(self.verify(step, "--step", "0.3").stdout)["target"]["measured_m"], 0.3, 3)
+        self.assertFalse(json.loads(self.verify(step, "--step", "0.31", code=1).stdout)["passed"])
+        alone = self.simulate("pipe", head + pipe.replace("radius_m: 0.1", "radius_m: 0.2"), 2)
+        # Where a surface turns away the stripe lies 0.1 mm off, which the bars of two scans do not have.
+        target = json.loads(self.verify(alone, "--radius", "0.2", code=None).stdout)["target"]
+        self.assertAlmostEqual(target["measured_m"], 0.2, delta=3e-4)
+
+
 if __name__ == "__main__":
     unittest.main()
