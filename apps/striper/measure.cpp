@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/profile/measurement_csv.hpp>
@@ -22,6 +23,7 @@
 #include <striper/stream/scan_bus.hpp>
 
 #include "measure_limits.hpp"
+#include "measure_plot.hpp"
 #include "option_bounds.hpp"
 #include "program.hpp"
 #include "summary.hpp"
@@ -37,6 +39,7 @@ struct MeasureArguments {
   std::vector<std::string> limits;
   std::optional<std::string> model;
   std::optional<std::string> output;
+  std::optional<std::string> plot;
   std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
   double sigma_m = std::numeric_limits<double>::quiet_NaN();
   bool json = false;
@@ -100,6 +103,11 @@ void define(CLI::App& command, MeasureArguments& arguments) {
       .add_option("-o,--output", arguments.output,
                   "Where the table goes; default: the standard output, with --json nowhere")
       ->type_name("FILE");
+  command
+      .add_option("--plot", arguments.plot,
+                  "The first scan from above with its pieces and corners, and what was measured "
+                  "over time")
+      ->type_name("FILE.svg");
   command.add_option("--frames", arguments.frames, "Stop after so many scans")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
@@ -166,6 +174,7 @@ struct MeasureResult {
   MeasureLimits limits;
   std::uint64_t scans = 0;
   std::map<std::string, RowSummary> rows;
+  MeasurePlot plot{};
 };
 
 /// Measures every scan of a bus, on the bus's thread of this sink.
@@ -183,13 +192,21 @@ class MeasureSink : public ScanSink {
       table_.emplace(arguments.output.value_or("-"), measurement_columns());
   }
 
-  void open(const HeadInfo& head) override { measurer_.emplace(tools_, head.model); }
+  void open(const HeadInfo& head) override {
+    model_ = head.model;
+    measurer_.emplace(tools_, model_);
+  }
 
   void write(const PolarScan& scan) override {
     scan_ = scan;
     for (Return& r : scan_.returns)
       if (!std::isfinite(r.sigma_m)) r.sigma_m = sigma_m_;
+    SegmentOptions options;
+    if (model_ && scan.laser < static_cast<int>(model_->lasers.size()))
+      options.pivot_m = noise_pivot(*model_, scan.laser);
+    result_->plot.add(scan_, options);
     for (const Measurement& m : measurer_->measure(scan_)) {
+      result_->plot.add(m, scan.sequence);
       result_->rows[m.tool].add(m);
       result_->limits.look_at(m, scan.sequence, events_);
       if (table_) table_->add({scan.sequence, scan.time.seconds(), m});
@@ -207,6 +224,7 @@ class MeasureSink : public ScanSink {
   std::shared_ptr<MeasureResult> result_;
   EventPort events_;
   std::vector<MeasureTool> tools_;
+  std::shared_ptr<const StriperModel> model_;
   std::optional<Measurer> measurer_;
   std::optional<CsvWriter<MeasurementLine>> table_;
   PolarScan scan_;
@@ -254,7 +272,7 @@ nlohmann::json summary_of(const MeasureResult& result, const TerminalEvents& eve
 ExitCode measure(const MeasureArguments& arguments) {
   const TerminalEvents events;
   const auto result =
-      std::make_shared<MeasureResult>(MeasureResult{MeasureLimits(arguments.limits), 0, {}});
+      std::make_shared<MeasureResult>(MeasureResult{MeasureLimits(arguments.limits), 0, {}, {}});
   auto sink = std::make_unique<MeasureSink>(arguments, result, events.port());
   std::shared_ptr<const StriperModel> model;
   if (arguments.model)
@@ -270,6 +288,10 @@ ExitCode measure(const MeasureArguments& arguments) {
   say(fmt::format("measured {}", count(result->scans, "scan")));
   say_rows(result->rows);
   for (const std::string& line : result->limits.verdicts()) say(line);
+  if (arguments.plot) {
+    write_file_atomically(*arguments.plot, result->plot.svg());
+    say(fmt::format("wrote {}", *arguments.plot));
+  }
   if (arguments.json) print_json(summary_of(*result, events));
   return result->limits.are_kept() ? ExitCode::kDone : ExitCode::kFailed;
 }

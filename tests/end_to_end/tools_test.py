@@ -89,6 +89,13 @@ class Tools(Scene):
         never = self.measure("--tool", "no:gap:x=9..10", "--limit", "no=0..1", code=1)
         self.assertIn("limit 0..1 of no.gap: never measured", never.stderr)
 
+    def test_a_plot_shows_pieces_corners_and_measurements(self):
+        self.measure("--plot", self.path("m.svg"))
+        with open(self.path("m.svg")) as file:
+            text = file.read()
+        for words in ("straight piece", "its ends, ten sigma", "A scan from above", "depth.step", "one sigma"):
+            self.assertIn(words, text)
+
     def test_a_table_made_elsewhere_needs_a_sigma(self):
         lines = [f"0,0,{b / 100},{2 / math.cos(b / 100)}" for b in range(-40, 41)]
         table = self.write("other.csv", "frame,time_s,bearing_rad,range_m\n" + "\n".join(lines) + "\n")
