@@ -101,22 +101,23 @@ std::string MeasurePlot::svg() const {
   std::vector<SvgChart> charts{scan_chart(scan_, pieces_)};
   for (const auto& [name, series] : series_) {
     if (charts.size() > kMostCharts) break;
-    double low = series.values.front().value;
-    double high = low;
+    // Beside the first value, since an axis shows few digits.
+    const double first = series.values.front().value;
+    double reach = 0.0;
     Vectors values;
     Vectors from, to;
     for (const Value& v : series.values) {
-      low = std::min(low, v.value - 2.0 * v.sigma);
-      high = std::max(high, v.value + 2.0 * v.sigma);
-      values.emplace_back(v.frame, v.value);
-      from.emplace_back(v.frame, v.value - v.sigma);
-      to.emplace_back(v.frame, v.value + v.sigma);
+      const double beside = v.value - first;
+      reach = std::max(reach, std::abs(beside) + 2.0 * v.sigma);
+      values.emplace_back(v.frame, beside);
+      from.emplace_back(v.frame, beside - v.sigma);
+      to.emplace_back(v.frame, beside + v.sigma);
     }
-    const double first = series.values.front().frame;
-    const double last = series.values.back().frame;
-    SvgChart chart(name, {"frame", first - 0.5, last + 0.5}, {series.unit, low, high});
+    SvgChart chart(fmt::format("{} beside {:.9g} {}", name, first, series.unit),
+                   {"frame", series.values.front().frame - 0.5, series.values.back().frame + 0.5},
+                   {series.unit, -reach, reach});
     chart.bars("one sigma", "#f0a030", from, to);
-    chart.dots(name, "#12395c", 2.0, values);
+    chart.dots("measured", "#12395c", 2.0, values);
     charts.push_back(chart);
   }
   return svg_of(charts);
