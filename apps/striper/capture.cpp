@@ -19,6 +19,7 @@
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
+#include "shape_arguments.hpp"
 #include "sink_arguments.hpp"
 #include "stripe_watch.hpp"
 #include "summary.hpp"
@@ -33,6 +34,7 @@ struct CaptureArguments {
   std::vector<std::string> outputs;
   ScannerArguments scanner;
   FrameLimits limits;
+  ShapeArguments shape;
   bool doubtful = false;
   bool missing = false;
   bool json = false;
@@ -76,6 +78,7 @@ void define(CLI::App& command, CaptureArguments& arguments) {
   command.add_flag(
       "--missing", arguments.missing,
       "Write a line for every column (or row), with the reason where nothing is there");
+  add_shape_arguments(command, arguments.shape);
   command.add_flag("--json", arguments.json,
                    "A summary for programs on the standard output (needs -o FILE)");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
@@ -88,6 +91,7 @@ struct Capture {
   ScannerStatus scanner;
   ReturnCounts returns;
   std::vector<SinkReport> sinks;
+  bool is_shaped = false;  // Written are other scans than were made.
 };
 
 bool is_csv(const SinkUri& uri) { return uri.scheme() == "csv"; }
@@ -116,7 +120,8 @@ nlohmann::json summarize(const Capture& done, const StripeWatch& watch,
   nlohmann::json summary = to_json(done.read);
   summary["output"] = outputs.front().text();
   summary["outputs"] = to_json(done.sinks);
-  summary["lines"] = lines_of(outputs.front(), done.returns);
+  summary["lines"] = nullptr;
+  if (!done.is_shaped) summary["lines"] = lines_of(outputs.front(), done.returns);
   summary["scans"] = done.scanner.counts.scans;
   summary["dark"] = done.scanner.counts.dark;
   summary["refused"] = done.scanner.counts.refused;
@@ -158,10 +163,13 @@ void say_decisions(const ScannerStatus& scanner, const TerminalEvents& events,
   }
 }
 
-void say_output(const SinkUri& uri, const SinkReport& sink, const ReturnCounts& returns) {
+void say_output(const SinkUri& uri, const SinkReport& sink, const Capture& done) {
   const bool is_whole = is_csv(uri) && sink.state == SinkReport::State::kFinished;
   std::string text = fmt::format("wrote {}", count(sink.written, "scan"));
-  if (is_whole) text += fmt::format(", {}", count(lines_of(uri, returns), "line"));
+  if (done.is_shaped)
+    text += ", averaged, smoothed or resampled as asked";
+  else if (is_whole)
+    text += fmt::format(", {}", count(lines_of(uri, done.returns), "line"));
   text += fmt::format(", to {}", uri.path() == "-" ? "the standard output" : sink.uri);
   if (sink.lost > 0) text += fmt::format("; {} lost", sink.lost);
   say(text);
@@ -173,7 +181,7 @@ void say_summary(const Capture& done, const std::vector<SinkUri>& outputs) {
     say(fmt::format("refused {}: see above", count(refused, "frame")));
   }
   for (std::size_t i = 0; i < outputs.size(); ++i) {
-    say_output(outputs[i], done.sinks[i], done.returns);
+    say_output(outputs[i], done.sinks[i], done);
   }
   say(fmt::format("returns: {}", done.returns.describe()));
   if (done.returns.of(ReturnStatus::kBehind) > done.returns.of(ReturnStatus::kOk)) {
@@ -280,21 +288,27 @@ ExitCode capture(const CaptureArguments& arguments) {
   if (outputs.front().path() == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
   const TerminalEvents events = terminal_events(is_one);
   ScanBus bus(events.port());
-  for (const SinkUri& uri : outputs) bus.add(uri.text(), open_sink(uri));
+  const ShapeOptions shape = arguments.shape.options();
+  const auto shaped = std::make_shared<ShapeCounts>();
+  for (const SinkUri& uri : outputs)
+    bus.add(uri.text(), shaped_sink(open_sink(uri), shape, &uri == &outputs[0] ? shaped : nullptr));
 
   CaptureRun run(arguments, events, bus);
   Capture done = run.run();
   bus.finish();
   done.sinks = bus.sinks();
+  done.is_shaped = shape.is_any();
   if (is_one && bus.failure()) std::rethrow_exception(bus.failure());
   require_pictures(done.read, arguments.source);
 
   say_summary(done, outputs);
+  const bool has_moved = say_moved(*shaped);
   say_decisions(done.scanner, events, do_dark_exposures_matter(arguments, done));
   run.watch().conclude();
   if (arguments.json) print_json(summarize(done, run.watch(), outputs, events));
   if (done.read.is_lost) leave_threads_behind();
   const bool is_clean = !done.read.has_failed() && misfits(done) == 0 && !bus.failure();
+  if (has_moved) return ExitCode::kUntrustworthy;
   return is_clean ? ExitCode::kDone : ExitCode::kFailed;
 }
 

@@ -31,6 +31,7 @@ void add_why(CLI::App& striper, Action& action);
 void add_noise(CLI::App& striper, Action& action);
 void add_board(CLI::App& striper, Action& action);
 void add_diff(CLI::App& striper, Action& action);
+void add_measure(CLI::App& striper, Action& action);
 void add_compare(CLI::App& striper, Action& action);
 void add_design(CLI::App& striper, Action& action);
 void add_eyesafe(CLI::App& striper, Action& action);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include <striper/core/robust.hpp>
+#include <striper/geometry/line_fit.hpp>
 
 namespace striper::detail {
 namespace {
@@ -36,21 +37,17 @@ void collect(const std::vector<Eigen::Vector2d>& points, double gate, StraightLi
 }
 
 void least_squares(const std::vector<Eigen::Vector2d>& points, StraightLine& line) {
-  const auto n = static_cast<double>(line.inliers.size());
-  double mx = 0.0;
-  double my = 0.0;
-  for (const std::size_t i : line.inliers) mx += points[i].x() / n, my += points[i].y() / n;
-  double xx = 0.0;
-  double xy = 0.0;
-  for (const std::size_t i : line.inliers) {
-    xx += (points[i].x() - mx) * (points[i].x() - mx);
-    xy += (points[i].x() - mx) * (points[i].y() - my);
-  }
-  line.slope = xx > 0.0 ? xy / xx : 0.0;
-  line.offset = my - line.slope * mx;
+  // About one of them, so that the sums keep their digits.
+  const Eigen::Vector2d about = points[line.inliers[line.inliers.size() / 2]];
+  LineSums sums;
+  for (const std::size_t i : line.inliers)
+    sums.add(1.0, points[i].x() - about.x(), points[i].y() - about.y(), 1.0);
+  const LineFit fit = sums.solve();
+  line.slope = fit.parameters[1];
+  line.offset = about.y() + fit.parameters[0] - line.slope * about.x();
   double sum = 0.0;
   for (const std::size_t i : line.inliers) sum += std::pow(distance(line, points[i]), 2);
-  line.rms = std::sqrt(sum / std::max(n - 2.0, 1.0));
+  line.rms = std::sqrt(sum / std::max(fit.dof(), 1));
 }
 
 }  // namespace

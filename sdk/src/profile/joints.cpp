@@ -53,14 +53,19 @@ LineSums turned(const LineSums& sums, double cosine, double sine) noexcept {
   return out;
 }
 
-// chi2 of the best line with a bend where g is 0.
-double chi2_of_bent(const LineSums& left, const LineSums& right) noexcept {
+// The best line with a bend where g is 0.
+struct Bent {
+  double chi2;
+  double information;  // Determinant of that on its three parameters.
+};
+
+Bent fit_bent(const LineSums& left, const LineSums& right) noexcept {
   Eigen::Matrix3d normal;
   normal << left.ff + right.ff, left.fg + right.fg, right.fg,  //
       left.fg + right.fg, left.gg + right.gg, right.gg,        //
       right.fg, right.gg, right.gg;
   const Eigen::Vector3d z(left.fz + right.fz, left.gz + right.gz, right.gz);
-  return left.zz + right.zz - z.dot(normal.inverse() * z);
+  return {left.zz + right.zz - z.dot(normal.inverse() * z), normal.determinant()};
 }
 
 // Cuts near the knot, where the lines meet.
@@ -82,18 +87,30 @@ bool settle_at(const InverseRanges& ranges, std::size_t knot, Run& left, Run& ri
   return true;
 }
 
+// A fit about the direction of an element as one of the pivot's axes.
+LineFit turned_back(const InverseRanges& ranges, std::size_t about, LineFit fit) noexcept {
+  Eigen::Matrix2d turned;
+  turned << ranges.cosine[about], -ranges.sine[about], ranges.sine[about], ranges.cosine[about];
+  fit.parameters = turned * fit.parameters;
+  fit.covariance = turned * fit.covariance * turned.transpose();
+  return fit;
+}
+
 }  // namespace
 
 LineFit fit_run(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept {
   const std::size_t about = from + (to - from) / 2;
   LineSums sums;
   for (std::size_t i = from; i < to; ++i) ranges.add_rotated(sums, i, about);
-  LineFit fit = sums.solve();
-  Eigen::Matrix2d turned;
-  turned << ranges.cosine[about], -ranges.sine[about], ranges.sine[about], ranges.cosine[about];
-  fit.parameters = turned * fit.parameters;
-  fit.covariance = turned * fit.covariance * turned.transpose();
-  return fit;
+  return turned_back(ranges, about, sums.solve());
+}
+
+LineFit fit_elements(const InverseRanges& ranges, std::span<const std::size_t> elements) noexcept {
+  if (elements.empty()) return {};
+  const std::size_t about = elements[elements.size() / 2];
+  LineSums sums;
+  for (const std::size_t i : elements) ranges.add_rotated(sums, i, about);
+  return turned_back(ranges, about, sums.solve());
 }
 
 // On both lines (l - r) . v = 0; the distance there is 1 / (l . v).
@@ -139,19 +156,67 @@ bool CornerSearch::settle(const InverseRanges& ranges, Run& left, Run& right) {
   std::size_t knot = about;
   double least = left.fit.chi2 + right.fit.chi2 + kMostGrowth;
   bool is_bent = false;
+  likelihood_.clear();
   for (std::size_t cut = from; cut <= to; ++cut) {
     const double sine = ranges.turn(about, cut);
     const double cosine = std::sqrt(1.0 - sine * sine);
     LineSums beyond = before_[right.to - left.from];
     beyond -= before_[cut - left.from];
-    const double chi2 =
-        chi2_of_bent(turned(before_[cut - left.from], cosine, sine), turned(beyond, cosine, sine));
-    if (!(chi2 < least)) continue;
-    least = chi2;
+    const Bent bent =
+        fit_bent(turned(before_[cut - left.from], cosine, sine), turned(beyond, cosine, sine));
+    likelihood_.push_back(-0.5 * (bent.chi2 + std::log(bent.information)));
+    if (!(bent.chi2 < least)) continue;
+    least = bent.chi2;
     knot = cut;
     is_bent = true;
   }
-  return is_bent && settle_at(ranges, knot, left, right);
+  if (!is_bent || !settle_at(ranges, knot, left, right)) return false;
+  left.knot = knot_of(ranges, about, from);
+  return true;
+}
+
+// @param from  the element of the first likelihood.
+Knot CornerSearch::knot_of(const InverseRanges& ranges, std::size_t about, std::size_t from) const {
+  const double most = *std::max_element(likelihood_.begin(), likelihood_.end());
+  double sum = 0.0;
+  double mean = 0.0;
+  double square = 0.0;
+  for (std::size_t k = 0; k < likelihood_.size(); ++k) {
+    const double weight = std::exp(likelihood_[k] - most);
+    const double sine = ranges.turn(about, from + k);
+    sum += weight;
+    mean += weight * sine;
+    square += weight * sine * sine;
+  }
+  mean /= sum;
+  const Eigen::Vector2d v = direction_of(ranges, about);
+  Knot knot;
+  knot.direction = std::sqrt(1.0 - mean * mean) * v + mean * Eigen::Vector2d(-v.y(), v.x());
+  knot.sigma_rad = std::sqrt(std::max(square / sum - mean * mean, 0.0));
+  return knot;
+}
+
+Meeting meet_at_knot(const InverseRanges& ranges, const Run& left, const Run& right) noexcept {
+  constexpr double kColumns = 2.0;  // Below, knots at returns are too coarse a choice.
+  const Knot& knot = left.knot;
+  Meeting meeting = meet(ranges, left, right);
+  if (knot.sigma_rad < kColumns * std::abs(ranges.turn(left.to - 1, right.from))) return meeting;
+  const Eigen::Vector2d& v = knot.direction;
+  const Eigen::Vector2d across(-v.y(), v.x());
+  // Both lines say where it is along this direction.
+  const double of_left = 1.0 / left.fit.variance_at(v.x(), v.y());
+  const double of_right = 1.0 / right.fit.variance_at(v.x(), v.y());
+  const double q = (of_left * left.fit.at(v.x(), v.y()) + of_right * right.fit.at(v.x(), v.y())) /
+                   (of_left + of_right);
+  const double slope = 0.5 * across.dot(left.fit.parameters + right.fit.parameters);
+  const Eigen::Vector2d by_angle = across / q - v * slope / (q * q);
+  const double variance_q = 1.0 / (of_left + of_right);
+  meeting.direction = v;
+  meeting.sigma_rad = knot.sigma_rad;
+  meeting.point_m = v / q;
+  meeting.covariance = knot.sigma_rad * knot.sigma_rad * by_angle * by_angle.transpose() +
+                       variance_q / (q * q * q * q) * v * v.transpose();
+  return meeting;
 }
 
 }  // namespace striper::detail

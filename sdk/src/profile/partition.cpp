@@ -10,7 +10,10 @@ namespace {
 
 // Beginnings that one evaluation bounds. A line that is cut once and loses this many points gains
 // about as many of chi2, which has to stay well below the penalty of 25 or so.
-constexpr std::size_t kBlock = 16;
+constexpr std::size_t kBlock = 8;
+
+// Shorter pieces lose digits in differences of sums over everything.
+constexpr std::size_t kLong = kFewestOfRough;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -42,7 +45,8 @@ void Partition::prepare(const InverseRanges& ranges) {
   }
   best_.assign(n + 1, kInfinity);
   begin_.assign(n + 1, 0);
-  best_[0] = 0.0;
+  lower_.assign(n + 1, kInfinity);
+  best_[0] = lower_[0] = 0.0;
   blocks_.clear();
   blocks_.reserve(n / kBlock + 1);
 }
@@ -71,59 +75,63 @@ void Partition::end_at(const InverseRanges& ranges, std::size_t to) {
   found_begin_ = 0;
   const std::size_t near = blocks_.size() * kBlock;
   const std::size_t last = begin_[to - 1];  // The best beginning seldom moves.
-  if (last + kBlock < to && std::isfinite(best_[last])) {
+  if (last + kLong <= to && std::isfinite(best_[last])) {
     found_ = best_[last] + long_cost(last, to);
     found_begin_ = last;
   }
   try_near(ranges, near, to);
   try_blocks(to);
-  best_[to] = found_ + penalties_.piece;
+  best_[to] = lower_[to] = found_ + penalties_.piece;
   begin_[to] = found_begin_;
   close_block(to);
 }
 
-// Beginnings near the end, from the end backwards, in coordinates about the end.
+// Beginnings that are in no block yet: of short pieces from the end backwards, in coordinates about
+// the end, where they lose no digits.
 void Partition::try_near(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept {
-  while (from < to && !(best_[from] < found_)) ++from;
+  const std::size_t first_short = std::max(from, to > kLong ? to - kLong : 0);
+  for (std::size_t begin = from; begin < first_short; ++begin) try_begin(begin, to);
+  std::size_t first = first_short;
+  while (first + kFewestOfPiece <= to && !(lower_[first] < found_)) ++first;
+  if (first + kFewestOfPiece > to) return;
   LineSums sums;
-  for (std::size_t begin = to; begin-- > from;) {
+  for (std::size_t begin = to; begin-- > first;) {
     ranges.add_rotated(sums, begin, to - 1);
-    if (to - begin < kFewestOfPiece || !(best_[begin] < found_)) continue;
-    const double total = best_[begin] + cost(sums.chi2(), to - begin);
-    if (total < found_) {
-      found_ = total;
-      found_begin_ = begin;
-    }
+    if (to - begin < kFewestOfPiece || !(lower_[begin] < found_)) continue;
+    const double chi2 = sums.chi2();
+    take(begin, best_[begin] + cost(chi2, to - begin));
+    // With more points the piece may be a rough one, and cost less.
+    lower_[begin] = best_[begin] + cost(chi2, std::max(to - begin, kFewestOfRough));
   }
+}
+
+void Partition::try_begin(std::size_t begin, std::size_t to) noexcept {
+  if (lower_[begin] < found_) take(begin, best_[begin] + long_cost(begin, to));
+}
+
+void Partition::take(std::size_t begin, double total) noexcept {
+  lower_[begin] = total;
+  if (total >= found_) return;
+  found_ = total;
+  found_begin_ = begin;
 }
 
 void Partition::try_blocks(std::size_t to) noexcept {
   for (Block& block : blocks_) {
-    if (to >= block.dead_from) continue;
-    const double bound = block.least + long_cost(block.from + kBlock - 1, to);
-    if (bound >= found_) {
-      if (bound >= found_ + penalties_.piece + penalties_.rough)
-        block.dead_from = std::min(block.dead_from, to + kFewestOfRough);
-      continue;
-    }
-    for (std::size_t begin = block.from; begin < block.from + kBlock; ++begin) {
-      if (!(best_[begin] < found_)) continue;
-      const double total = best_[begin] + long_cost(begin, to);
-      if (total < found_) {
-        found_ = total;
-        found_begin_ = begin;
-      }
-    }
+    if (block.lower >= found_) continue;
+    block.lower = block.least + long_cost(block.from + kBlock - 1, to);
+    if (block.lower >= found_) continue;
+    for (std::size_t begin = block.from; begin < block.from + kBlock; ++begin) try_begin(begin, to);
   }
 }
 
 // A block is closed when all pieces from it on have enough points for the long way.
 void Partition::close_block(std::size_t to) {
   const std::size_t from = blocks_.size() * kBlock;
-  if (to + 1 < from + 2 * kBlock) return;
+  if (to + 1 < from + kBlock + kLong) return;
   const auto begin = best_.begin() + static_cast<std::ptrdiff_t>(from);
-  blocks_.push_back(
-      {from, std::numeric_limits<std::size_t>::max(), *std::min_element(begin, begin + kBlock)});
+  const double least = *std::min_element(begin, begin + kBlock);
+  blocks_.push_back({from, least, least});
 }
 
 void Partition::trace_back() {

@@ -20,11 +20,12 @@ inline constexpr std::size_t kFewestOfRough = 16;
 ///
 /// is least over all ways of cutting (Jackson et al. 2005, An algorithm for optimal partitioning of
 /// data on an interval). The second term is a rough piece of m points, whose own variance is
-/// estimated (-2 log likelihood). Exact: what is not computed is proven not to be the minimum, by
-/// the pruning of PELT (Killick, Fearnhead & Eckley 2012, theorem 3.1) and because a piece never
-/// costs less than a part of it, which bounds sixteen beginnings with one evaluation.
+/// estimated (-2 log likelihood). Exact: what is not computed is proven not to be the minimum,
+/// because a piece never costs less than a part of it. So one evaluation bounds eight beginnings,
+/// and what a beginning cost at an earlier end bounds it until the least cost has caught up (in the
+/// spirit of PELT: Killick, Fearnhead & Eckley 2012, theorem 3.1).
 ///
-/// n^2 / 32 evaluations of 5 ns where nothing can be pruned (one long line). Not thread-safe.
+/// About 110 us for 640 elements of one line, 220 us of waves. Not thread-safe.
 class Partition {
  public:
   struct Penalties {
@@ -43,8 +44,8 @@ class Partition {
  private:
   struct Block {
     std::size_t from;
-    std::size_t dead_from;  // Ends from which on none of its beginnings can be the best one.
-    double least;           // Of the costs up to its beginnings.
+    double least;  // Of the costs up to its beginnings.
+    double lower;  // What its beginnings cost at least, here and at all later ends.
   };
 
   void prepare(const InverseRanges& ranges);
@@ -53,6 +54,8 @@ class Partition {
   double long_cost(std::size_t from, std::size_t to) const noexcept;
   void end_at(const InverseRanges& ranges, std::size_t to);
   void try_near(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept;
+  void try_begin(std::size_t begin, std::size_t to) noexcept;
+  void take(std::size_t begin, double total) noexcept;
   void try_blocks(std::size_t to) noexcept;
   void close_block(std::size_t to);
   void trace_back();
@@ -60,6 +63,7 @@ class Partition {
   Penalties penalties_{};
   std::vector<LineSums> before_;  // Prefix sums.
   std::vector<double> best_;      // Least cost of all elements before this one, penalties included.
+  std::vector<double> lower_;     // What a beginning costs at least, here and at all later ends.
   std::vector<std::size_t> begin_;  // Where the last piece of it begins.
   std::vector<Block> blocks_;
   std::vector<std::size_t> cuts_;

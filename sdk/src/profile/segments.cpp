@@ -6,33 +6,14 @@
 
 #include "profile/cutter.hpp"
 #include "profile/scan_line.hpp"
+#include "profile/surface_edge.hpp"
 
 namespace striper {
 namespace {
 
-using detail::InverseRanges;
-using detail::Run;
-
 // What a variance of its own has to gain for a piece, besides the piece's penalty: one scan of a
 // straight line in 1e5 is called rough (chi2 of one degree of freedom beyond 20).
 constexpr double kRoughPenalty = 20.0;
-
-// A piece's begin or end: half the spacing beyond its outermost return.
-struct Edge {
-  Eigen::Vector2d at_m;
-  double sigma_m;
-};
-
-Edge edge_beyond(const InverseRanges& ranges, const Run& run, std::size_t outer,
-                 std::size_t inner) {
-  const Eigen::Vector2d v(ranges.cosine[outer], ranges.sine[outer]);
-  const double half = 0.5 * ranges.turn(inner, outer);
-  const Eigen::Vector2d direction = (v + half * Eigen::Vector2d(-v.y(), v.x())).normalized();
-  const double q = run.fit.parameters.dot(direction);
-  const double slope = run.fit.parameters.dot(Eigen::Vector2d(-direction.y(), direction.x()));
-  const double per_radian = std::hypot(q, slope) / (q * q);  // Metres along the line.
-  return {ranges.pivot + direction / q, 2.0 * std::abs(half) * per_radian / std::sqrt(12.0)};
-}
 
 }  // namespace
 
@@ -116,8 +97,8 @@ void Cutter::report_pieces(const PolarScan& scan, Segmentation& out) const {
     piece.chi2 = run.fit.chi2;
     piece.dof = run.fit.dof();
     piece.scale = run.scale;
-    const Edge begin = edge_beyond(ranges, run, run.from, run.from + 1);
-    const Edge end = edge_beyond(ranges, run, run.to - 1, run.to - 2);
+    const SurfaceEdge begin = edge_beyond(ranges, run.fit, run.from, run.from + 1);
+    const SurfaceEdge end = edge_beyond(ranges, run.fit, run.to - 1, run.to - 2);
     piece.begin_m = begin.at_m;
     piece.sigma_begin_m = begin.sigma_m;
     piece.end_m = end.at_m;
@@ -138,7 +119,7 @@ void Cutter::report_joints(Segmentation& out) const {
     for (Piece* piece : {&left, &right})
       piece->evidence = std::fmin(piece->evidence, joint.evidence);
     if (!runs[k].meets_next) continue;
-    const Meeting meeting = meet(ranges, runs[k], runs[k + 1]);
+    const Meeting meeting = meet_at_knot(ranges, runs[k], runs[k + 1]);
     joint.kind = JointKind::kCorner;
     joint.corner_m = ranges.pivot + meeting.point_m;
     joint.covariance = meeting.covariance;

@@ -24,6 +24,28 @@ constexpr std::size_t kShort = 16;
 constexpr double kKernelWidth = 2.83;
 constexpr double kHopeless = 100.0;
 
+// By what the variances of a smoothed curve differ from what its residuals say: a surface that is
+// smoother than white second derivatives is known better. Their mean is sum w e^2 / n - 1 + 2 trace
+// / n (Mallows 1973), known to sqrt(2 / n); as far as that is worse than what surfaces differ by,
+// the model's own is kept.
+double variance_factor(const InverseRanges& ranges, std::size_t from,
+                       const std::vector<detail::CurveSmoother::Estimate>& estimates) {
+  constexpr double kSurfacesDiffer = 0.3;
+  double squares = 0.0;
+  double trace = 0.0;
+  for (std::size_t i = 0; i < estimates.size(); ++i) {
+    const double e = ranges.q[from + i] - estimates[i].q;
+    squares += ranges.weight[from + i] * e * e;
+    trace += ranges.weight[from + i] * estimates[i].variance;
+  }
+  const auto n = static_cast<double>(estimates.size());
+  const double measured = (squares - n + 2.0 * trace) / trace;
+  const double chance = std::sqrt(2.0 * n) / trace;
+  const double trust =
+      kSurfacesDiffer * kSurfacesDiffer / (kSurfacesDiffer * kSurfacesDiffer + chance * chance);
+  return std::clamp(1.0 + trust * (measured - 1.0), 0.5, 2.0);
+}
+
 }  // namespace
 
 struct Smoother::Impl {
@@ -120,9 +142,10 @@ void Smoother::Impl::smooth_curve(std::size_t from, std::size_t to, double stren
                                   PolarScan& scan) {
   const InverseRanges& ranges = cutter.ranges;
   const auto& estimates = curve.smooth(ranges, from, to, strength);
+  const double factor = variance_factor(ranges, from, estimates);
   const double spacing = std::abs(ranges.turn(from, from + 1));
   for (std::size_t i = from; i < to; ++i) {
-    put(i, estimates[i - from].q, estimates[i - from].variance, scan);
+    put(i, estimates[i - from].q, factor * estimates[i - from].variance, scan);
     returns[ranges.index[i]].correlation_rad = kKernelWidth * spacing / std::pow(strength, 0.25);
   }
 }

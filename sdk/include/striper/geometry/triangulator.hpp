@@ -57,6 +57,8 @@ class Triangulator {
   /// camera and plane. NaN where the model has none. Allocates.
   double sigma_cal_m(const Eigen::Vector2d& pixel) const;
   bool has_covariance() const noexcept { return covariance_.size() > 0; }
+  /// Over CameraModel::parameters() and nx, ny, nz, d of the plane; empty where the model has none.
+  const Eigen::MatrixXd& covariance() const noexcept { return covariance_; }
 
   const CameraModel& camera() const noexcept { return camera_; }
   const LaserPlane& plane() const noexcept { return plane_; }

@@ -90,8 +90,8 @@ struct Segmentation {
 /// is left out before. Calibration errors move all returns together and are not in any figure here.
 /// Sigmas have to be right: returns without one are not used.
 ///
-/// About 450 us for 640 returns, measured on a busy machine; no allocation after the first scans.
-/// Not thread-safe.
+/// About 200 us for 640 returns on a few surfaces (the partition 110), 400 us on waves; no
+/// allocation after the first scans. Not thread-safe.
 class Segmenter {
  public:
   /// @throws Error{kBadValue} where the options are not valid.

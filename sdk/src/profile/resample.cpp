@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/profile/resample.hpp>
+
+namespace striper {
+namespace {
+
+constexpr double kEdgeSpacings = 3.0;
+constexpr double kEdgeSigmas = 8.0;  // Noise alone makes no edge.
+
+double place_of(const Return& r, ResampleGrid::Axis axis) {
+  switch (axis) {
+    case ResampleGrid::Axis::kX:
+      return r.x_m;
+    case ResampleGrid::Axis::kY:
+      return r.y_m;
+    default:
+      return r.bearing_rad;
+  }
+}
+
+double distance_m(const Return& a, const Return& b) {
+  return std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
+}
+
+template <typename Number>
+Number mix(Number a, Number b, double part) {
+  return static_cast<Number>((1.0 - part) * static_cast<double>(a) + part * static_cast<double>(b));
+}
+
+// On the straight line between two returns, `part` of the way.
+Return between(const Return& a, const Return& b, double part) {
+  Return r = a;
+  r.x_m = mix(a.x_m, b.x_m, part);
+  r.y_m = mix(a.y_m, b.y_m, part);
+  r.range_m = std::hypot(r.x_m, r.y_m);
+  r.bearing_rad = std::atan2(r.y_m, r.x_m);
+  r.u_px = mix(a.u_px, b.u_px, part);
+  r.v_px = mix(a.v_px, b.v_px, part);
+  r.range_near_m = mix(a.range_near_m, b.range_near_m, part);
+  r.range_far_m = mix(a.range_far_m, b.range_far_m, part);
+  // As if both were wrong together, which after smoothing they are.
+  r.sigma_m = mix(a.sigma_m, b.sigma_m, part);
+  r.sigma_cal_m = mix(a.sigma_cal_m, b.sigma_cal_m, part);
+  r.intensity_dn = mix(a.intensity_dn, b.intensity_dn, part);
+  r.width_px = mix(a.width_px, b.width_px, part);
+  r.row_sigma_px = mix(a.row_sigma_px, b.row_sigma_px, part);
+  r.confidence = mix(a.confidence, b.confidence, part);
+  return r;
+}
+
+// The returns between which a grid is looked for, with their places in the scan.
+struct Pair {
+  const Return* a;
+  const Return* b;
+  bool is_gap;
+};
+
+// Places of the grid in [a, b), in the direction of the scan.
+void add_between(const Pair& pair, const ResampleGrid& grid, std::vector<Return>& out) {
+  const double from = place_of(*pair.a, grid.axis) / grid.step;
+  const double to = place_of(*pair.b, grid.axis) / grid.step;
+  const double sense = to > from ? 1.0 : -1.0;
+  for (double k = std::ceil(sense * from); k < sense * to; k += 1.0) {
+    const double part = (sense * k - from) / (to - from);
+    Return r = between(*pair.a, *pair.b, part);
+    if (grid.axis == ResampleGrid::Axis::kBearing) {  // The chord's own bearing differs a little.
+      const double bearing = sense * k * grid.step;
+      const double cross = pair.a->x_m * pair.b->y_m - pair.a->y_m * pair.b->x_m;
+      const double across = std::cos(bearing) * (pair.b->y_m - pair.a->y_m) -
+                            std::sin(bearing) * (pair.b->x_m - pair.a->x_m);
+      r.range_m = cross / across;
+      r.bearing_rad = bearing;
+      r.x_m = r.range_m * std::cos(bearing);
+      r.y_m = r.range_m * std::sin(bearing);
+    }
+    if (pair.is_gap) {
+      r.status = ReturnStatus::kFilled;
+      r.sigma_m = std::hypot(r.sigma_m, (pair.b->range_m - pair.a->range_m) / std::sqrt(12.0));
+    }
+    out.push_back(r);
+  }
+}
+
+}  // namespace
+
+PolarScan resampled(const PolarScan& scan, const ResampleGrid& grid,
+                    std::optional<double> fill_gaps_m) {
+  PolarScan out = scan;
+  out.returns.clear();
+  std::vector<std::size_t> good;
+  for (std::size_t i = 0; i < scan.returns.size(); ++i)
+    if (scan.returns[i].status == ReturnStatus::kOk && scan.returns[i].range_m > 0.0)
+      good.push_back(i);
+  const auto at = [&](std::size_t k) -> const Return& { return scan.returns[good[k]]; };
+  // How far apart neighbours k and k + 1 are; 0 where they are none.
+  const auto spacing = [&](std::size_t k) {
+    if (k + 1 >= good.size() || good[k + 1] != good[k] + 1) return 0.0;
+    return distance_m(at(k), at(k + 1));
+  };
+  for (std::size_t k = 0; k + 1 < good.size(); ++k) {
+    const double apart = distance_m(at(k), at(k + 1));
+    const double usual = std::max(k > 0 ? spacing(k - 1) : 0.0, spacing(k + 1));
+    const double noise = kEdgeSigmas * std::max(at(k).sigma_m, at(k + 1).sigma_m);
+    const bool is_edge = apart > kEdgeSpacings * usual + (std::isfinite(noise) ? noise : 0.0);
+    const bool is_gap = good[k + 1] != good[k] + 1 || (usual > 0.0 && is_edge);
+    if (is_gap && !(fill_gaps_m && apart <= *fill_gaps_m)) continue;
+    add_between({&at(k), &at(k + 1), is_gap}, grid, out.returns);
+  }
+  return out;
+}
+
+ResampleGrid parse_resample_grid(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  const std::string_view axis = text.substr(0, equals);
+  const std::string_view number =
+      equals == std::string_view::npos ? std::string_view{} : text.substr(equals + 1);
+  ResampleGrid grid;
+  const auto [end, error] =
+      std::from_chars(number.data(), number.data() + number.size(), grid.step);
+  const bool is_number = error == std::errc{} && end == number.data() + number.size();
+  const bool is_axis = axis == "x" || axis == "y" || axis == "bearing";
+  if (!is_axis || !is_number || !(grid.step > 0.0) || !std::isfinite(grid.step))
+    throw Error(
+        ErrorKind::kUsage,
+        fmt::format("resample '{}': expected x=M, y=M (metres) or bearing=DEG, above 0", text));
+  grid.axis = axis == "x"   ? ResampleGrid::Axis::kX
+              : axis == "y" ? ResampleGrid::Axis::kY
+                            : ResampleGrid::Axis::kBearing;
+  if (axis == "bearing") grid.step *= std::numbers::pi / 180.0;
+  return grid;
+}
+
+}  // namespace striper

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <utility>
+
+#include <striper/core/error.hpp>
+#include <striper/profile/average.hpp>
+#include <striper/profile/smooth.hpp>
+#include <striper/stream/shaped_sink.hpp>
+
+namespace striper {
+namespace {
+
+class ShapedSink : public ScanSink {
+ public:
+  ShapedSink(std::unique_ptr<ScanSink> sink, const ShapeOptions& options,
+             std::shared_ptr<ShapeCounts> counts)
+      : sink_(std::move(sink)),
+        options_(options),
+        counts_(std::move(counts)),
+        averager_(options.average) {}
+
+  SinkNeeds needs() const override { return sink_->needs(); }
+  void write(const Frame& frame) override { sink_->write(frame); }
+  void status(const ScannerStatus& status) override { sink_->status(status); }
+  void event(const Event& event) override { sink_->event(event); }
+
+  void open(const HeadInfo& head) override {
+    model_ = head.model;
+    smoothers_.clear();
+    sink_->open(head);
+  }
+
+  void write(const PolarScan& scan) override {
+    if (options_.average == 1) return write_shaped(scan);
+    if (const PolarScan* const mean = averager_.add(scan)) write_shaped(*mean);
+  }
+
+  void finish() override {
+    while (options_.average > 1) {
+      const PolarScan* const mean = averager_.finish();
+      if (mean == nullptr) break;
+      write_shaped(*mean);
+    }
+    if (counts_) {
+      counts_->still += averager_.still();
+      counts_->moved += averager_.moved();
+    }
+    sink_->finish();
+  }
+
+ private:
+  void write_shaped(const PolarScan& scan) {
+    scan_ = scan;
+    if (options_.smooth) smoother_of(scan.laser).smooth(scan_);
+    if (options_.resample) scan_ = resampled(scan_, *options_.resample, options_.fill_gaps_m);
+    sink_->write(scan_);
+  }
+
+  Smoother& smoother_of(int laser) {
+    const auto found = smoothers_.find(laser);
+    if (found != smoothers_.end()) return found->second;
+    SegmentOptions options;
+    if (model_ && laser < static_cast<int>(model_->lasers.size()))
+      options.pivot_m = noise_pivot(*model_, laser);
+    return smoothers_.emplace(laser, Smoother(options)).first->second;
+  }
+
+  std::unique_ptr<ScanSink> sink_;
+  ShapeOptions options_;
+  std::shared_ptr<ShapeCounts> counts_;
+  ScanAverager averager_;
+  std::shared_ptr<const StriperModel> model_;
+  std::map<int, Smoother> smoothers_;
+  PolarScan scan_;
+};
+
+}  // namespace
+
+void ShapeOptions::validate() const {
+  if (fill_gaps_m && !resample)
+    throw Error(ErrorKind::kUsage, "gaps are filled where a scan is resampled: say to what");
+}
+
+std::unique_ptr<ScanSink> shaped_sink(std::unique_ptr<ScanSink> sink, const ShapeOptions& options,
+                                      std::shared_ptr<ShapeCounts> counts) {
+  options.validate();
+  if (!options.is_any()) return sink;
+  return std::make_unique<ShapedSink>(std::move(sink), options, std::move(counts));
+}
+
+}  // namespace striper

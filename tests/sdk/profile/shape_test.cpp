@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that averaging gains what independent scans give, with true bars, and refuses what moves;
+// that resampling puts returns on the grid, on the surface, and fills gaps only when asked.
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <striper/core/error.hpp>
+#include <striper/profile/average.hpp>
+#include <striper/profile/resample.hpp>
+#include <striper/stream/shaped_sink.hpp>
+
+#include "support/error_of.hpp"
+#include "support/profile_scans.hpp"
+
+namespace striper {
+namespace {
+
+using testing::ProfileStriper;
+using testing::range_of_line;
+using testing::Rms;
+
+std::vector<double> wall(const ProfileStriper& striper) {
+  return testing::exact_ranges(striper, [](double b) { return range_of_line(b, 0.1, 1.5); });
+}
+
+TEST(ScanAverager, GainsTheRootOfItsScansWithTrueBars) {
+  const ProfileStriper striper;
+  const auto ranges = wall(striper);
+  ScanAverager averager(16);
+  PolarScan scan;
+  Rms gain, pull;
+  for (int k = 0; k < 160; ++k) {
+    testing::noisy_scan(striper, ranges, scan);
+    scan.sequence = static_cast<std::uint64_t>(k);
+    const PolarScan* const mean = averager.add(scan);
+    ASSERT_EQ(mean != nullptr, k % 16 == 15);
+    if (mean == nullptr) continue;
+    EXPECT_EQ(mean->sequence, static_cast<std::uint64_t>(k - 7));  // Of the middle.
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+      ASSERT_EQ(mean->returns[i].status, ReturnStatus::kOk);
+      gain.add((mean->returns[i].range_m - ranges[i]) / striper.sigma_m(i, ranges[i]));
+      pull.add((mean->returns[i].range_m - ranges[i]) / mean->returns[i].sigma_m);
+    }
+  }
+  EXPECT_NEAR(gain.value(), 0.25, 0.01);
+  EXPECT_NEAR(pull.value(), 1.0, 0.05);
+  EXPECT_EQ(averager.moved(), 0U);
+  EXPECT_EQ(averager.finish(), nullptr);
+}
+
+TEST(ScanAverager, WhatMovesIsRefused) {
+  const ProfileStriper striper;
+  auto ranges = wall(striper);
+  ScanAverager averager(10);
+  PolarScan scan;
+  const PolarScan* mean = nullptr;
+  for (int k = 0; k < 10; ++k) {
+    for (std::size_t i = 300; i < 400; ++i) ranges[i] = 1.0 + 0.01 * k;
+    testing::noisy_scan(striper, ranges, scan);
+    mean = averager.add(scan);
+  }
+  ASSERT_NE(mean, nullptr);
+  for (std::size_t i = 0; i < ranges.size(); ++i)
+    EXPECT_EQ(mean->returns[i].status == ReturnStatus::kOk, i < 300 || i >= 400) << i;
+  EXPECT_EQ(averager.moved(), 100U);
+}
+
+TEST(ScanAverager, WhatIsLeftOverComesAtTheEnd) {
+  const ProfileStriper striper;
+  ScanAverager averager(4);
+  PolarScan scan;
+  testing::noisy_scan(striper, wall(striper), scan);
+  EXPECT_EQ(averager.add(scan), nullptr);
+  scan.returns[7].status = ReturnStatus::kWeak;
+  EXPECT_EQ(averager.add(scan), nullptr);
+  scan.returns[7].status = ReturnStatus::kWeak;
+  scan.laser = 1;
+  EXPECT_EQ(averager.add(scan), nullptr);
+  const PolarScan* const first = averager.finish();
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(first->laser, 0);
+  EXPECT_EQ(first->returns[7].status, ReturnStatus::kOk);  // In one of two.
+  const PolarScan* const second = averager.finish();
+  ASSERT_NE(second, nullptr);
+  EXPECT_EQ(second->returns[7].status, ReturnStatus::kWeak);
+  EXPECT_EQ(averager.finish(), nullptr);
+  EXPECT_STREQ(testing::error_of([] { ScanAverager none(0); }).what(),
+               "average is 0; expected 1 to 10000");
+}
+
+// A board in front of a wall, exactly; `hole` columns without a return.
+PolarScan board(std::size_t hole_from, std::size_t hole_to) {
+  const ProfileStriper striper;
+  PolarScan scan;
+  for (std::size_t i = 0; i < 640; ++i) {
+    const double b = striper.bearing_rad(i);
+    const double near = range_of_line(b, 0.0, 1.5);
+    const bool is_board = std::abs(near * std::sin(b)) < 0.2;
+    const bool is_hole = i >= hole_from && i < hole_to;
+    scan.returns.push_back(testing::return_at(striper, i,
+                                              is_hole    ? Return::kNone
+                                              : is_board ? near
+                                                         : range_of_line(b, 0.0, 2.0)));
+  }
+  return scan;
+}
+
+TEST(Resampled, ReturnsAreOnTheGridAndOnTheSurface) {
+  const PolarScan out = resampled(board(0, 0), parse_resample_grid("y=0.002"));
+  ASSERT_GT(out.returns.size(), 800U);
+  for (const Return& r : out.returns) {
+    EXPECT_NEAR(r.y_m / 0.002, std::round(r.y_m / 0.002), 1e-6);
+    EXPECT_LT(std::min(std::abs(r.x_m - 1.5), std::abs(r.x_m - 2.0)), 1e-9);
+    EXPECT_EQ(r.status, ReturnStatus::kOk);
+  }
+}
+
+TEST(Resampled, BearingsAreWholeMultiples) {
+  const PolarScan out = resampled(board(0, 0), parse_resample_grid("bearing=0.25"));
+  const double step = 0.25 * std::numbers::pi / 180.0;
+  EXPECT_NEAR(static_cast<double>(out.returns.size()), 219.0, 3.0);
+  for (const Return& r : out.returns) {
+    EXPECT_NEAR(r.bearing_rad / step, std::round(r.bearing_rad / step), 1e-9);
+    EXPECT_LT(std::min(std::abs(r.x_m - 1.5), std::abs(r.x_m - 2.0)), 1e-9);
+  }
+}
+
+TEST(Resampled, GapsAreFilledOnlyWhenAsked) {
+  const ResampleGrid grid = parse_resample_grid("y=0.002");
+  const PolarScan scan = board(320, 330);  // 24 mm of the board.
+  const auto filled = [&](std::optional<double> most) {
+    int count = 0;
+    for (const Return& r : resampled(scan, grid, most).returns) {
+      if (r.status != ReturnStatus::kFilled) continue;
+      ++count;
+      EXPECT_NEAR(r.x_m, 1.5, 1e-9);
+    }
+    return count;
+  };
+  EXPECT_EQ(filled(std::nullopt), 0);
+  EXPECT_EQ(filled(0.01), 0);
+  EXPECT_NEAR(filled(0.05), 12, 1);
+  int deep = 0;  // The edges of the board too.
+  for (const Return& r : resampled(scan, grid, 1.0).returns)
+    deep += r.status == ReturnStatus::kFilled && r.sigma_m > 0.1 ? 1 : 0;
+  EXPECT_GT(deep, 0);
+}
+
+TEST(ResampleGrid, NonsenseIsRefused) {
+  for (const char* text : {"z=1", "x", "x=0", "bearing=-1", "y=1m"})
+    EXPECT_NE(std::string(testing::error_of([&] { parse_resample_grid(text); }).what())
+                  .find("expected x=M, y=M (metres) or bearing=DEG, above 0"),
+              std::string::npos);
+  ShapeOptions options;
+  options.fill_gaps_m = 0.1;
+  EXPECT_STREQ(testing::error_of([&] { options.validate(); }).what(),
+               "gaps are filled where a scan is resampled: say to what");
+}
+
+}  // namespace
+}  // namespace striper
