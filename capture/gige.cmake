@@ -23,7 +23,7 @@ if(ARAVIS_FOUND)
     SOURCES
       src/gige/clock/camera_clock.cpp
       src/gige/control/camera_setup.cpp
-      src/gige/control/feature_access.cpp
+      src/gige/protocol/feature_access.cpp
       src/gige/protocol/find_camera.cpp
       src/gige/pictures/frame_pool.cpp
       src/gige/protocol/gige_network.cpp
@@ -35,7 +35,7 @@ if(ARAVIS_FOUND)
       src/gige/clock/ptp_clock.cpp
       src/gige/protocol/reverse_path.cpp
       src/gige/session.cpp
-      src/gige/control/source_controls.cpp
+      src/gige/source_controls.cpp
       src/gige/protocol/stream_path.cpp
       src/gige/protocol/stream_socket.cpp
       src/gige/protocol/udp_socket.cpp

@@ -16,9 +16,9 @@
 #include <striper/images/picture_files.hpp>
 #include <striper/images/read_picture.hpp>
 #include <striper/intrinsics/camera_file.hpp>
-#include <striper/joint/calibrate.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/report/report.hpp>
+#include <striper/session/calibrate.hpp>
 
 #include "program.hpp"
 #include "summary.hpp"

@@ -21,7 +21,7 @@
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
 
-#include "calibration/joint/monte_carlo_support.hpp"
+#include "calibration/adjust/monte_carlo_support.hpp"
 #include "support/random.hpp"
 #include "support/shared_data.hpp"
 #include "support/striper_session.hpp"

@@ -33,6 +33,31 @@ SDK["stream"] = set(SDK)
 OF_SDK = {"capture": {"core", "model", "wire"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
 # ... and folders of theirs that may include more.
 OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"}}
+# Folder of another module -> its other folders that it may include; "" is what lies in none, and sees all.
+INSIDE = {
+    "capture": {"capture": set(), "images": {"capture"}, "v4l2": {"capture", "images"}, "simulator": {"capture"},
+                "gige": {"capture", "simulator"}, "scans": {"capture"}},
+    "calibration": {"board": set(), "intrinsics": {"board"}, "laser_plane": {"board"},
+                    "adjust": {"board", "intrinsics", "laser_plane"}, "validate": {"board", "intrinsics", "adjust"}},
+    "apps": {"examples": set(), "bench": set(), "striper": {"bench"}},
+}
+INSIDE["calibration"]["session"] = set(INSIDE["calibration"])
+INSIDE["calibration"]["report"] = set(INSIDE["calibration"])
+# Folder of sources with rooms -> room -> the other rooms that it may include; what lies in none sees all.
+ROOMS = {
+    "sdk/src/ambient": {"pixels": set(), "illumination": {"pixels"}},
+    "sdk/src/stripe": {"profile": set(), "edges": {"profile"}, "noise": {"profile"},
+                       "candidates": {"profile", "edges", "noise"}},
+    "capture/src/gige": {"protocol": set(), "pictures": {"protocol"}, "clock": {"protocol"},
+                         "control": {"protocol", "pictures", "clock"},
+                         "virtual": {"protocol", "pictures", "clock"}},
+    "capture/src/v4l2": {"device": set(), "format": {"device"}, "buffers": {"device", "format"}},
+    "capture/src/simulator": {"scene": set(), "light": {"scene"}, "view": {"scene", "light"}},
+}
+STRIPE = ROOMS["sdk/src/stripe"]
+STRIPE["select"] = set(STRIPE)
+STRIPE["learn"] = STRIPE["track"] = set(STRIPE) | {"select"}
+STRIPE["report"] = set(STRIPE) | {"learn", "track"}
 OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
 
 # Public headers may need only what the targets link publicly.
@@ -160,21 +185,36 @@ class Tree:
         for base in (self.root / module / "src", (self.root / path).parent, self.root / module):
             if (base / target).is_file():
                 parts = (base / target).relative_to(self.root).parts
-                folder = parts[2] if module != "apps" and len(parts) > 3 else ""
+                folder = parts[1] if module == "apps" else parts[2] if len(parts) > 3 else ""
                 self.check_may(path, number, module, folder, target)
+                self.check_room(path, number, parts)
                 return
         self.report(path, number, f"there is no private header {target} in {module}")
+
+    def check_room(self, path, number, parts):
+        """Of two files of one folder with rooms: the table of ROOMS."""
+        table = ROOMS.get("/".join(parts[:3]))
+        if table is None or path.parts[:3] != parts[:3] or len(path.parts) < 5:
+            return
+        own, other = path.parts[3], parts[3] if len(parts) > 4 else ""
+        if own not in table:
+            self.report(path, number, f"room {own} is not in the table of rooms")
+        elif other != own and other not in table[own]:
+            self.report(path, number, f"{own} must not include {other or 'what sees all'} of {parts[2]}: {'/'.join(parts[3:])}")
 
     def check_may(self, path, number, module, folder, target):
         own = path.parts[0]
         inside = path.parts[3] if path.parts[1] == "include" else path.parts[2] if len(path.parts) > 3 else ""
-        if own == module and own != "sdk":
-            return
-        if own == "sdk" and module == "sdk":
-            if inside not in SDK:
+        if own == module:
+            table = SDK if own == "sdk" else INSIDE[own]
+            if own == "apps":
+                inside = path.parts[1]
+            if inside == "" and own != "sdk":
+                return
+            if inside not in table:
                 self.report(path, number, f"folder {inside} is not in the table of layers")
-            elif folder != inside and folder not in SDK[inside]:
-                self.report(path, number, f"{inside} must not include {folder}: {target}")
+            elif folder != inside and folder not in table[inside]:
+                self.report(path, number, f"{inside} must not include {folder or 'what sees all'}: {target}")
             return
         if module == "sdk":
             allowed = OF_SDK_IN.get((own, inside), OF_SDK[own])
@@ -198,8 +238,8 @@ def self_test():
     header = spdx + "#pragma once\n"
     good = {
         "sdk/CMakeLists.txt": "# SPDX-License-Identifier: Apache-2.0\n striper/core/a.hpp\n striper/model/b.hpp\n"
-                              " striper/scan/c.hpp\n src/core/a.cpp\n src/scan/c.cpp\n",
-        "capture/CMakeLists.txt": "# SPDX-License-Identifier: Apache-2.0\n striper/capture/d.hpp\n src/d.cpp\n",
+                              " striper/scan/c.hpp\n src/core/a.cpp\n src/scan/c.cpp\n src/ambient/pixels/p.cpp\n",
+        "capture/CMakeLists.txt": "# SPDX-License-Identifier: Apache-2.0\n striper/capture/d.hpp\n src/d.cpp\n src/images/i.cpp\n",
         "sdk/include/striper/core/a.hpp": header + "#include <string>\n#include <Eigen/Core>\n",
         "sdk/include/striper/model/b.hpp": header + "#include <striper/core/a.hpp>\n",
         "sdk/include/striper/scan/c.hpp": header + "#include <striper/model/b.hpp>\n",
@@ -210,6 +250,10 @@ def self_test():
         "sdk/src/scan/c.cpp": spdx + '#include "core/p.hpp"\n#include "scan/q.hpp"\n',
         "capture/include/striper/capture/d.hpp": header + "#include <striper/core/a.hpp>\n",
         "capture/src/d.cpp": spdx + "#include <striper/capture/d.hpp>\n",
+        "capture/src/v4l2/v.hpp": header,
+        "sdk/src/ambient/illumination/i.hpp": header,
+        "sdk/src/ambient/pixels/p.cpp": spdx,
+        "capture/src/images/i.cpp": spdx,
         "apps/striper/main.cpp": spdx + '#include <striper/scan/c.hpp>\n#include <striper/capture/d.hpp>\n#include "m.hpp"\n',
         "apps/striper/m.hpp": header,
     }
@@ -217,6 +261,8 @@ def self_test():
         "core must not include model": ("sdk/src/core/a.cpp", "#include <striper/model/b.hpp>\n"),
         "model must not include scan": ("sdk/include/striper/model/b.hpp", "#include <striper/scan/c.hpp>\n"),
         "core must not include scan: scan/q.hpp": ("sdk/src/core/a.cpp", '#include "scan/q.hpp"\n'),
+        "pixels must not include illumination": ("sdk/src/ambient/pixels/p.cpp", '#include "ambient/illumination/i.hpp"\n'),
+        "images must not include v4l2": ("capture/src/images/i.cpp", '#include "v4l2/v.hpp"\n'),
         "capture must not include scan of sdk": ("capture/src/d.cpp", "#include <striper/scan/c.hpp>\n"),
         "sdk must not include capture": ("sdk/src/scan/c.cpp", "#include <striper/capture/d.hpp>\n"),
         "must not include a private one": ("sdk/include/striper/scan/c.hpp", '#include "scan/q.hpp"\n'),

@@ -7,7 +7,7 @@
 
 #include <opencv2/calib3d.hpp>
 
-#include <striper/joint/solve_joint.hpp>
+#include <striper/adjust/solve_joint.hpp>
 
 namespace striper::testing {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include <striper/joint/calibrate.hpp>
+#include <striper/session/calibrate.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
 

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <striper/joint/observations.hpp>
+#include <striper/board/observations.hpp>
 #include <striper/model/camera_model.hpp>
 #include <striper/model/laser_plane.hpp>
 

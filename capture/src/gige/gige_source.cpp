@@ -14,11 +14,11 @@
 #include <striper/core/event.hpp>
 #include <striper/gige/gige_source.hpp>
 
-#include "common_keys.hpp"
+#include "capture/common_keys.hpp"
 #include "gige/clock/host_clock.hpp"
-#include "gige/control/source_controls.hpp"
 #include "gige/pictures/frame_numbers.hpp"
 #include "gige/session.hpp"
+#include "gige/source_controls.hpp"
 
 namespace striper {
 namespace {

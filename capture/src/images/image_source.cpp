@@ -15,7 +15,7 @@
 #include <striper/images/image_source.hpp>
 #include <striper/images/picture_files.hpp>
 
-#include "common_keys.hpp"
+#include "capture/common_keys.hpp"
 #include "images/decode.hpp"
 #include "images/frame_table.hpp"
 #include "images/picture_numbers.hpp"

@@ -9,7 +9,7 @@
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulated_source.hpp>
 
-#include "common_keys.hpp"
+#include "capture/common_keys.hpp"
 #include "simulator/simulated_controls.hpp"
 
 namespace striper {

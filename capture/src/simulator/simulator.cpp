@@ -12,7 +12,7 @@
 #include <striper/simulator/ideal_look.hpp>
 #include <striper/simulator/simulator.hpp>
 
-#include "simulator/sensor.hpp"
+#include "simulator/view/sensor.hpp"
 #include "simulator/view/truth_finder.hpp"
 
 namespace striper {

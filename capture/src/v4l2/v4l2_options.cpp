@@ -8,7 +8,7 @@
 #include <striper/core/error.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
-#include "common_keys.hpp"
+#include "capture/common_keys.hpp"
 #include "v4l2/device/names.hpp"
 #include "v4l2/format/pixel_format.hpp"
 

@@ -11,7 +11,7 @@
 #include <striper/core/sole_owner.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
-#include "common_keys.hpp"
+#include "capture/common_keys.hpp"
 #include "v4l2/buffers/picture_queue.hpp"
 #include "v4l2/buffers/streamer.hpp"
 #include "v4l2/device/names.hpp"

@@ -8,7 +8,7 @@
 #include <striper/core/error.hpp>
 #include <striper/stripe/line_explanation.hpp>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 #include "stripe/profile_extractor.hpp"
 
 namespace striper {

@@ -7,8 +7,8 @@
 
 #include <striper/core/statistics.hpp>
 
-#include "stripe/line_view.hpp"
 #include "stripe/noise/frame_noise.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

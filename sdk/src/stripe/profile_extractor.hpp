@@ -5,9 +5,9 @@
 
 #include "stripe/candidates/candidate_finder.hpp"
 #include "stripe/candidates/searched_part.hpp"
-#include "stripe/frame_at_hand.hpp"
 #include "stripe/learn/laser_widths.hpp"
 #include "stripe/noise/extraction_noise.hpp"
+#include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/report/error_budget.hpp"
 #include "stripe/report/stripe_report.hpp"
 #include "stripe/select/stripe_choice.hpp"

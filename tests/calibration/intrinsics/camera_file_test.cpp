@@ -4,6 +4,7 @@
 // is, is refused naming file and field.
 #include <gmock/gmock.h>
 
+#include <striper/adjust/solve_joint.hpp>
 #include <striper/core/error.hpp>
 #include <striper/intrinsics/camera_file.hpp>
 #include <striper/model/model_yaml.hpp>

@@ -183,8 +183,8 @@ TEST(FindBoardStripe, LearnsTheWidthOfAClippedOneByItsStraightness) {
   EXPECT_NEAR(pulls.mean_px, 0.0, 0.005);
 }
 
-// Perspective on a slope skews the profile (cost_functions/stripe_skew.hpp), its flanks most, and
-// of a clipped one the flanks are all that is fitted.
+// Perspective on a slope skews the profile (adjust/cost_functions/stripe_skew.hpp), its flanks
+// most, and of a clipped one the flanks are all that is fitted.
 TEST(FindBoardStripe, SlopeShiftsAClippedOneSeveralTimesAsMuch) {
   const SyntheticStriper striper = small_striper();
   const auto shift_px = [&](double laser_dn) {

@@ -3,9 +3,9 @@
 // sigmas, and that models of different cameras are not compared.
 #include <gtest/gtest.h>
 
+#include <striper/adjust/solve_joint.hpp>
 #include <striper/core/error.hpp>
 #include <striper/geometry/triangulator.hpp>
-#include <striper/joint/solve_joint.hpp>
 #include <striper/report/model_diff.hpp>
 
 #include "support/models.hpp"

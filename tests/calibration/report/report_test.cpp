@@ -7,7 +7,7 @@
 #include <striper/core/error.hpp>
 #include <striper/report/report.hpp>
 
-#include "joint/monte_carlo_support.hpp"
+#include "adjust/monte_carlo_support.hpp"
 #include "support/error_of.hpp"
 #include "support/scratch_directory.hpp"
 

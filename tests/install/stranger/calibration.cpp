@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include <striper/board/board.hpp>
-#include <striper/joint/calibrate.hpp>
+#include <striper/session/calibrate.hpp>
 
 int main() {
   const striper::Board board = striper::parse_board("8x6", 0.04);

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include <striper/joint/solve_joint.hpp>
+#include <striper/intrinsics/known_camera.hpp>
 #include <striper/model/camera_model.hpp>
 
 namespace striper {

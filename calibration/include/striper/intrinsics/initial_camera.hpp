@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include <striper/joint/observations.hpp>
+#include <striper/board/observations.hpp>
 #include <striper/model/camera_model.hpp>
 
 namespace striper {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include <striper/joint/calibrate.hpp>
+#include <striper/session/calibrate.hpp>
 
 namespace striper {
 

@@ -10,7 +10,7 @@
 
 #include <striper/capture/clock_map.hpp>
 
-#include "gige/control/feature_access.hpp"
+#include "gige/protocol/feature_access.hpp"
 
 namespace striper::detail {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "gige/control/feature_access.hpp"
+#include "gige/protocol/feature_access.hpp"
 
 namespace striper::detail {
 

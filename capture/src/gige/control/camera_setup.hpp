@@ -8,8 +8,8 @@
 #include <striper/core/pixel_grid.hpp>
 #include <striper/gige/gige_options.hpp>
 
-#include "gige/control/feature_access.hpp"
 #include "gige/pictures/pixel_layout.hpp"
+#include "gige/protocol/feature_access.hpp"
 
 namespace striper::detail {
 

@@ -8,7 +8,7 @@
 #include <striper/core/cadence.hpp>
 #include <striper/gige/gige_options.hpp>
 
-#include "gige/control/feature_access.hpp"
+#include "gige/protocol/feature_access.hpp"
 
 namespace striper::detail {
 

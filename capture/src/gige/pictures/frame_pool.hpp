@@ -13,7 +13,7 @@
 
 #include <striper/core/illumination.hpp>
 
-#include "gige/control/arv_ptr.hpp"
+#include "gige/protocol/arv_ptr.hpp"
 
 namespace striper::detail {
 

@@ -6,7 +6,7 @@
 
 #include <striper/gige/gige_options.hpp>
 
-#include "gige/control/arv_ptr.hpp"
+#include "gige/protocol/arv_ptr.hpp"
 #include "gige/protocol/gvcp_client.hpp"
 
 namespace striper::detail {

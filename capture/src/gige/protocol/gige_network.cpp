@@ -8,7 +8,7 @@
 
 #include <striper/gige/gige_network.hpp>
 
-#include "gige/control/arv_ptr.hpp"
+#include "gige/protocol/arv_ptr.hpp"
 #include "gige/protocol/gvcp.hpp"
 #include "gige/protocol/gvcp_client.hpp"
 #include "gige/protocol/reverse_path.hpp"

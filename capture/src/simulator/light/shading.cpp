@@ -7,7 +7,7 @@
 
 #include <striper/simulator/radiometry.hpp>
 
-#include "simulator/random.hpp"
+#include "simulator/light/random.hpp"
 
 namespace striper::detail {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "simulator/sensor.hpp"
+#include "simulator/view/sensor.hpp"
 
 namespace striper::detail {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <striper/core/cadence.hpp>
 
-#include "ambient/held_exposure.hpp"
+#include "ambient/pixels/held_exposure.hpp"
 
 namespace striper::detail {
 

@@ -8,7 +8,7 @@
 #include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
 
-#include "ambient/held_exposure.hpp"
+#include "ambient/pixels/held_exposure.hpp"
 
 namespace striper::detail {
 

@@ -8,7 +8,7 @@
 #include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 
-#include "ambient/once_events.hpp"
+#include "core/once_events.hpp"
 
 namespace striper::detail {
 

@@ -10,14 +10,14 @@
 #include <striper/core/frame.hpp>
 #include <striper/core/lit_frame.hpp>
 
-#include "ambient/held_exposure.hpp"
 #include "ambient/illumination/exposure_numbers.hpp"
 #include "ambient/illumination/exposure_queue.hpp"
 #include "ambient/illumination/given_cadence_check.hpp"
 #include "ambient/illumination/line_watch.hpp"
 #include "ambient/illumination/look_timer.hpp"
 #include "ambient/illumination/tracking_state.hpp"
-#include "ambient/once_events.hpp"
+#include "ambient/pixels/held_exposure.hpp"
+#include "core/once_events.hpp"
 
 namespace striper::detail {
 

@@ -6,8 +6,8 @@
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
-#include "ambient/held_exposure.hpp"
 #include "ambient/illumination/line_sign.hpp"
+#include "ambient/pixels/held_exposure.hpp"
 
 namespace striper::detail {
 

@@ -9,10 +9,10 @@
 #include <striper/core/channel.hpp>
 #include <striper/core/lit_frame.hpp>
 
-#include "ambient/held_exposure.hpp"
-#include "ambient/once_events.hpp"
 #include "ambient/pixels/background.hpp"
+#include "ambient/pixels/held_exposure.hpp"
 #include "ambient/pixels/temporal_background.hpp"
+#include "core/once_events.hpp"
 
 namespace striper::detail {
 

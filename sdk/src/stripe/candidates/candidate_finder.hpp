@@ -9,9 +9,9 @@
 #include "stripe/candidates/detection.hpp"
 #include "stripe/candidates/peak_candidates.hpp"
 #include "stripe/candidates/peak_measurer.hpp"
+#include "stripe/candidates/ridges.hpp"
 #include "stripe/candidates/searched_part.hpp"
-#include "stripe/frame_at_hand.hpp"
-#include "stripe/select/ridges.hpp"
+#include "stripe/profile/frame_at_hand.hpp"
 
 namespace striper::detail {
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <iterator>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

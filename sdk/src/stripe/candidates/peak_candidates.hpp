@@ -9,7 +9,7 @@
 #include <striper/stripe/candidates.hpp>
 
 #include "stripe/candidates/peak_list.hpp"
-#include "stripe/select/ridges.hpp"
+#include "stripe/candidates/ridges.hpp"
 
 namespace striper::detail {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "stripe/candidates/peak_list.hpp"
-#include "stripe/frame_at_hand.hpp"
+#include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/profile/profile_plan.hpp"
 
 namespace striper::detail {

@@ -7,7 +7,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

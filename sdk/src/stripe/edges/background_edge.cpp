@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

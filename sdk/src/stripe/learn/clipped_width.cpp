@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

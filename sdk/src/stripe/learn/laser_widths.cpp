@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "stripe/learn/width_guess.hpp"
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

@@ -7,9 +7,9 @@
 #include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
-#include "stripe/frame_at_hand.hpp"
 #include "stripe/learn/width_learner.hpp"
 #include "stripe/learn/width_tracker.hpp"
+#include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/select/stripe_choice.hpp"
 
 namespace striper::detail {

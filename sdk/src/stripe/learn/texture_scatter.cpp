@@ -8,7 +8,7 @@
 #include <striper/core/return_status.hpp>
 #include <striper/core/robust.hpp>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

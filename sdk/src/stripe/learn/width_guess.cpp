@@ -9,7 +9,7 @@
 
 #include <striper/core/robust.hpp>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

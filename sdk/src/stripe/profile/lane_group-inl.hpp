@@ -8,7 +8,7 @@
 #define STRIPER_STRIPE_LANE_GROUP_INL_
 #endif
 
-#include "stripe/lanes-inl.hpp"
+#include "stripe/profile/lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace striper::detail {

@@ -11,7 +11,7 @@
 #include <hwy/foreach_target.h>  // Must come first.
 // clang-format off
 #include <hwy/highway.h>
-#include "stripe/noise/dark_noise-inl.hpp"
+#include "stripe/profile/dark_noise-inl.hpp"
 #include "stripe/profile/gauss_newton-inl.hpp"
 #include "stripe/profile/profile_estimate-inl.hpp"
 #include "stripe/profile/profile_filter-inl.hpp"

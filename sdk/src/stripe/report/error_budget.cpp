@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

@@ -7,9 +7,9 @@
 #include <striper/stripe/stripe.hpp>
 
 #include "stripe/edges/reflectance_edge.hpp"
-#include "stripe/frame_at_hand.hpp"
 #include "stripe/learn/excess_scatter.hpp"
 #include "stripe/learn/texture_scatter.hpp"
+#include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/select/stripe_choice.hpp"
 
 namespace striper::detail {

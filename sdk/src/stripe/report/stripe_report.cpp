@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 #include "stripe/profile/profile_plan.hpp"
 #include "stripe/select/line_choice.hpp"
 #include "stripe/select/peak_judge.hpp"

@@ -5,7 +5,7 @@
 #include <striper/stripe/stripe.hpp>
 
 #include "stripe/candidates/candidate_finder.hpp"
-#include "stripe/frame_at_hand.hpp"
+#include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/select/stripe_choice.hpp"
 #include "stripe/track/line_follower.hpp"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

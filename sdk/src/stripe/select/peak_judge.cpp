@@ -11,7 +11,7 @@
 #include <hwy/foreach_target.h>  // Must come first.
 // clang-format off
 #include <hwy/highway.h>
-#include "stripe/lanes-inl.hpp"
+#include "stripe/profile/lanes-inl.hpp"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();

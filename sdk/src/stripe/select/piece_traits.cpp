@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 #include "stripe/select/profile_misfit.hpp"
 
 namespace striper::detail {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <span>
 
-#include "stripe/line_view.hpp"
+#include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {

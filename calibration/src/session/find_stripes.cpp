@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the stripe is read (axis, channel, laser-off picture subtracted or not) decides which pixels
+// become the plane. A first impression of some pictures leaves few ways; of these the stripes of
+// all pictures are found, a plane is put through them, and they are compared by how many stripes
+// lie on it and how well.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/robust.hpp>
+#include <striper/laser_plane/initial_plane.hpp>
+
+#include "session/calibration_steps.hpp"
+
+namespace striper::detail {
+namespace {
+
+// A stripe lies on the plane within so many times what the usual one of the best way does, and
+// within so much, as when stripes are left out of the adjustment (outlier_views.cpp).
+constexpr double kStripeOutlier = 3.0;
+constexpr double kLeastStripePx = 1.0;
+
+// How much better than a better first impression a way must be: on rendered sessions the merits of
+// two channels with the same light differ by up to 4 %.
+constexpr double kBetter = 1.05;
+
+// Below this the corners decide how well a plane is known, not the stripes.
+constexpr double kLeastRmsPx = 0.02;
+
+StripeView view_of(const PictureResult& picture, const BoardStripe& stripe) {
+  StripeView view;
+  view.name = picture.lit.name;
+  view.view = picture.view;
+  view.laser = std::max(picture.laser, 0);
+  view.pixel = stripe.pixel;
+  view.sigma_px = stripe.sigma_px;
+  // What blurs the board's edges blurs the stripe as well; the rest of its width is the laser's.
+  view.width_px = stripe.width_px;
+  view.sheet_px = std::sqrt(
+      std::max(0.0, view.width_px * view.width_px - picture.board.blur_px * picture.board.blur_px));
+  return view;
+}
+
+// Calls work(i) for each index, on several threads.
+template <typename Work>
+void for_each_index(std::size_t count, int threads, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  std::mutex lock;
+  std::exception_ptr failure;
+  const auto run = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard guard(lock);
+        failure = std::current_exception();
+        next = count;
+      }
+    }
+  };
+  std::vector<std::thread> others;
+  for (int t = 1; t < threads; ++t) others.emplace_back(run);
+  run();
+  for (std::thread& thread : others) thread.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+// The distance of each stripe from the plane of most of its laser's, px rms; NaN where there is no
+// stripe or no plane.
+std::vector<double> distances_px(const RecipeTrial& trial,
+                                 const std::vector<const PictureResult*>& pictures,
+                                 const Calibration& calibration) {
+  Observations all = calibration.observations;
+  all.axis = trial.score.recipe.axis;
+  all.stripes.clear();
+  std::vector<std::size_t> picture_of;
+  JointSolution solution = calibration.solution;
+  solution.stripe_residual_px.clear();
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (!trial.stripes[i].found()) continue;
+    all.stripes.push_back(view_of(*pictures[i], trial.stripes[i]));
+    picture_of.push_back(i);
+    solution.stripe_residual_px.emplace_back(all.stripes.back().pixel.size(), 0.0);
+  }
+  std::vector<double> distances(pictures.size(), std::numeric_limits<double>::quiet_NaN());
+  for (int laser = 0; laser < all.laser_count(); ++laser) {
+    const auto plane = fit_plane(stripe_points_cam(all, solution, laser));
+    for (std::size_t s = 0; s < all.stripes.size() && plane; ++s) {
+      if (all.stripes[s].laser != laser) continue;
+      const auto view = static_cast<std::size_t>(all.stripes[s].view);
+      distances[picture_of[s]] = stripe_rms_px(all, all.stripes[s], solution.camera,
+                                               solution.T_cam_board[view], *plane, solution.bend_m);
+    }
+  }
+  return distances;
+}
+
+double median_of_finite(const std::vector<double>& values) {
+  std::vector<double> finite;
+  for (const double value : values)
+    if (std::isfinite(value)) finite.push_back(value);
+  return finite.empty() ? std::numeric_limits<double>::infinity() : upper_median(finite);
+}
+
+// One bound for all trials: a way of reading that scatters more gets no more room, and none gets
+// more than a calibration may have.
+void judge(std::vector<RecipeTrial>& trials, const std::vector<const PictureResult*>& pictures,
+           const CalibrationOptions& options, const Calibration& calibration) {
+  std::vector<std::vector<double>> distances;
+  double usual_px = std::numeric_limits<double>::infinity();
+  for (const RecipeTrial& trial : trials) {
+    distances.push_back(distances_px(trial, pictures, calibration));
+    usual_px = std::min(usual_px, median_of_finite(distances.back()));
+  }
+  const double most_px = options.limits.most_stripe_rms_px *
+                         std::max(1.0, calibration.observations.image_width / 640.0);
+  const double bound_px = std::clamp(kStripeOutlier * usual_px, kLeastStripePx, most_px);
+  for (std::size_t t = 0; t < trials.size(); ++t) {
+    RecipeScore& score = trials[t].score;
+    double squares = 0.0;
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      score.stripes += trials[t].stripes[i].found() ? 1 : 0;
+      if (!(distances[t][i] <= bound_px)) continue;
+      ++score.on_plane;
+      squares += distances[t][i] * distances[t][i];
+    }
+    score.rms_px = std::sqrt(squares / score.on_plane);  // NaN for none.
+  }
+}
+
+double merit(const RecipeScore& score) {
+  return score.on_plane > 0 ? score.on_plane / std::max(score.rms_px, kLeastRmsPx) : 0.0;
+}
+
+// The best of those that `counts` names, the better first impression where two are about as good;
+// null where there is none.
+template <typename Counts>
+const RecipeTrial* best_of(const std::vector<RecipeTrial>& trials, const Counts& counts) {
+  const RecipeTrial* best = nullptr;
+  for (const RecipeTrial& trial : trials) {
+    if (!counts(trial.score)) continue;
+    if (best == nullptr || merit(trial.score) > kBetter * merit(best->score)) best = &trial;
+  }
+  return best;
+}
+
+void take(const RecipeTrial& chosen, const std::vector<PictureResult*>& lit,
+          Calibration& calibration) {
+  calibration.recipe = chosen.score.recipe;
+  calibration.observations.axis = chosen.score.recipe.axis;
+  for (std::size_t i = 0; i < lit.size(); ++i) {
+    PictureResult& picture = *lit[i];
+    picture.stripe = chosen.stripes[i];
+    picture.stripe_reason = picture.stripe.reason;
+    if (!picture.stripe.found()) continue;
+    picture.stripe_view = static_cast<int>(calibration.observations.stripes.size());
+    calibration.observations.stripes.push_back(view_of(picture, picture.stripe));
+  }
+}
+
+// The channel for single frames is the one that is best without the laser-off pictures; the one for
+// differences is kept beside it where there are such pictures and it is another.
+void choose_channels(const std::vector<RecipeTrial>& trials, const RecipeTrial& chosen,
+                     const std::vector<PictureResult*>& lit, Calibration& calibration) {
+  const StripeAxis axis = chosen.score.recipe.axis;
+  const RecipeTrial* const single = best_of(trials, [axis](const RecipeScore& score) {
+    return !score.recipe.subtract_off && score.recipe.axis == axis && score.on_plane > 0;
+  });
+  const RecipeTrial* const difference = best_of(trials, [axis](const RecipeScore& score) {
+    return score.recipe.subtract_off && score.recipe.axis == axis && score.on_plane > 0;
+  });
+  StriperModel& model = calibration.model;
+  // Where no single picture shows it, a scanner is to look for itself.
+  const Channel unknown =
+      chosen.score.recipe.channel == Channel::kGrey ? Channel::kGrey : Channel::kAuto;
+  model.channel = single != nullptr ? single->score.recipe.channel : unknown;
+  if (difference != nullptr && difference->score.recipe.channel != model.channel)
+    model.difference_channel = difference->score.recipe.channel;
+  if (single == nullptr || single == &chosen) return;
+  for (std::size_t i = 0; i < lit.size(); ++i) lit[i]->single_frame = single->stripes[i];
+}
+
+RecipeRanking recipes_to_try(const std::vector<PictureResult*>& lit,
+                             const CalibrationOptions& options, const Calibration& calibration) {
+  std::vector<LaserPicture> some;
+  const std::size_t step = std::max<std::size_t>(1, lit.size() / 6);
+  for (std::size_t k = 0; k < lit.size(); k += step)
+    some.push_back(laser_picture(calibration, *lit[k]));
+  return rank_recipes(some, calibration.observations.board, calibration.solution.camera,
+                      options.axis, options.channel);
+}
+
+}  // namespace
+
+LaserPicture laser_picture(const Calibration& calibration, const PictureResult& picture) {
+  const bool is_pair = picture.laser >= 0 && picture.lit.name != picture.picture.name;
+  const SessionPicture& lit = picture.laser >= 0 ? picture.lit : picture.picture;
+  LaserPicture laser;
+  laser.name = lit.name;
+  laser.on = lit.load();
+  if (is_pair) laser.off = picture.picture.load();
+  laser.bit_depth = laser.on.depth() == CV_16U && lit.bit_depth <= 8 ? 16 : lit.bit_depth;
+  laser.T_cam_board = calibration.solution.T_cam_board[static_cast<std::size_t>(picture.view)];
+  return laser;
+}
+
+std::vector<RecipeTrial> try_recipes(const std::vector<StripeRecipe>& recipes,
+                                     const std::vector<const PictureResult*>& pictures,
+                                     const std::function<LaserPicture(const PictureResult&)>& load,
+                                     const CalibrationOptions& options,
+                                     const Calibration& calibration) {
+  std::vector<RecipeTrial> trials;
+  trials.reserve(recipes.size());
+  for (const StripeRecipe& recipe : recipes)
+    trials.push_back({{recipe}, std::vector<BoardStripe>(pictures.size())});
+  std::mutex lock;
+  std::size_t done = 0;
+  for_each_index(pictures.size(), options.threads, [&](std::size_t i) {
+    const LaserPicture picture = load(*pictures[i]);
+    for (RecipeTrial& trial : trials) {
+      StripeRecipe recipe = trial.score.recipe;
+      if (picture.off.empty()) recipe.subtract_off = false;
+      trial.stripes[i] = find_board_stripe(picture, calibration.observations.board,
+                                           calibration.solution.camera, recipe, options.noise);
+    }
+    const std::lock_guard guard(lock);
+    report_progress(
+        options, "finding stripes",
+        0.65 + 0.1 * static_cast<double>(++done) / static_cast<double>(pictures.size()));
+  });
+  judge(trials, pictures, options, calibration);
+  return trials;
+}
+
+void find_stripes(const CalibrationInput& input, const CalibrationOptions& options,
+                  Calibration& calibration) {
+  std::vector<PictureResult*> lit;
+  for (PictureResult& picture : calibration.pictures)
+    if (picture.laser >= 0 && picture.view >= 0) lit.push_back(&picture);
+  if (lit.empty())
+    throw Error(ErrorKind::kUntrustworthy,
+                "the board was found in none of the laser pictures: without its pose the stripe "
+                "says nothing. Move the laser so that it leaves most corners free, or take pairs "
+                "(laser off, then on)");
+  report_progress(options, "looking how the stripe is seen best", 0.6);
+  RecipeRanking recipes;
+  try {
+    recipes = recipes_to_try(lit, options, calibration);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kUntrustworthy) throw;
+    refuse_swapped_lists(input, options, calibration, 0);
+    throw;
+  }
+  const auto try_all = [&](const std::vector<StripeRecipe>& some) {
+    return try_recipes(
+        some, {lit.begin(), lit.end()},
+        [&](const PictureResult& one) { return laser_picture(calibration, one); }, options,
+        calibration);
+  };
+  const auto any = [](const RecipeScore&) { return true; };
+  const auto is_found = [&lit](const RecipeScore& score) {
+    return 2 * score.on_plane >= static_cast<int>(lit.size());
+  };
+  std::vector<RecipeTrial> trials = try_all(recipes.plausible);
+  if (std::none_of(trials.begin(), trials.end(),
+                   [&](const RecipeTrial& trial) { return is_found(trial.score); })) {
+    for (RecipeTrial& trial : try_all(recipes.others)) trials.push_back(std::move(trial));
+  }
+  const RecipeTrial& chosen = *best_of(trials, any);
+  if (!is_found(chosen.score))
+    refuse_swapped_lists(input, options, calibration, chosen.score.on_plane);
+  take(chosen, lit, calibration);
+  choose_channels(trials, chosen, lit, calibration);
+  for (const RecipeTrial& trial : trials) calibration.recipes.push_back(trial.score);
+  std::swap(calibration.recipes.front(),
+            calibration.recipes[static_cast<std::size_t>(&chosen - trials.data())]);
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/common_keys.hpp"
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+
+namespace striper {
+namespace {
+
+Field parse_fields(const SourceUri& uri, const std::string& word) {
+  if (word == "split-top") return Field::kInterlacedTopFirst;
+  if (word == "split-bottom") return Field::kInterlacedBottomFirst;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("source '{}': fields={} - expected split-top or split-bottom (the field "
+                          "that is exposed first)",
+                          uri.text(), word));
+}
+
+}  // namespace
+
+std::optional<Cadence> take_cadence(SourceUri& uri) {
+  const std::optional<std::string> word = uri.take("laser");
+  if (!word) return std::nullopt;
+  try {
+    return Cadence::parse(*word);
+  } catch (const Error& error) {
+    throw Error(error.kind(), fmt::format("source '{}': {}", uri.text(), error.what()));
+  }
+}
+
+CommonKeys CommonKeys::take(SourceUri& uri) {
+  CommonKeys keys;
+  if (const auto laser = take_cadence(uri)) keys.cadence = *laser;
+  if (const auto word = uri.take("fields")) keys.fields = parse_fields(uri, *word);
+  return keys;
+}
+
+void CommonKeys::apply(SourceInfo& info) const {
+  if (!cadence.is_automatic()) info.cadence = cadence;
+  if (fields) info.field = *fields;
+}
+
+void CommonKeys::apply(Frame& frame, std::int64_t picture_period_ns) const {
+  const bool is_one_field = frame.field == Field::kTop || frame.field == Field::kBottom;
+  if (fields && !is_one_field) {
+    frame.field = *fields;
+    frame.exposures_per_picture = 2;
+    frame.exposure_in_picture = 0;
+    frame.field_period_ns = picture_period_ns / 2;
+  }
+  if (!cadence.is_automatic()) frame.illumination = Illumination::unknown();
+}
+
+}  // namespace striper
