@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <striper/core/statistics.hpp>
+#include <striper/validate/cross_validation.hpp>
 #include <striper/validate/trust.hpp>
 
 #include "../adjust/monte_carlo_support.hpp"
