@@ -32,7 +32,8 @@ SDK["stream"] = set(SDK)
 # What the folders of the other modules may include of sdk; None is everything.
 OF_SDK = {"capture": {"core", "model", "wire"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
 # ... and folders of theirs that may include more.
-OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"}}
+OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"},
+             ("capture", "recording"): OF_SDK["capture"] | {"stream"}}
 OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
 
 # Public headers may need only what the targets link publicly.
