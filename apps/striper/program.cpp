@@ -163,6 +163,8 @@ const char* const kSourceHelp =
     "  images:DIR  images:'shots/*.png'   pictures in natural order (a number that is missing in\n"
     "                                     their names is a lost picture), or a recording\n"
     "      ?fps=30  ?bits=12              their rate; significant bits of 16-bit pictures\n"
+    "  mcap:RUN.mcap                      the frames of a recording, or anybody's images\n"
+    "      ?head=left  ?realtime=yes      one of several heads; at the pace it was recorded at\n"
     "  sim:SCENE.yaml                     the simulated striper\n"
     "  v4l2:/dev/video0?standard=ntsc     a V4L2 camera or grabber\n"
     "  gige:SERIAL-or-IP?exposure_us=20   a GigE Vision camera\n"

@@ -7,6 +7,7 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/images/image_source.hpp>
+#include <striper/recording/recording_source.hpp>
 #include <striper/simulator/simulated_source.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 #ifdef STRIPER_HAS_ARAVIS
@@ -18,6 +19,7 @@ namespace striper {
 std::unique_ptr<FrameSource> open_source(std::string_view uri_text, const EventPort& events) {
   SourceUri uri = SourceUri::parse(uri_text);
   if (uri.scheme() == "images") return std::make_unique<ImageSource>(std::move(uri), events);
+  if (uri.scheme() == "mcap") return std::make_unique<RecordingSource>(std::move(uri), events);
   if (uri.scheme() == "sim") return SimulatedSource::open(std::move(uri));
 #ifdef STRIPER_WITH_V4L2
   if (uri.scheme() == "v4l2") {

@@ -62,7 +62,7 @@ TEST(SourceUri, BarePathGetsItsSchemeFromWhatItIs) {
 
 TEST(SourceUri, UnknownSchemeIsRefusedNamingThoseThatExist) {
   EXPECT_THAT(message_of([] { SourceUri::parse("video:/dev/video0"); }),
-              HasSubstr("unknown kind 'video'; there are images, sim, v4l2, gige, u3v"));
+              HasSubstr("unknown kind 'video'; there are images, mcap, sim, v4l2, gige, u3v"));
 }
 
 TEST(SourceUri, MisspeltKeyIsNamedWithThoseThatExist) {
@@ -95,8 +95,8 @@ TEST(SourceUri, WhatWasPutTogetherComesApart) {
   const std::string value_characters = "09az,.:/*[]#%+ -_=\xc3\xa9";
   const std::string key_characters = "abXY01_.-";
   for (int round = 0; round < 5000; ++round) {
-    constexpr const char* kSchemes[] = {"images", "sim", "v4l2", "gige", "u3v"};
-    const std::string scheme = kSchemes[below(5)];
+    constexpr const char* kSchemes[] = {"images", "mcap", "sim", "v4l2", "gige", "u3v"};
+    const std::string scheme = kSchemes[below(6)];
     const std::string path = random_text(path_characters, 20);
     std::map<std::string, std::string> parameters;
     for (std::size_t i = below(4); i > 0; --i) {

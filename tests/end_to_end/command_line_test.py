@@ -696,6 +696,14 @@ class Record(EndToEnd):
         done = self.capture(self.path("rec"), code=1)
         self.assertIn("shot2.pgm' is a truncated PGM", done.stderr)
 
+    def test_a_file_keeps_bad_pictures_too(self):
+        self.write("shots/shot2.pgm", pgm()[:-1])
+        expected = self.capture(self.shots, "--missing", code=1).stdout
+        striper("record", self.shots, "-o", self.path("rec.mcap"), code=1)
+        done = self.capture(self.path("rec.mcap"), "--missing", code=1)
+        self.assertEqual(done.stdout, expected)
+        self.assertIn("shot2.pgm' is a truncated PGM", done.stderr)
+
     def test_every_keeps_pictures_that_far_apart(self):
         striper("record", self.shots + "?fps=10", "-o", self.path("rec"), "--every", "0.2")
         table = csv.DictReader(io.StringIO(self.read("rec/frames.csv").decode()))

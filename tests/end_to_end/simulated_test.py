@@ -43,6 +43,9 @@ class Replay(Simulated):
         striper("record", source, "-o", self.path(name))
         again = striper("capture", "images:" + self.path(name), *options).stdout
         self.assertEqual(again, live)
+        striper("record", source, "-o", self.path(name + ".mcap"))
+        again = striper("capture", "mcap:" + self.path(name + ".mcap"), *options).stdout
+        self.assertEqual(again, live)
         self.assertGreater(len(live.splitlines()), 500, "there is something to compare")
 
     def test_every_column(self):
@@ -60,6 +63,37 @@ class Replay(Simulated):
         self.check("bits", "", "-m", self.model, "--doubtful", scene=scene)
         with open(self.path("bits/frames.csv"), encoding="utf-8") as file:
             self.assertEqual({row["bit_depth"] for row in csv.DictReader(file)}, {"12"})
+
+    def test_sixteen_bits_and_two_lasers(self):
+        scene = self.path("two.yaml")
+        with open(WALL, encoding="utf-8") as wall, open(scene, "w", encoding="utf-8") as file:
+            text = wall.read().replace("imager: {", "imager: {bits: 16, dn_per_electron: 8, ")
+            laser = [line for line in text.splitlines() if line.startswith("  - {position_m")][0]
+            self.assertIn("-0.5]", laser)
+            file.write(text.replace(laser, laser + "\n" + laser.replace("-0.5]", "-0.7]")))
+        self.check("two", "&laser=0,1,dark", "--missing", scene=scene)
+
+    def test_scans_in_the_file_are_those_of_a_capture(self):
+        source = f"sim:{WALL}?frames=5"
+        live = striper("capture", source, "-m", self.model, "-o", self.path("live.jsonl")).stdout
+        self.assertEqual(live, "")
+        done = striper("record", source, "-m", self.model, "-o", self.path("run.mcap"), "--json")
+        self.assertEqual(json.loads(done.stdout)["scans"], 5)
+        compared = striper("compare", "--repeat", self.path("run.mcap"), "--json")
+        expected = striper("compare", "--repeat", self.path("live.jsonl"), "--json")
+        self.assertEqual(json.loads(compared.stdout), json.loads(expected.stdout))
+
+    def test_never_over_a_file_that_is_there(self):
+        with open(self.path("there.mcap"), "w", encoding="utf-8") as file:
+            file.write("mine")
+        done = striper("record", f"sim:{WALL}?frames=1", "-o", self.path("there.mcap"), code=2)
+        self.assertIn("there.mcap' is already there", done.stderr)
+
+    def test_rotation_gives_files_that_stand_alone(self):
+        striper("record", f"sim:{WALL}?frames=40&fps=20", "-o", self.path("part.mcap") + "?rotate=1s")
+        first = striper("capture", self.path("part_0000.mcap"), "--json", "-o", self.path("0.csv"))
+        second = striper("capture", self.path("part_0001.mcap"), "--json", "-o", self.path("1.csv"))
+        self.assertEqual(sum(json.loads(d.stdout)["pictures"] for d in (first, second)), 40)
 
     def test_laser_in_every_other_picture(self):
         self.check("alternate", "&laser=0,dark", "-m", self.model)

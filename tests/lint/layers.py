@@ -32,11 +32,12 @@ SDK["stream"] = set(SDK)
 # What the folders of the other modules may include of sdk; None is everything.
 OF_SDK = {"capture": {"core", "model", "wire"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
 # ... and folders of theirs that may include more.
-OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"}}
+OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"},
+             ("capture", "recording"): OF_SDK["capture"] | {"stream"}}
 # Folder of another module -> its other folders that it may include; "" is what lies in none, and sees all.
 INSIDE = {
     "capture": {"capture": set(), "images": {"capture"}, "v4l2": {"capture", "images"}, "simulator": {"capture"},
-                "gige": {"capture", "simulator"}, "scans": {"capture"}},
+                "gige": {"capture", "simulator"}, "scans": {"capture"}, "recording": {"capture"}},
     "calibration": {"board": set(), "intrinsics": {"board"}, "laser_plane": {"board"},
                     "adjust": {"board", "intrinsics", "laser_plane"}, "validate": {"board", "intrinsics", "adjust"}},
     "apps": {"examples": set(), "bench": set(), "striper": {"bench"}},

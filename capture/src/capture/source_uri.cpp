@@ -11,10 +11,11 @@
 namespace striper {
 namespace {
 
-constexpr std::array<std::string_view, 5> kSchemes{"images", "sim", "v4l2", "gige", "u3v"};
+constexpr std::array<std::string_view, 6> kSchemes{"images", "mcap", "sim", "v4l2", "gige", "u3v"};
 
 std::string guess_scheme(std::string_view path) {
   if (path.ends_with(".yaml") || path.ends_with(".yml")) return "sim";
+  if (path.ends_with(".mcap")) return "mcap";
   if (path.starts_with("/dev/")) return "v4l2";
   return "images";
 }

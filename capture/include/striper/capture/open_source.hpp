@@ -12,6 +12,7 @@ namespace striper {
 /// Opens a source of frames by its address:
 ///
 ///     images:DIR-or-GLOB?fps=30        pictures of a directory or pattern, in natural order
+///     mcap:run.mcap?head=H&realtime=yes   the frames of a recording
 ///     sim:scene.yaml                   the simulated striper
 ///     v4l2:/dev/video0?standard=ntsc   a V4L2 camera or grabber
 ///     gige:SERIAL-or-IP                a GigE Vision camera

@@ -8,7 +8,7 @@
 namespace striper {
 
 /// A source's address taken apart. A bare path gets its scheme from what it is: a `.yaml` file is
-/// `sim`, `/dev/video*` is `v4l2`, the rest `images`.
+/// `sim`, a `.mcap` file `mcap`, `/dev/video*` is `v4l2`, the rest `images`.
 class SourceUri : public Uri {
  public:
   /// @throws Error{kUsage} on an empty address, an unknown scheme or a key that is given twice.

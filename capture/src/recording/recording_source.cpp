@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+
+#include <striper/core/error.hpp>
+#include <striper/recording/recording_source.hpp>
+
+#include "capture/common_keys.hpp"
+#include "recording/recorded_frames.hpp"
+
+namespace striper {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using detail::RecordedFrames;
+constexpr double kNsPerSecond = 1e9;
+
+bool is_single_field(Field field) { return field == Field::kTop || field == Field::kBottom; }
+
+}  // namespace
+
+struct RecordingSource::State {
+  struct Shape {
+    cv::Size size;
+    int type = 0;
+  };
+
+  EventPort events;
+  std::string path;
+  std::string head;
+  bool is_realtime = false;
+  CommonKeys common;
+  std::optional<int> bits;  // From `bits=`.
+  std::int64_t picture_period_ns = 0;
+  SourceInfo info;
+
+  // Of the thread that calls `start` and `next`.
+  std::unique_ptr<RecordedFrames> frames;
+  std::map<Field, Shape> shapes;
+  std::optional<std::uint64_t> last_sequence;
+  std::optional<Clock::time_point> begin;  // When the first frame was due.
+  std::int64_t begin_ns = 0;               // Its own time.
+  bool has_ended = false;
+
+  mutable std::mutex mutex;
+  std::condition_variable stopped;
+  bool is_streaming = false;
+  SourceStatistics counts;
+
+  void take_keys(SourceUri& uri);
+  void look_at_first_frame();
+  void rewind();
+  NextStatus read(Frame& frame);
+  void require_shape(Frame& frame);
+  bool wait_until_due(const Frame& frame);
+  void count(const Frame& frame);
+  void say_end();
+};
+
+void RecordingSource::State::take_keys(SourceUri& uri) {
+  common = CommonKeys::take(uri);
+  path = uri.path();
+  head = uri.take("head").value_or("");
+  is_realtime = uri.take_bool("realtime").value_or(false);
+  if (const auto given = uri.take_integer("bits", 9, 16)) bits = static_cast<int>(*given);
+  uri.refuse_unused(fmt::format("head, realtime, bits, {}", CommonKeys::kKnown));
+  info.uri = uri.text();
+}
+
+// What the recording says of its source, else the first frame that can be read.
+void RecordingSource::State::look_at_first_frame() {
+  RecordedFrames recorded(path, head);
+  const bool is_told = recorded.tell_of_source(info);
+  Frame first;
+  bool is_any = recorded.next(first);
+  if (!is_any) throw Error(ErrorKind::kNotFound, fmt::format("'{}' holds no images", path));
+  info.description = fmt::format("frames of '{}' (a recording)", path);
+  info.has_clock = first.time.utc_offset_ns.has_value();
+  info.field = first.field;
+  if (info.field == Field::kBottom) info.field = Field::kTop;  // Stands for single fields.
+  if (!recorded.cadence().is_automatic()) info.cadence = recorded.cadence();
+  if (!is_single_field(info.field)) info.pictures = recorded.count();
+  while (!is_told && is_any && first.image.empty()) is_any = recorded.next(first);
+  if (!is_told && is_any) {
+    info.image_size = first.image.size();
+    info.sensor_size = first.sensor_size;
+    info.bit_depth = bits.value_or(first.bit_depth);
+    info.channels = first.image.channels();
+  }
+  if (bits && is_any && first.image.depth() != CV_16U) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("source '{}': bits={} - but its images have 8 bits", info.uri, *bits));
+  }
+  common.apply(info);
+  if (info.picture_rate_hz > 0.0) {
+    picture_period_ns = std::llround(kNsPerSecond / info.picture_rate_hz);
+  }
+}
+
+void RecordingSource::State::rewind() {
+  frames = std::make_unique<RecordedFrames>(path, head);
+  shapes.clear();
+  last_sequence.reset();
+  begin.reset();
+  has_ended = false;
+}
+
+NextStatus RecordingSource::State::read(Frame& frame) {
+  if (has_ended) return NextStatus::kEnd;
+  if (!frames->next(frame)) {
+    has_ended = true;
+    say_end();
+    return NextStatus::kEnd;
+  }
+  if (bits) frame.bit_depth = *bits;
+  common.apply(frame, picture_period_ns);
+  require_shape(frame);
+  return NextStatus::kFrame;
+}
+
+void RecordingSource::State::require_shape(Frame& frame) {
+  if (frame.status != FrameStatus::kOk) return;
+  const Shape shape{frame.image.size(), frame.image.type()};
+  const Shape& expected = shapes.try_emplace(frame.field, shape).first->second;
+  if (shape.size == expected.size && shape.type == expected.type) return;
+  frame.status = FrameStatus::kWrongSize;
+  frame.status_detail = fmt::format(
+      "image {} of '{}' is {}x{} of {} bytes a pixel, but the first one is {}x{} of {}",
+      frame.sequence, path, shape.size.width, shape.size.height, CV_ELEM_SIZE(shape.type),
+      expected.size.width, expected.size.height, CV_ELEM_SIZE(expected.type));
+}
+
+// As every file it does not time out; `stop` ends the wait, and the answer is then false.
+bool RecordingSource::State::wait_until_due(const Frame& frame) {
+  if (!begin) {
+    begin = Clock::now();
+    begin_ns = frame.time.monotonic_ns;
+  }
+  const Clock::time_point due =
+      *begin + std::chrono::nanoseconds(frame.time.monotonic_ns - begin_ns);
+  std::unique_lock lock(mutex);
+  return !stopped.wait_until(lock, due, [this] { return !is_streaming; });
+}
+
+void RecordingSource::State::count(const Frame& frame) {
+  const std::lock_guard lock(mutex);
+  ++counts.delivered;
+  counts.corrupt += frame.status == FrameStatus::kCorrupt ? 1 : 0;
+  counts.incomplete += frame.status == FrameStatus::kIncomplete ? 1 : 0;
+  counts.wrong_size += frame.status == FrameStatus::kWrongSize ? 1 : 0;
+  if (last_sequence && frame.sequence > *last_sequence + 1) {
+    counts.dropped += frame.sequence - *last_sequence - 1;
+  }
+  last_sequence = frame.sequence;
+}
+
+void RecordingSource::State::say_end() {
+  const wire::McapReader& reader = frames->reader();
+  if (reader.damaged_records() > 0) {
+    events.send(
+        {"recording_cut", fmt::format("'{}' is damaged; what could not be read is left out: {}",
+                                      path, reader.first_damage())});
+  } else if (reader.end() == wire::McapEnd::kCut) {
+    events.send({"recording_cut", fmt::format("'{}' was cut off and is read to its last whole "
+                                              "chunk, byte {}",
+                                              path, reader.whole_bytes())});
+  }
+}
+
+RecordingSource::RecordingSource(SourceUri uri, const EventPort& events)
+    : state_(std::make_unique<State>()) {
+  state_->events = events;
+  state_->take_keys(uri);
+  state_->look_at_first_frame();
+}
+
+RecordingSource::~RecordingSource() = default;
+
+SourceInfo RecordingSource::info() const { return state_->info; }
+
+void RecordingSource::start() {
+  const std::lock_guard lock(state_->mutex);
+  if (state_->is_streaming) return;
+  state_->rewind();
+  state_->counts = {};
+  state_->is_streaming = true;
+}
+
+NextStatus RecordingSource::next(Frame& frame, std::chrono::milliseconds /*timeout*/) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (!state_->is_streaming) return NextStatus::kStopped;
+  }
+  if (const NextStatus status = state_->read(frame); status != NextStatus::kFrame) return status;
+  if (state_->is_realtime && !state_->wait_until_due(frame)) return NextStatus::kStopped;
+  state_->count(frame);
+  return NextStatus::kFrame;
+}
+
+void RecordingSource::stop() {
+  const std::lock_guard lock(state_->mutex);
+  state_->is_streaming = false;
+  state_->stopped.notify_all();
+}
+
+SourceStatistics RecordingSource::statistics() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->counts;
+}
+
+}  // namespace striper
