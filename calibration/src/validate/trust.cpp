@@ -47,6 +47,16 @@ struct Checker {
                          [&](const TrustCheck& check) { return check.code == code; });
   }
 
+  // Whether a figure, in the unit of the check, is a finding.
+  bool is_beyond(EventCode code, double figure) const {
+    const TrustCheck& check = row_of(code);
+    const double limit = check.limit(limits);
+    return check.beyond == "below" ? figure < limit : figure > limit;
+  }
+
+  // Picture widths of 640 pixels, one at least: residuals grow with them.
+  double in_640ths() const { return std::max(1.0, observations.image_width / 640.0); }
+
   void add(EventCode code, std::string message) {
     const TrustCheck& check = row_of(code);
     add(check.severity, code, std::move(message), std::string(check.advice));
@@ -61,10 +71,10 @@ struct Checker {
   void check_views() {
     const auto views = static_cast<int>(observations.views.size());
     if (options.known_camera) return;
-    if (views < limits.fewest_views)
+    if (is_beyond("too_few_views", views))
       add("too_few_views", fmt::format("the board was found in {} pictures; {} at least are needed",
                                        views, limits.fewest_views));
-    else if (views < limits.few_views)
+    else if (is_beyond("few_views", views))
       add("few_views", fmt::format("the board was found in {} pictures only", views));
   }
 
@@ -75,22 +85,22 @@ struct Checker {
     const std::string figures = fmt::format(
         "the boards' tilts vary by {:.1f} degrees rms up and down and {:.1f} left and right",
         spread.x(), spread.y());
-    if (most < limits.least_tilt_deg)
+    if (is_beyond("boards_parallel", most))
       add("boards_parallel",
           fmt::format("the boards are nearly parallel: {}, {:.0f} at least are needed. The focal "
                       "length and the distances cannot be told apart",
                       figures, limits.least_tilt_deg));
-    else if (spread.minCoeff() < limits.least_tilt_deg)
+    else if (is_beyond("boards_tilted_one_way", spread.minCoeff()))
       add("boards_tilted_one_way", figures,
           spread.x() < spread.y() ? "add pictures with the board's top or bottom towards the camera"
                                   : "add pictures with the board's left or right side towards the "
                                     "camera");
-    else if (most < limits.low_tilt_deg)
+    else if (is_beyond("boards_tilted_little", most))
       add("boards_tilted_little", figures);
   }
 
   void check_condition() {
-    const bool is_regular = solution.rcond > limits.least_rcond;
+    const bool is_regular = std::isfinite(solution.rcond) && !is_beyond("singular", solution.rcond);
     if (solution.covariance.size() > 0 && is_regular) return;
     add("singular", "the pictures leave a direction of the model free" +
                         (is_regular || solution.weakest.empty()
@@ -114,7 +124,7 @@ struct Checker {
     const double error = std::max(std::sqrt(solution.covariance(0, 0)) / solution.camera.fx(),
                                   std::sqrt(solution.covariance(1, 1)) / solution.camera.fy());
     const double geometric = options.known_camera ? error : error / widening;
-    if (geometric > limits.most_focal_error)
+    if (is_beyond("focal_length_unknown", 100.0 * geometric))
       add("focal_length_unknown",
           fmt::format("the focal length is known to {:.2f} % only{}; the limit is {:.2f} %",
                       100.0 * geometric,
@@ -122,7 +132,7 @@ struct Checker {
                                            : " from pictures placed like these, however well the "
                                              "corners fit",
                       100.0 * limits.most_focal_error));
-    else if (error > limits.high_focal_error)
+    else if (is_beyond("focal_length_uncertain", 100.0 * error))
       add("focal_length_uncertain",
           fmt::format("the focal length is known to {:.2f} % only (fx {:.1f} +- {:.1f}, fy {:.1f} "
                       "+- {:.1f} px{}); {:.2f} % is usual",
@@ -165,18 +175,17 @@ struct Checker {
   }
 
   void check_residuals() {
-    const double limit_px =
-        limits.high_corner_rms_px * std::max(1.0, observations.image_width / 640.0);
+    const double limit_px = limits.high_corner_rms_px * in_640ths();
     const Eigen::Vector2d half = observations.board.half_extent_m();
     const double bend = std::max(std::abs(solution.bend_m.x()) / half.x(),
                                  std::abs(solution.bend_m.y()) / half.y());
-    if (bend > limits.high_bend)
+    if (is_beyond("board_bent", 100.0 * bend))
       add("board_bent",
           fmt::format(
               "the board is bent: its middle stands {:.2f} mm (across) and {:.2f} mm (down) "
               "off its ends. The bend is solved for, as a parabola; a real one is not quite",
               1e3 * solution.bend_m.x(), 1e3 * solution.bend_m.y()));
-    if (solution.corners.rms_px <= limit_px) return;
+    if (!is_beyond("corners_do_not_fit", solution.corners.rms_px / in_640ths())) return;
     const std::string figures =
         fmt::format("the corners fit to {:.2f} px rms only; {:.2f} px is usual",
                     solution.corners.rms_px, limit_px);
@@ -197,9 +206,8 @@ struct Checker {
 
   // Many times what a stripe is found to: pictures of different poses, or of different stripers.
   void check_stripes() {
-    const double limit_px =
-        limits.most_stripe_rms_px * std::max(1.0, observations.image_width / 640.0);
-    if (!(solution.stripes.rms_px > limit_px)) return;
+    const double limit_px = limits.most_stripe_rms_px * in_640ths();
+    if (!is_beyond("stripes_do_not_fit", solution.stripes.rms_px / in_640ths())) return;
     add("stripes_do_not_fit",
         fmt::format("the stripes do not lie in a plane: {:.1f} px rms; {:.1f} px is the limit",
                     solution.stripes.rms_px, limit_px));
@@ -210,7 +218,7 @@ struct Checker {
     for (const auto& T : solution.T_cam_board) depths.push_back(T.translation().z());
     std::sort(depths.begin(), depths.end());
     const double middle = depths.empty() ? 1.0 : depths[depths.size() / 2];
-    if (middle > limits.least_depth_m && middle < limits.most_depth_m) return;
+    if (middle > limits.least_depth_m && !is_beyond("scale_unlikely", middle)) return;
     add("scale_unlikely", fmt::format("the boards come out {:.3g} m away, with squares of {:g} m",
                                       middle, observations.board.square_m));
   }
@@ -230,7 +238,7 @@ struct Checker {
     for (const auto& p : points) scatter += (p - mean) * (p - mean).transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter);
     const double spread = std::sqrt(eigen.eigenvalues()[1] / eigen.eigenvalues()[2]);
-    if (spread >= limits.least_plane_spread) return;
+    if (!is_beyond("planes_coincident", spread)) return;
     add("planes_coincident",
         fmt::format("laser {}: all stripes lie on nearly the same line in space (width over length "
                     "{:.3f}, {:.2f} at least is needed), so that its plane can turn about it",
@@ -258,11 +266,11 @@ struct Checker {
     const std::string where = fmt::format(
         "move the board {} so that the stripe on it reaches both ends of the picture, near and far",
         columns ? "to the left and right" : "up and down");
-    if (along < limits.least_coverage && across < limits.least_coverage)
+    if (is_beyond("stripe_in_corner", 100.0 * std::max(along, across)))
       add("stripe_in_corner", figures + ": a corner of it only", where);
-    else if (along < limits.low_coverage)
+    else if (is_beyond("stripe_covers_little", 100.0 * along))
       add("stripe_covers_little", figures, where);
-    if (pictures < limits.fewest_stripes)
+    if (is_beyond("few_stripes", pictures))
       add(options.known_camera || pictures > 1 ? Severity::kWarning : Severity::kRefusal,
           "few_stripes",
           fmt::format("laser {}: the stripe was found on the board in {} picture{}", laser,
@@ -287,13 +295,13 @@ struct Checker {
         relative.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
     const auto [range_m, error] = relative[relative.size() / 2];
     const double geometric = error / widening;
-    if (geometric > limits.most_range_error)
+    if (is_beyond("range_unknown", 100.0 * geometric))
       add("range_unknown",
           fmt::format("laser {}: pictures placed like these leave {:.2g} mm of one-sigma error at "
                       "{:.2f} m ({:.2f} %), however well they fit; the limit is {:.2f} %",
                       laser, 1e3 * geometric * range_m, range_m, 100.0 * geometric,
                       100.0 * limits.most_range_error));
-    else if (error > limits.high_range_error)
+    else if (is_beyond("range_uncertain", 100.0 * error))
       add("range_uncertain",
           fmt::format("laser {}: the calibration leaves {:.2g} mm of one-sigma error at {:.2f} m "
                       "({:.2f} %{}); {:.2f} % is usual",

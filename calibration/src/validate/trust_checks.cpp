@@ -47,8 +47,8 @@ constexpr TrustCheck kChecks[] = {
      [](const TrustLimits& limits) -> double { return limits.most_stripe_rms_px; }, "px",
      "of pairs: are the pictures with the laser off and on in the same order, each pair of one "
      "pose? Were camera and laser fixed to each other all the time?"},
-    {"scale_unlikely", Severity::kWarning, "distance of the middle board", "above",
-     [](const TrustLimits& limits) -> double { return limits.most_depth_m; }, "m",
+    {"scale_unlikely", Severity::kWarning, "distance of the middle board (or 0.05 m and below)",
+     "above", [](const TrustLimits& limits) -> double { return limits.most_depth_m; }, "m",
      "the square is given in metres: is it right?"},
     {"planes_coincident", Severity::kRefusal, "width over length of a laser's stripes in space",
      "below", [](const TrustLimits& limits) -> double { return limits.least_plane_spread; }, "",

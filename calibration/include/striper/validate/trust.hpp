@@ -35,8 +35,8 @@ struct TrustLimits {
   int fewest_stripes = 3;  ///< Pictures with a laser's stripe; a warning from two on.
 };
 
-/// A check of a calibration. What is a finding, and how bad, stands here; `check_trust` computes
-/// the figures. calibration/checks.md lists them.
+/// A check of a calibration. What is a finding, and how bad, stands here and is read from
+/// here; `check_trust` computes the figures. calibration/checks.md lists them.
 struct TrustCheck {
   EventCode code;
   Severity severity;          ///< As a rule: what is not laid at the pictures' door is milder.
