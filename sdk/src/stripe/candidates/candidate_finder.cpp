@@ -16,7 +16,6 @@ namespace {
 
 // So often the brightest thing of a frame's lines, no noise, may change before ridges are looked
 // for.
-constexpr float kClearSignificance = 8.0F;
 constexpr double kMostUnclear = 0.03;
 // Ridges are compared with pixels so many widths off, at least and at most so many pixels: in
 // pixels for a stripe of unknown width.

@@ -15,6 +15,9 @@
 
 namespace striper::detail {
 
+/// From here on what a line shows is no noise.
+inline constexpr float kClearSignificance = 8.0F;
+
 /// Finds what in a frame may be the stripe, and measures it: of each line its brightest pixels,
 /// and where the background hides the stripe all its ridges.
 class CandidateFinder {

@@ -19,7 +19,6 @@ constexpr float kSure = 0.99F;
 
 // What is told by its neighbours has so many of them at least; and alone it is as likely a glint.
 constexpr int kFewestToCompare = 16;
-constexpr float kClearSignificance = 8.0F;
 constexpr float kOfOneAlone = 0.5F;
 constexpr double kSamePeakPx = 0.5;
 
