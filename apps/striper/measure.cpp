@@ -174,7 +174,7 @@ struct MeasureResult {
   MeasureLimits limits;
   std::uint64_t scans = 0;
   std::map<std::string, RowSummary> rows;
-  MeasurePlot plot{};
+  std::optional<MeasurePlot> plot;  // Where one is asked for.
 };
 
 /// Measures every scan of a bus, on the bus's thread of this sink.
@@ -201,12 +201,9 @@ class MeasureSink : public ScanSink {
     scan_ = scan;
     for (Return& r : scan_.returns)
       if (!std::isfinite(r.sigma_m)) r.sigma_m = sigma_m_;
-    SegmentOptions options;
-    if (model_ && scan.laser < static_cast<int>(model_->lasers.size()))
-      options.pivot_m = noise_pivot(*model_, scan.laser);
-    result_->plot.add(scan_, options);
+    if (result_->plot) result_->plot->add(scan_, model_.get());
     for (const Measurement& m : measurer_->measure(scan_)) {
-      result_->plot.add(m, scan.sequence);
+      if (result_->plot) result_->plot->add(m, scan.sequence);
       result_->rows[m.tool].add(m);
       result_->limits.look_at(m, scan.sequence, events_);
       if (table_) table_->add({scan.sequence, scan.time.seconds(), m});
@@ -273,6 +270,7 @@ ExitCode measure(const MeasureArguments& arguments) {
   const TerminalEvents events;
   const auto result =
       std::make_shared<MeasureResult>(MeasureResult{MeasureLimits(arguments.limits), 0, {}, {}});
+  if (arguments.plot) result->plot.emplace();
   auto sink = std::make_unique<MeasureSink>(arguments, result, events.port());
   std::shared_ptr<const StriperModel> model;
   if (arguments.model)
@@ -289,7 +287,7 @@ ExitCode measure(const MeasureArguments& arguments) {
   say_rows(result->rows);
   for (const std::string& line : result->limits.verdicts()) say(line);
   if (arguments.plot) {
-    write_file_atomically(*arguments.plot, result->plot.svg());
+    write_file_atomically(*arguments.plot, result->plot->svg());
     say(fmt::format("wrote {}", *arguments.plot));
   }
   if (arguments.json) print_json(summary_of(*result, events));

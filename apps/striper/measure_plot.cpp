@@ -82,11 +82,11 @@ SvgChart scan_chart(const PolarScan& scan, const Segmentation& found) {
 
 }  // namespace
 
-void MeasurePlot::add(const PolarScan& scan, const SegmentOptions& options) {
+void MeasurePlot::add(const PolarScan& scan, const StriperModel* model) {
   if (has_scan_) return;
   has_scan_ = true;
   scan_ = scan;
-  Segmenter(options).segment(scan_, pieces_);
+  Segmenter(options_for(model, scan.laser)).segment(scan_, pieces_);
 }
 
 void MeasurePlot::add(const Measurement& m, std::uint64_t frame) {

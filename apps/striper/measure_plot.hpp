@@ -15,8 +15,9 @@ namespace striper::program {
 /// and how what was measured goes on from scan to scan.
 class MeasurePlot {
  public:
-  /// Keeps the first scan and the first thousand measurements of each row.
-  void add(const PolarScan& scan, const SegmentOptions& options);
+  /// Keeps the first scan and the first thousand measurements of each row. @param model may be
+  /// null.
+  void add(const PolarScan& scan, const StriperModel* model);
   void add(const Measurement& measurement, std::uint64_t frame);
 
   /// As SVG. Precondition: a scan was added.

@@ -31,6 +31,12 @@ Eigen::Vector2d noise_pivot(const StriperModel& model, int laser) {
   return (T_cam_scan.inverse() * (plane.distance_m() / facing * axis)).head<2>();
 }
 
+SegmentOptions options_for(const StriperModel* model, int laser, SegmentOptions options) {
+  const bool is_known = model != nullptr && laser < static_cast<int>(model->lasers.size());
+  if (is_known) options.pivot_m = noise_pivot(*model, laser);
+  return options;
+}
+
 // The largest gain of a cut is a maximum of chi2 over its places, so its logarithmic tail is nearly
 // straight; the three numbers are read from 200000 scans each of 160 and 640 returns, and of 640 of
 // which 2 % are gross outliers, which are cut twice as often as without.

@@ -59,10 +59,7 @@ class ShapedSink : public ScanSink {
   Smoother& smoother_of(int laser) {
     const auto found = smoothers_.find(laser);
     if (found != smoothers_.end()) return found->second;
-    SegmentOptions options;
-    if (model_ && laser < static_cast<int>(model_->lasers.size()))
-      options.pivot_m = noise_pivot(*model_, laser);
-    return smoothers_.emplace(laser, Smoother(options)).first->second;
+    return smoothers_.emplace(laser, Smoother(options_for(model_.get(), laser))).first->second;
   }
 
   std::unique_ptr<ScanSink> sink_;

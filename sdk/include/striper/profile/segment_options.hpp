@@ -33,6 +33,9 @@ struct SegmentOptions {
 /// @throws Error{kBadValue} where the model has no such laser.
 Eigen::Vector2d noise_pivot(const StriperModel& model, int laser);
 
+/// Returns `options` for one laser's scans; as they are where there is no model or no such laser.
+SegmentOptions options_for(const StriperModel* model, int laser, SegmentOptions options = {});
+
 /// Returns what a further piece has to gain in chi2, so that a scan of one straight line with
 /// `points` returns is cut in `false_split_rate` of all cases. From simulation
 /// (tests/sdk/profile/false_split_test.cpp).

@@ -106,9 +106,8 @@ const LaserGeometry& Measurer::Impl::geometry_of(int laser) {
   const auto [found, is_new] = lasers.try_emplace(laser);
   LaserGeometry& geometry = found->second;
   if (!is_new) return geometry;
-  geometry.pivot_m = options.pivot_m;
+  geometry.pivot_m = options_for(model.get(), laser, options).pivot_m;
   if (!model || laser >= static_cast<int>(model->lasers.size())) return geometry;
-  geometry.pivot_m = noise_pivot(*model, laser);
   const Triangulator triangulator(*model, laser);
   if (triangulator.has_covariance())
     geometry.modes = std::make_unique<CalibrationModes>(triangulator);
