@@ -52,7 +52,7 @@ class FileKeeper : public FrameKeeper {
         recording_(path_, rotation_) {
     uri.refuse_unused("rotate");
     require_absent(path_);
-    require_absent(first_of_series());
+    require_absent(rotation_.file(path_, 0));
     if (model) prepare_scans(*model);
   }
 
@@ -83,11 +83,6 @@ class FileKeeper : public FrameKeeper {
   static wire::McapRotation take_rotation(SinkUri& uri) {
     const auto text = uri.take("rotate");
     return text ? wire::McapRotation::parse(*text) : wire::McapRotation{};
-  }
-
-  fs::path first_of_series() const {
-    if (!rotation_.is_wanted()) return path_;
-    return path_.parent_path() / (path_.stem().string() + "_0000" + path_.extension().string());
   }
 
   void prepare_scans(const std::string& path) {

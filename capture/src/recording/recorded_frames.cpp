@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
+#include <striper/stream/mcap_recording.hpp>
 #include <striper/stream/messages/frame_messages.hpp>
 #include <striper/wire/cdr.hpp>
 
@@ -17,7 +18,6 @@ namespace {
 
 constexpr std::string_view kImage = "sensor_msgs/msg/Image";
 constexpr std::string_view kFrameInfo = "striper_msgs/msg/FrameInfo";
-constexpr std::string_view kSource = "/source";
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
 // "left" of "/left/image_raw", "a/b" of "/a/b/image".
@@ -64,8 +64,8 @@ void RecordedFrames::choose_head() {
     if (channel.schema.name == kFrameInfo) with_info.insert(namespace_of(channel.topic));
   }
   for (const wire::McapMetadata& one : reader_.metadata()) {
-    if (one.name.ends_with(kSource) && one.values.count("frame_info_version") > 0) {
-      with_info.insert(one.name.substr(0, one.name.size() - kSource.size()));
+    if (one.name.ends_with(kSourceMetadata) && one.values.count("frame_info_version") > 0) {
+      with_info.insert(one.name.substr(0, one.name.size() - kSourceMetadata.size()));
     }
   }
   std::set<std::string> all = with_images;
@@ -82,13 +82,13 @@ void RecordedFrames::choose_head() {
   }
   has_info_ = with_info.count(head_) > 0;
   for (const auto& [number, channel] : reader_.channels()) {
-    if (channel.topic == "/" + head_ + "/image_raw") image_topic_ = channel.topic;
+    if (channel.topic == "/" + head_ + std::string(kImageTopic)) image_topic_ = channel.topic;
   }
 }
 
 bool RecordedFrames::tell_of_source(SourceInfo& info) const {
   for (const wire::McapMetadata& one : reader_.metadata()) {
-    if (one.name != head_ + std::string(kSource)) continue;
+    if (one.name != head_ + std::string(kSourceMetadata)) continue;
     info.image_size = {number_of<int>(one.values, "image_width"),
                        number_of<int>(one.values, "image_height")};
     info.sensor_size = {number_of<int>(one.values, "sensor_width"),

@@ -38,6 +38,10 @@ std::uint64_t log_time_of(const FrameTime& time) {
       std::max<std::int64_t>(0, time.monotonic_ns + time.utc_offset_ns.value_or(0)));
 }
 
+wire::Time stamp_of(std::uint64_t log_time_ns) {
+  return to_stamp({static_cast<std::int64_t>(log_time_ns), std::nullopt});
+}
+
 std::uint64_t log_time_of(const Event& event) {
   return std::isfinite(event.time_s) && event.time_s > 0.0
              ? static_cast<std::uint64_t>(event.time_s * kNsPerSecond)
@@ -53,7 +57,7 @@ bool is_recordable(const cv::Mat& image) {
 // What a mcap: source has to know before the first frame.
 wire::McapMetadata source_metadata(const HeadInfo& head) {
   const SourceInfo& source = head.source;
-  return {head.head + "/source",
+  return {head.head + std::string(kSourceMetadata),
           {{"uri", source.uri},
            {"description", source.description},
            {"frame_info_version", "1"},
@@ -78,10 +82,10 @@ struct RecordedHead {
   RecordedHead(const HeadInfo& head, McapSeries& series)
       : optical_frame(head.head + "_camera_optical") {
     const std::string prefix = "/" + head.head;
-    polar_scan = add_topic<wire::PolarScan>(series, prefix + "/polar_scan");
+    polar_scan = add_topic<wire::PolarScan>(series, prefix + std::string(kPolarScanTopic));
     points = add_topic<wire::PointCloud2>(series, prefix + "/points");
     scan = add_topic<wire::LaserScan>(series, prefix + "/scan");
-    image = add_topic<wire::Image>(series, prefix + "/image_raw");
+    image = add_topic<wire::Image>(series, prefix + std::string(kImageTopic));
     camera_info = add_topic<wire::CameraInfo>(series, prefix + "/camera_info");
     frame_info = add_topic<wire::FrameInfo>(series, prefix + "/frame_info");
     set(head);
@@ -174,8 +178,8 @@ void McapRecording::Impl::open(const HeadInfo& head) {
     (*known)->set(head);
   }
   if (head.model) {
-    series_->attach({head.head + "/striper.yaml", "application/yaml", last_log_ns_, last_log_ns_,
-                     format_model(*head.model)});
+    series_->attach({head.head + std::string(kModelAttachment), "application/yaml", last_log_ns_,
+                     last_log_ns_, format_model(*head.model)});
   }
   files_begun_ = 0;  // The transforms may be others.
   for (const Event& event : std::exchange(early_, {})) write(event);
@@ -194,8 +198,7 @@ void McapRecording::Impl::write_heads(std::uint64_t log_time_ns) {
   last_log_ns_ = log_time_ns;
   if (files_begun_ == series_->paths().size()) return;
   files_begun_ = series_->paths().size();
-  const wire::Time stamp{static_cast<std::int32_t>(log_time_ns / 1'000'000'000U),
-                         static_cast<std::uint32_t>(log_time_ns % 1'000'000'000U)};
+  const wire::Time stamp = stamp_of(log_time_ns);
   wire::TFMessage all;
   for (const auto& head : heads_) {
     wire::TFMessage one;
@@ -247,8 +250,7 @@ void McapRecording::Impl::write(const ScannerStatus& status) {
   if (!series_ || last_log_ns_ == 0) return;  // Nothing to be beside yet.
   wire::DiagnosticArray message;
   to_message(status, message);
-  message.header.stamp = {static_cast<std::int32_t>(last_log_ns_ / 1'000'000'000U),
-                          static_cast<std::uint32_t>(last_log_ns_ % 1'000'000'000U)};
+  message.header.stamp = stamp_of(last_log_ns_);
   put(diagnostics_, message, last_log_ns_);
 }
 

@@ -40,6 +40,14 @@ McapRotation McapRotation::parse(std::string_view text) {
                   text));
 }
 
+std::filesystem::path McapRotation::file(const std::filesystem::path& path,
+                                         std::size_t index) const {
+  if (!is_wanted()) return path;
+  std::filesystem::path one = path;
+  return one.replace_filename(
+      fmt::format("{}_{:04}{}", path.stem().string(), index, path.extension().string()));
+}
+
 McapSeries::McapSeries(std::filesystem::path path, McapRotation rotation,
                        const McapWriterOptions& options)
     : path_(std::move(path)), rotation_(rotation), options_(options) {
@@ -47,11 +55,7 @@ McapSeries::McapSeries(std::filesystem::path path, McapRotation rotation,
 }
 
 void McapSeries::open_next() {
-  std::filesystem::path path = path_;
-  if (rotation_.is_wanted()) {
-    path.replace_filename(fmt::format("{}_{:04}{}", path_.stem().string(), paths_.size(),
-                                      path_.extension().string()));
-  }
+  const std::filesystem::path path = rotation_.file(path_, paths_.size());
   if (writer_) writer_->close();
   writer_ = std::make_unique<McapWriter>(path, options_);
   paths_.push_back(path);

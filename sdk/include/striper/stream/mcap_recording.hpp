@@ -4,12 +4,20 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include <striper/stream/scan_sink.hpp>
 #include <striper/wire/mcap_series.hpp>
 
 namespace striper {
+
+// What stands behind a head's name in a recording: its topics (after a slash), metadata,
+// attachment.
+inline constexpr std::string_view kPolarScanTopic = "/polar_scan";
+inline constexpr std::string_view kImageTopic = "/image_raw";
+inline constexpr std::string_view kSourceMetadata = "/source";
+inline constexpr std::string_view kModelAttachment = "/striper.yaml";
 
 /// Writes one run as an MCAP file that ROS 2's and Foxglove's tools open, and that reads back to
 /// the bit: scans as /HEAD/polar_scan (beside them /HEAD/points and /HEAD/scan, for viewers),

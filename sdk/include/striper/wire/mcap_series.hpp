@@ -17,6 +17,8 @@ struct McapRotation {
   std::uint64_t ns = 0;  ///< Of log time.
 
   bool is_wanted() const noexcept { return bytes > 0 || ns > 0; }
+  /// run.mcap, or of its series run_0000.mcap, run_0001.mcap, ...
+  std::filesystem::path file(const std::filesystem::path& path, std::size_t index) const;
   /// "1GB", "500MB", "10min", "90s", "2h" (decimal units). @throws Error{kUsage} for anything else.
   static McapRotation parse(std::string_view text);
 };

@@ -6,6 +6,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
+#include <striper/stream/mcap_recording.hpp>
 #include <striper/stream/messages/scan_messages.hpp>
 #include <striper/stream/scan_files.hpp>
 #include <striper/wire/mcap_reader.hpp>
@@ -13,12 +14,9 @@
 namespace striper {
 namespace {
 
-constexpr std::string_view kTopic = "/polar_scan";
-constexpr std::string_view kModel = "/striper.yaml";
-
 // "left" of "/left/polar_scan".
 std::string head_of_topic(std::string_view topic) {
-  if (topic.ends_with(kTopic)) topic.remove_suffix(kTopic.size());
+  if (topic.ends_with(kPolarScanTopic)) topic.remove_suffix(kPolarScanTopic.size());
   if (topic.starts_with("/")) topic.remove_prefix(1);
   return std::string(topic);
 }
@@ -86,7 +84,7 @@ class McapScans : public ScanSource {
     if (model_) return model_;
     const auto& attachments = reader_.attachments();
     for (std::size_t i = attachments.size(); i-- > 0;) {
-      if (attachments[i].name != head + std::string(kModel)) continue;
+      if (attachments[i].name != head + std::string(kModelAttachment)) continue;
       if (const auto known = attached_.find(head); known != attached_.end()) return known->second;
       const std::string name = path_ + ": " + attachments[i].name;
       auto model = parse_model(reader_.read_attachment(i).data, name);
