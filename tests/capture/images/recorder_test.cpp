@@ -15,23 +15,17 @@
 
 #include "support/error_of.hpp"
 #include "support/heard.hpp"
-#include "support/random.hpp"
+#include "support/kept_frames.hpp"
 #include "support/scratch_directory.hpp"
 
 namespace striper {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::draw_noise;
 using ::testing::HasSubstr;
+using testing::plain_frame;
 using testing::ScratchDirectory;
-
-cv::Mat draw_noise(int type, cv::Size size = {40, 30}) {
-  cv::Mat image(size, type);
-  for (std::size_t i = 0; i < image.total() * image.elemSize(); ++i) {
-    image.data[i] = static_cast<std::uint8_t>(testing::uniform(0.0, 256.0));
-  }
-  return image;
-}
 
 std::vector<Frame> replay(const std::filesystem::path& directory, SourceInfo* info = nullptr,
                           const std::string& query = "") {
@@ -42,30 +36,6 @@ std::vector<Frame> replay(const std::filesystem::path& directory, SourceInfo* in
   Frame frame;
   while (source->next(frame, 0ms) == NextStatus::kFrame) frames.push_back(frame);
   return frames;
-}
-
-void expect_same(const Frame& a, const Frame& b) {
-  ASSERT_EQ(a.image.size(), b.image.size());
-  ASSERT_EQ(a.image.type(), b.image.type());
-  if (!a.image.empty()) {
-    EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0.0);
-  }
-  EXPECT_EQ(a.bit_depth, b.bit_depth);
-  EXPECT_EQ(a.sensor_size, b.sensor_size);
-  EXPECT_EQ(a.grid, b.grid);
-  EXPECT_EQ(a.sequence, b.sequence);
-  EXPECT_EQ(a.epoch, b.epoch);
-  EXPECT_EQ(a.exposure_in_picture, b.exposure_in_picture);
-  EXPECT_EQ(a.exposures_per_picture, b.exposures_per_picture);
-  EXPECT_EQ(a.time.monotonic_ns, b.time.monotonic_ns);
-  EXPECT_EQ(a.time.utc_offset_ns, b.time.utc_offset_ns);
-  EXPECT_EQ(a.field_period_ns, b.field_period_ns);
-  EXPECT_EQ(a.exposure_ns, b.exposure_ns);
-  EXPECT_EQ(a.illumination, b.illumination);
-  EXPECT_EQ(a.encoder_counts, b.encoder_counts);
-  EXPECT_EQ(a.field, b.field);
-  EXPECT_EQ(a.status, b.status);
-  EXPECT_EQ(a.status_detail, b.status_detail);
 }
 
 void record_and_compare(const std::vector<Frame>& frames, const SourceInfo& info = {}) {
@@ -80,19 +50,9 @@ void record_and_compare(const std::vector<Frame>& frames, const SourceInfo& info
   ASSERT_EQ(again.size(), frames.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     SCOPED_TRACE(i);
-    expect_same(again[i], frames[i]);
+    testing::expect_same_frame(again[i], frames[i]);
   }
   EXPECT_EQ(replayed.cadence, info.cadence);
-}
-
-Frame plain_frame(std::uint64_t sequence, int type = CV_8UC1) {
-  Frame frame;
-  frame.image = draw_noise(type);
-  frame.bit_depth = CV_MAT_DEPTH(type) == CV_16U ? 16 : 8;
-  frame.sensor_size = frame.image.size();
-  frame.sequence = sequence;
-  frame.time.monotonic_ns = static_cast<std::int64_t>(sequence % 1'000'000) * 33'366'667;
-  return frame;
 }
 
 TEST(Recorder, EveryPixelTypeReplaysExactly) {
@@ -103,54 +63,19 @@ TEST(Recorder, EveryPixelTypeReplaysExactly) {
 }
 
 TEST(Recorder, EveryMemberOfAFrameReplaysExactly) {
-  Frame frame = plain_frame(987654321012345, CV_16UC1);
-  frame.bit_depth = 12;
-  frame.sensor_size = {1280, 1024};
-  frame.grid = {{100.5, 2.0}, {1.0 / 3.0, 0.1}};
-  frame.time = {123456789012345678, 1700000000000000000};
-  frame.exposure_ns = 2500;
-  frame.illumination = Illumination::laser(3);
-  frame.encoder_counts = -9'000'000'000'000'000'000;
-  Frame dark = frame;
-  dark.sequence += 5;  // A gap.
-  dark.epoch = 2;
-  dark.illumination = Illumination::dark();
-  dark.time.monotonic_ns = -5;
+  std::vector<Frame> frames = testing::full_frames();
+  frames[1].time.monotonic_ns = -5;
   SourceInfo info;
   info.cadence = Cadence::parse("3,dark");
-  record_and_compare({frame, dark}, info);
+  record_and_compare(frames, info);
 }
 
 TEST(Recorder, FieldsReplayExactly) {
-  Frame woven = plain_frame(4);
-  woven.field = Field::kInterlacedBottomFirst;
-  woven.exposures_per_picture = 2;
-  woven.field_period_ns = 16'683'333;
-  record_and_compare({woven});
-
-  Frame top = plain_frame(4);
-  top.field = Field::kTop;
-  top.exposures_per_picture = 2;
-  top.grid = PixelGrid::top_field();
-  top.sensor_size = {40, 61};
-  Frame bottom = top;
-  bottom.field = Field::kBottom;
-  bottom.exposure_in_picture = 1;
-  bottom.grid = PixelGrid::bottom_field();
-  top.image = draw_noise(CV_8UC1, {40, 31});  // An odd picture's top field has a row more.
-  record_and_compare({top, bottom});
+  record_and_compare({testing::woven_frame()});
+  record_and_compare(testing::single_fields());
 }
 
-TEST(Recorder, BadFramesKeepTheirReason) {
-  Frame corrupt = plain_frame(1);
-  corrupt.image.release();
-  corrupt.status = FrameStatus::kCorrupt;
-  corrupt.status_detail = "buffer 3, \"error\" flag set, 4 bytes short";
-  Frame incomplete = plain_frame(2);
-  incomplete.status = FrameStatus::kIncomplete;
-  incomplete.status_detail = "2 packets lost";
-  record_and_compare({plain_frame(0), corrupt, incomplete, plain_frame(3)});
-}
+TEST(Recorder, BadFramesKeepTheirReason) { record_and_compare(testing::bad_frames()); }
 
 TEST(Recorder, LostPicturesAreCountedAgainOnReplay) {
   const ScratchDirectory scratch;

@@ -11,6 +11,7 @@
 #include <striper/stream/messages/frame_messages.hpp>
 
 #include "support/error_of.hpp"
+#include "support/kept_frames.hpp"
 #include "support/random.hpp"
 
 namespace striper {
@@ -84,22 +85,7 @@ TEST(FrameInfoMessage, ComesBackToTheBit) {
     Cadence cadence;
     from_message(message, back, cadence);
     EXPECT_EQ(cadence, Cadence::parse("0,dark"));
-    EXPECT_EQ(back.bit_depth, frame.bit_depth);
-    EXPECT_EQ(back.sensor_size, frame.sensor_size);
-    EXPECT_EQ(back.grid, frame.grid);
-    EXPECT_EQ(back.sequence, frame.sequence);
-    EXPECT_EQ(back.epoch, frame.epoch);
-    EXPECT_EQ(back.exposure_in_picture, frame.exposure_in_picture);
-    EXPECT_EQ(back.exposures_per_picture, frame.exposures_per_picture);
-    EXPECT_EQ(back.time.monotonic_ns, frame.time.monotonic_ns);
-    EXPECT_EQ(back.time.utc_offset_ns, frame.time.utc_offset_ns);
-    EXPECT_EQ(back.field_period_ns, frame.field_period_ns);
-    EXPECT_EQ(back.exposure_ns, frame.exposure_ns);
-    EXPECT_EQ(back.illumination, frame.illumination);
-    EXPECT_EQ(back.field, frame.field);
-    EXPECT_EQ(back.status, frame.status);
-    EXPECT_EQ(back.status_detail, frame.status_detail);
-    EXPECT_EQ(back.encoder_counts, frame.encoder_counts);
+    striper::testing::expect_same_members(back, frame);
   }
 }
 
