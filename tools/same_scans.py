@@ -4,8 +4,8 @@
 
 usage: same_scans.py OLD_STRIPER NEW_STRIPER [--real DIR] [--frames N]
 
-Every scene that comes with Striper is simulated by both programs, and scanned by both in every way that changes what
-is computed; every calibration below is made by both. With --real the pictures under DIR are scanned too. What differs
+Every scene that comes with Striper is simulated by both programs, and scanned by both in the ways below, each alone and
+with all returns; every calibration below is made by both. With --real the pictures under DIR are scanned too. What differs
 is named with its first line that does; the exit code is 1 then.
 """
 import argparse
