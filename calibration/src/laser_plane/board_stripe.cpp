@@ -141,20 +141,21 @@ void add_scatter(const StraightLine& line, Returns& returns) {
   for (double& sigma : returns.sigma_px) sigma = std::sqrt(sigma * sigma + excess2);
 }
 
+// Where a line is looked for, and how.
+struct Surroundings {
+  const LaserPicture& picture;
+  const BoardInPicture& scene;
+  const StripeCourse& course;
+  const StripeRecipe& recipe;
+  const std::optional<NoiseModel>& noise;
+};
+
 // The line as the best extraction finds it, on ground of one albedo in each column: black and white
 // squares are peaks and steps too, which the fit would take for the stripe or for its background.
 class FineSearch {
  public:
-  FineSearch(const CoarseLine& coarse, const LaserPicture& picture, const BoardInPicture& scene,
-             const StripeCourse& course, const StripeRecipe& recipe,
-             const std::optional<NoiseModel>& noise, Demand demand)
-      : coarse_(coarse),
-        picture_(picture),
-        scene_(scene),
-        course_(course),
-        recipe_(recipe),
-        noise_(noise),
-        demand_(demand) {}
+  FineSearch(const CoarseLine& coarse, const Surroundings& around, Demand demand)
+      : coarse_(coarse), around_(around), demand_(demand) {}
 
   // Empty where too little of such ground is left to see the background on.
   std::optional<FineLine> run(const std::vector<std::size_t>& clear) {
@@ -176,14 +177,15 @@ class FineSearch {
  private:
   void look_around(double width_px) {
     const double about_px = std::clamp(width_px, kLeastWidthPx, kMostWidthPx);
-    seen_ = coarse_.mask &
-            even_ground(scene_, course_.across, recipe_.axis, ground_for(about_px, demand_));
+    seen_ = coarse_.mask & even_ground(around_.scene, around_.course.across, around_.recipe.axis,
+                                       ground_for(about_px, demand_));
   }
 
   std::optional<FineLine> line_of(double width_px) const {
     width_px = std::clamp(width_px, kLeastWidthPx, kMostWidthPx);
-    Returns returns = returns_within(seen_, picture_, scene_.camera, recipe_,
-                                     *fine_extractor(recipe_, width_px, noise_), Verdict::kGood);
+    Returns returns =
+        returns_within(seen_, around_.picture, around_.scene.camera, around_.recipe,
+                       *fine_extractor(around_.recipe, width_px, around_.noise), Verdict::kGood);
     auto line = fit_line(returns.undistorted, kLeastGatePx);
     if (!line || static_cast<int>(line->inliers.size()) < kFewestPoints) return std::nullopt;
     return FineLine{std::move(returns), std::move(*line), width_px};
@@ -217,11 +219,7 @@ class FineSearch {
   }
 
   const CoarseLine& coarse_;
-  const LaserPicture& picture_;
-  const BoardInPicture& scene_;
-  const StripeCourse& course_;
-  const StripeRecipe& recipe_;
-  const std::optional<NoiseModel>& noise_;
+  const Surroundings& around_;
   Demand demand_;
   cv::Mat seen_;
 };
@@ -248,9 +246,10 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
         stripe.at_albedo_edge, stripe.on_line);
     return stripe;
   }
+  const Surroundings around{picture, scene, course, recipe, noise};
   std::optional<FineLine> fine;
   for (const Demand demand : {Demand::kWholeProfile, Demand::kMostOfIt})
-    if (!fine) fine = FineSearch(coarse, picture, scene, course, recipe, noise, demand).run(clear);
+    if (!fine) fine = FineSearch(coarse, around, demand).run(clear);
   if (fine) {
     stripe.line_rms_px = fine->line.rms;
     stripe.width_px = fine->width_px;

@@ -196,6 +196,7 @@ int distortion_count(LensModel lens) noexcept {
   return 4;
 }
 
+// The standard order of a pinhole camera's numbers. NOLINTNEXTLINE(readability-function-size)
 CameraModel::CameraModel(int width, int height, double fx, double fy, double cx, double cy,
                          LensModel lens, std::vector<double> distortion)
     : width_(width),

@@ -78,10 +78,12 @@ std::string text_of(const std::optional<double>& number) {
   return number ? fmt::format("{}", *number) : std::string();
 }
 
-const std::vector<ScannerOption>& table() {
-  using Options = ScannerOptions;
-  using Text = std::string_view;
-  static const std::vector<ScannerOption> options{
+using Options = ScannerOptions;
+using Text = std::string_view;
+
+// Those that are chosen by a word.
+std::vector<ScannerOption> choices() {
+  return {
       {.name = "method",
        .unit = {},
        .words = words_of(kMethods),
@@ -126,6 +128,11 @@ const std::vector<ScannerOption>& table() {
                "sensor before a stripe that wanders)",
        .put = [](Options& o, Text v) { put_word(kAmbientMethods, v, o.ambient.method); },
        .get = [](const Options& o) { return word_for(kAmbientMethods, o.ambient.method); }},
+  };
+}
+
+std::vector<ScannerOption> numbers() {
+  return {
       {.name = "threshold",
        .unit = "DN",
        .words = {},
@@ -170,6 +177,14 @@ const std::vector<ScannerOption>& table() {
        .put = [](Options& o, Text v) { o.scan.max_range_m = number_of(v); },
        .get = [](const Options& o) { return fmt::format("{}", o.scan.max_range_m); }},
   };
+}
+
+const std::vector<ScannerOption>& table() {
+  static const std::vector<ScannerOption> options = [] {
+    std::vector<ScannerOption> all = choices();
+    for (ScannerOption& option : numbers()) all.push_back(std::move(option));
+    return all;
+  }();
   return options;
 }
 

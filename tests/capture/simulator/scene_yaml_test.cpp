@@ -36,8 +36,8 @@ TEST(SceneYaml, EmptySceneHasTheDefaults) {
   EXPECT_EQ(scene.name, "empty");
 }
 
-TEST(SceneYaml, EveryKeyArrives) {
-  const Scene scene = parse_scene(R"(
+// A scene with every key.
+constexpr const char* kEveryKey = R"(
 striper_scene: 1
 camera: {width: 800, height: 600, focal_px: [700, 701], center_px: [401, 299], lens: equidistant,
          distortion: [0.01, 0.02, 0.03, 0.04], rotation_deg: [1, 2, 3]}
@@ -72,12 +72,18 @@ objects:
      wood: {fibre_m: 0.01, length_m: 0.4, direction_deg: 90, dark: 0.1, light: 0.5}}
   - {shape: rectangle, size_m: [1, 1],
      poster: {cell_m: 0.2, darkest: 0.1, lightest: 0.7, seed: 5}}
-)",
-                                  "all");
+)";
+
+TEST(SceneYaml, TheCameraArrives) {
+  const Scene scene = parse_scene(kEveryKey, "all");
   EXPECT_EQ(scene.camera, CameraModel(800, 600, 700, 701, 401, 299, LensModel::kEquidistant,
                                       {0.01, 0.02, 0.03, 0.04}));
   EXPECT_TRUE(scene.camera_rotation.isApprox(
       rotation_from_rpy(1 * kDegree, 2 * kDegree, 3 * kDegree), 1e-15));
+}
+
+TEST(SceneYaml, TheImagerArrives) {
+  const Scene scene = parse_scene(kEveryKey, "all");
   const Imager& imager = scene.imager;
   EXPECT_DOUBLE_EQ(imager.pixel_pitch_m, 5.5e-6);
   EXPECT_EQ(imager.f_number, 2.0);
@@ -97,6 +103,11 @@ objects:
   EXPECT_EQ(imager.bloom.sigma_px, 6.0);
   EXPECT_EQ(imager.region, cv::Rect(100, 50, 400, 300));
   EXPECT_EQ(imager.binning, cv::Size(2, 3));
+}
+
+TEST(SceneYaml, NoiseAndTimingArrive) {
+  const Scene scene = parse_scene(kEveryKey, "all");
+  const Imager& imager = scene.imager;
   EXPECT_FALSE(imager.noise.shot);
   EXPECT_EQ(imager.noise.read_noise_e, 5.0);
   EXPECT_EQ(imager.noise.prnu, 0.01);
@@ -106,6 +117,10 @@ objects:
   EXPECT_EQ(scene.timing.scan, ScanMode::kBottomFirst);
   EXPECT_EQ(scene.timing.cadence, Cadence::parse("0,1,dark"));
   EXPECT_EQ(scene.axis, StripeAxis::kRows);
+}
+
+TEST(SceneYaml, LasersArrive) {
+  const Scene scene = parse_scene(kEveryKey, "all");
   ASSERT_EQ(scene.lasers.size(), 2U);
   const SimulatedLaser& laser = scene.lasers[0];
   EXPECT_EQ(laser.T_device_laser.translation(), Eigen::Vector3d(0.1, 0.2, 0.3));
@@ -116,6 +131,10 @@ objects:
   EXPECT_EQ(laser.wavelength_nm, 905.0);
   EXPECT_DOUBLE_EQ(laser.pulse_energy_j, 20e-6);
   EXPECT_DOUBLE_EQ(scene.lasers[1].pulse_energy_j, 50e-3 * 20e-6);  // Power times shutter.
+}
+
+TEST(SceneYaml, DaylightAndDeviceArrive) {
+  const Scene scene = parse_scene(kEveryKey, "all");
   EXPECT_EQ(scene.daylight.sun_w_m2_nm, 0.8);
   EXPECT_TRUE(scene.daylight.sun_direction.isApprox(
       Eigen::Vector3d(0, std::cos(30 * kDegree), std::sin(30 * kDegree)), 1e-12));
@@ -127,6 +146,10 @@ objects:
   EXPECT_EQ(scene.device_motion.velocity_m_s, Eigen::Vector3d(4, 5, 6));
   EXPECT_DOUBLE_EQ(scene.device_motion.angular_velocity_rad_s.z(), M_PI);
   EXPECT_EQ(scene.edge_distance_px, 7);
+}
+
+TEST(SceneYaml, TexturesArrive) {
+  const Scene scene = parse_scene(kEveryKey, "all");
   ASSERT_EQ(scene.objects.size(), 8U);
   const auto& stripe = std::get<PaintedStripe>(scene.objects[0].material.texture);
   EXPECT_EQ(stripe.gap_m, 9.0);
@@ -149,6 +172,10 @@ objects:
   const auto& board = std::get<Checkerboard>(scene.objects[1].material.texture);
   EXPECT_EQ(board.columns, 7);
   EXPECT_EQ(board.border_m, 0.05);  // By default as wide as a square.
+}
+
+TEST(SceneYaml, ShapesArrive) {
+  const Scene scene = parse_scene(kEveryKey, "all");
   EXPECT_EQ(std::get<Rectangle>(scene.objects[1].shape).height_m, 0.4);
   EXPECT_EQ(std::get<Disc>(scene.objects[2].shape).radius_m, 0.2);
   EXPECT_EQ(scene.objects[2].material.radiance_w_m2_sr_nm, 3.0);
@@ -165,118 +192,119 @@ struct Malformed {
   const char* message;
 };
 
+constexpr Malformed kMalformed[] = {
+    {"", "scene 'x': the file: nothing - expected a block with striper_scene, camera"},
+    {"camera: {}\n",
+     "scene 'x' line 1: striper_scene is missing - expected 1, the version of the format"},
+    {"striper_scene: 2\n",
+     "scene 'x' line 1: striper_scene: '2' - expected 1, the version of the format that this "
+     "program reads"},
+    {"striper_scene: 1\nobject: []\n",
+     "scene 'x' line 2: unknown key 'object'; a scene knows striper_scene, camera"},
+    {"striper_scene: 1\nstriper_scene: 1\n", "scene 'x' line 2: striper_scene is given twice"},
+    {"striper_scene: 1\ncamera: {fov_deg: wide}\n",
+     "scene 'x' line 2: camera.fov_deg: 'wide' - expected a number"},
+    {"striper_scene: 1\ncamera: {fov_deg: .nan}\n",
+     "scene 'x' line 2: camera.fov_deg: '.nan' - expected a number"},
+    {"striper_scene: 1\ncamera: {fov_deg: 200}\n",
+     "scene 'x' line 2: camera: field of view 200 degrees - expected more than 0 and less than "
+     "180"},
+    {"striper_scene: 1\ncamera: {focal_px: [-1, 1]}\n",
+     "scene 'x' line 2: camera: focal length fx is -1 - expected a finite number above 0"},
+    {"striper_scene: 1\ncamera: {lens: fisheye}\n",
+     "scene 'x' line 2: camera.lens: 'fisheye' - expected plumb_bob, rational_polynomial or "
+     "equidistant"},
+    {"striper_scene: 1\ncamera: {distortion: [1, 2]}\n",
+     "scene 'x' line 2: camera.distortion: '[1, 2]' - expected 5 numbers"},
+    {"striper_scene: 1\nimager: {bits: 7}\n",
+     "scene 'x' line 2: imager.bits: 7 - expected a number from 8 to 16"},
+    {"striper_scene: 1\nimager: {bits: 8.5}\n",
+     "scene 'x' line 2: imager.bits: '8.5' - expected a whole number"},
+    {"striper_scene: 1\nimager: {region: [600, 0, 100, 100]}\n",
+     "scene 'x' line 2: imager.region: [600, 0, 100, 100] - expected a part of the sensor, which "
+     "is "
+     "640x480"},
+    {"striper_scene: 1\nimager: {binning: [3, 1]}\n",
+     "scene 'x' line 2: imager.binning: [3, 1] - expected divisors of the picture's size, "
+     "640x480"},
+    {"striper_scene: 1\nnoise: {shot: perhaps}\n",
+     "scene 'x' line 2: noise.shot: 'perhaps' - expected yes or no"},
+    {"striper_scene: 1\nnoise: {read_e: -1}\n",
+     "scene 'x' line 2: noise.read_e: -1 - expected a number, 0 or above"},
+    {"striper_scene: 1\ntiming: {scan: sideways}\n",
+     "scene 'x' line 2: timing.scan: 'sideways' - expected progressive, top-first, bottom-first, "
+     "alternate-top-first, alternate-bottom-first"},
+    {"striper_scene: 1\ntiming: {cadence: '0,2'}\n",
+     "scene 'x' line 2: timing.cadence: '0,2' - expected laser indices below 1, the number of "
+     "lasers"},
+    {"striper_scene: 1\ntiming: {cadence: auto}\n",
+     "scene 'x' line 2: timing.cadence: 'auto' - expected what the lasers do, such as '0' or "
+     "'0,dark'"},
+    {"striper_scene: 1\nlasers:\n  - {wavelength_nm: 650}\n",
+     "scene 'x' line 3: lasers[0].wavelength_nm: 650 - expected a wavelength that the filter "
+     "lets pass, "
+     "887.5 to 912.5"},
+    {"striper_scene: 1\nlasers:\n  - {fan_deg: 200}\n",
+     "scene 'x' line 3: lasers[0].fan_deg: 200 - expected less than a half turn, 180"},
+    {"striper_scene: 1\nlasers:\n  - {thickness_deg: 0}\n",
+     "scene 'x' line 3: lasers[0].thickness_deg: 0 - expected more than 0, or a thickness_mm "
+     "that is"},
+    {"striper_scene: 1\nlasers:\n  - {pulse_uj: 1, power_mw: 2}\n",
+     "scene 'x' line 3: lasers[0].power_mw: '2' - expected either pulse_uj or power_mw, not "
+     "both"},
+    {"striper_scene: 1\nobjects: {}\n",
+     "scene 'x' line 2: objects: '{}' - expected a list of objects"},
+    {"striper_scene: 1\nobjects:\n  - {size_m: [1, 1]}\n",
+     "scene 'x' line 3: objects[0].shape is missing - expected plane, rectangle, disc, box, "
+     "cylinder or sweep"},
+    {"striper_scene: 1\nobjects:\n  - {shape: ball}\n",
+     "scene 'x' line 3: objects[0].shape: 'ball' - expected plane, rectangle, disc, box, "
+     "cylinder or sweep"},
+    {"striper_scene: 1\nobjects:\n  - {shape: box, size_m: [1, 2]}\n",
+     "scene 'x' line 3: objects[0].size_m: '[1, 2]' - expected [along x, y, z]"},
+    {"striper_scene: 1\nobjects:\n  - {shape: box, size_m: [1, 2, 0]}\n",
+     "scene 'x' line 3: objects[0].size_m: 0 - expected a number above 0"},
+    {"striper_scene: 1\nobjects:\n  - {shape: plane, wood: {}, poster: {}}\n",
+     "scene 'x' line 3: objects[0].poster: '{}' - expected one texture: either checkerboard "
+     "or "
+     "stripe, wood or poster"},
+    {"striper_scene: 1\nobjects:\n  - {shape: plane, wood: {fibre_m: 0}}\n",
+     "objects[0].wood.fibre_m: 0 - expected a number above 0"},
+    {"striper_scene: 1\nobjects:\n  - {shape: plane, poster: {darkest: 2}}\n",
+     "objects[0].poster.darkest: 2 - expected a number from 0 to 1"},
+    {"striper_scene: 1\nobjects:\n  - {shape: plane, reflectance: 1.5}\n",
+     "scene 'x' line 3: objects[0].reflectance: 1.5 - expected a number from 0 to 1"},
+    {"striper_scene: 1\nobjects:\n  - {shape: plane, normal: [0, 0, 0]}\n",
+     "objects[0].normal: '[0, 0, 0]' - expected a direction [x, y, z] that is not zero"},
+    {"striper_scene: 1\nobjects:\n  - {shape: sweep, profile_m: [[0, 0]]}\n",
+     "scene 'x' line 3: objects[0].profile_m: 1 - expected at least two points"},
+    {"striper_scene: 1\nobjects:\n  - shape: sweep\n    profile_m: [[0, 0], [0, 0]]\n",
+     "scene 'x' line 4: objects[0].profile_m: points 0 and 1, 0 m apart - expected points that "
+     "are apart"},
+    {"striper_scene: 1\nimager:\n  f_number: 2\n  shutter_us: 1e30\n",
+     "scene 'x' line 4: imager.shutter_us: 1e+30 - expected a number from 1e-06 to 1"},
+    {"striper_scene: 1\nlasers:\n  - thickness_mm: -2\n    fan_deg: 50\n",
+     "scene 'x' line 3: lasers[0].thickness_mm: -2 - expected a number, 0 or above"},
+    {"striper_scene: 1\nlasers: []\n",
+     "scene 'x' line 2: lasers: [] - expected one laser at least"},
+    {"striper_scene: 1\nlasers:\n  - {}\n  - power_mw: -7\n",
+     "scene 'x' line 4: lasers[1].power_mw: '-7' - expected a number from 0 to 1e9"},
+    {"striper_scene: 1\nobjects:\n  - {shape: plane}\n  - shape: plane\n    retro: {gain: 1,\n"
+     "            spread_deg: -3}\n",
+     "scene 'x' line 6: objects[1].retro.spread_deg: -3 - expected a number above 0"},
+    {"striper_scene: 1\ncamera: {width: 640\n", "scene 'x' line"},
+    {"striper_scene: 1\ncamera: {width: 20000, height: 20000}\n",
+     "scene 'x' line 2: camera: 20000x20000 pixels - expected at most 50 million in all"},
+    {"striper_scene: 1\nimager: {region: [0, 0, 1e300, 5]}\n",
+     "imager.region: '[0, 0, 1e300, 5]' - expected four whole numbers [left, top, width, "
+     "height]"},
+    {"striper_scene: 1\nimager: {region: [0.5, 0, 100, 50]}\n", "expected four whole numbers"},
+    {"striper_scene: 1\nimager: {binning: [2, 1.5]}\n",
+     "imager.binning: '[2, 1.5]' - expected two whole numbers [across, down]"},
+};
+
 TEST(SceneYaml, WhatIsWrongIsRefusedWithItsPlace) {
-  const Malformed cases[] = {
-      {"", "scene 'x': the file: nothing - expected a block with striper_scene, camera"},
-      {"camera: {}\n",
-       "scene 'x' line 1: striper_scene is missing - expected 1, the version of the format"},
-      {"striper_scene: 2\n",
-       "scene 'x' line 1: striper_scene: '2' - expected 1, the version of the format that this "
-       "program reads"},
-      {"striper_scene: 1\nobject: []\n",
-       "scene 'x' line 2: unknown key 'object'; a scene knows striper_scene, camera"},
-      {"striper_scene: 1\nstriper_scene: 1\n", "scene 'x' line 2: striper_scene is given twice"},
-      {"striper_scene: 1\ncamera: {fov_deg: wide}\n",
-       "scene 'x' line 2: camera.fov_deg: 'wide' - expected a number"},
-      {"striper_scene: 1\ncamera: {fov_deg: .nan}\n",
-       "scene 'x' line 2: camera.fov_deg: '.nan' - expected a number"},
-      {"striper_scene: 1\ncamera: {fov_deg: 200}\n",
-       "scene 'x' line 2: camera: field of view 200 degrees - expected more than 0 and less than "
-       "180"},
-      {"striper_scene: 1\ncamera: {focal_px: [-1, 1]}\n",
-       "scene 'x' line 2: camera: focal length fx is -1 - expected a finite number above 0"},
-      {"striper_scene: 1\ncamera: {lens: fisheye}\n",
-       "scene 'x' line 2: camera.lens: 'fisheye' - expected plumb_bob, rational_polynomial or "
-       "equidistant"},
-      {"striper_scene: 1\ncamera: {distortion: [1, 2]}\n",
-       "scene 'x' line 2: camera.distortion: '[1, 2]' - expected 5 numbers"},
-      {"striper_scene: 1\nimager: {bits: 7}\n",
-       "scene 'x' line 2: imager.bits: 7 - expected a number from 8 to 16"},
-      {"striper_scene: 1\nimager: {bits: 8.5}\n",
-       "scene 'x' line 2: imager.bits: '8.5' - expected a whole number"},
-      {"striper_scene: 1\nimager: {region: [600, 0, 100, 100]}\n",
-       "scene 'x' line 2: imager.region: [600, 0, 100, 100] - expected a part of the sensor, which "
-       "is "
-       "640x480"},
-      {"striper_scene: 1\nimager: {binning: [3, 1]}\n",
-       "scene 'x' line 2: imager.binning: [3, 1] - expected divisors of the picture's size, "
-       "640x480"},
-      {"striper_scene: 1\nnoise: {shot: perhaps}\n",
-       "scene 'x' line 2: noise.shot: 'perhaps' - expected yes or no"},
-      {"striper_scene: 1\nnoise: {read_e: -1}\n",
-       "scene 'x' line 2: noise.read_e: -1 - expected a number, 0 or above"},
-      {"striper_scene: 1\ntiming: {scan: sideways}\n",
-       "scene 'x' line 2: timing.scan: 'sideways' - expected progressive, top-first, bottom-first, "
-       "alternate-top-first, alternate-bottom-first"},
-      {"striper_scene: 1\ntiming: {cadence: '0,2'}\n",
-       "scene 'x' line 2: timing.cadence: '0,2' - expected laser indices below 1, the number of "
-       "lasers"},
-      {"striper_scene: 1\ntiming: {cadence: auto}\n",
-       "scene 'x' line 2: timing.cadence: 'auto' - expected what the lasers do, such as '0' or "
-       "'0,dark'"},
-      {"striper_scene: 1\nlasers:\n  - {wavelength_nm: 650}\n",
-       "scene 'x' line 3: lasers[0].wavelength_nm: 650 - expected a wavelength that the filter "
-       "lets pass, "
-       "887.5 to 912.5"},
-      {"striper_scene: 1\nlasers:\n  - {fan_deg: 200}\n",
-       "scene 'x' line 3: lasers[0].fan_deg: 200 - expected less than a half turn, 180"},
-      {"striper_scene: 1\nlasers:\n  - {thickness_deg: 0}\n",
-       "scene 'x' line 3: lasers[0].thickness_deg: 0 - expected more than 0, or a thickness_mm "
-       "that is"},
-      {"striper_scene: 1\nlasers:\n  - {pulse_uj: 1, power_mw: 2}\n",
-       "scene 'x' line 3: lasers[0].power_mw: '2' - expected either pulse_uj or power_mw, not "
-       "both"},
-      {"striper_scene: 1\nobjects: {}\n",
-       "scene 'x' line 2: objects: '{}' - expected a list of objects"},
-      {"striper_scene: 1\nobjects:\n  - {size_m: [1, 1]}\n",
-       "scene 'x' line 3: objects[0].shape is missing - expected plane, rectangle, disc, box, "
-       "cylinder or sweep"},
-      {"striper_scene: 1\nobjects:\n  - {shape: ball}\n",
-       "scene 'x' line 3: objects[0].shape: 'ball' - expected plane, rectangle, disc, box, "
-       "cylinder or sweep"},
-      {"striper_scene: 1\nobjects:\n  - {shape: box, size_m: [1, 2]}\n",
-       "scene 'x' line 3: objects[0].size_m: '[1, 2]' - expected [along x, y, z]"},
-      {"striper_scene: 1\nobjects:\n  - {shape: box, size_m: [1, 2, 0]}\n",
-       "scene 'x' line 3: objects[0].size_m: 0 - expected a number above 0"},
-      {"striper_scene: 1\nobjects:\n  - {shape: plane, wood: {}, poster: {}}\n",
-       "scene 'x' line 3: objects[0].poster: '{}' - expected one texture: either checkerboard "
-       "or "
-       "stripe, wood or poster"},
-      {"striper_scene: 1\nobjects:\n  - {shape: plane, wood: {fibre_m: 0}}\n",
-       "objects[0].wood.fibre_m: 0 - expected a number above 0"},
-      {"striper_scene: 1\nobjects:\n  - {shape: plane, poster: {darkest: 2}}\n",
-       "objects[0].poster.darkest: 2 - expected a number from 0 to 1"},
-      {"striper_scene: 1\nobjects:\n  - {shape: plane, reflectance: 1.5}\n",
-       "scene 'x' line 3: objects[0].reflectance: 1.5 - expected a number from 0 to 1"},
-      {"striper_scene: 1\nobjects:\n  - {shape: plane, normal: [0, 0, 0]}\n",
-       "objects[0].normal: '[0, 0, 0]' - expected a direction [x, y, z] that is not zero"},
-      {"striper_scene: 1\nobjects:\n  - {shape: sweep, profile_m: [[0, 0]]}\n",
-       "scene 'x' line 3: objects[0].profile_m: 1 - expected at least two points"},
-      {"striper_scene: 1\nobjects:\n  - shape: sweep\n    profile_m: [[0, 0], [0, 0]]\n",
-       "scene 'x' line 4: objects[0].profile_m: points 0 and 1, 0 m apart - expected points that "
-       "are apart"},
-      {"striper_scene: 1\nimager:\n  f_number: 2\n  shutter_us: 1e30\n",
-       "scene 'x' line 4: imager.shutter_us: 1e+30 - expected a number from 1e-06 to 1"},
-      {"striper_scene: 1\nlasers:\n  - thickness_mm: -2\n    fan_deg: 50\n",
-       "scene 'x' line 3: lasers[0].thickness_mm: -2 - expected a number, 0 or above"},
-      {"striper_scene: 1\nlasers: []\n",
-       "scene 'x' line 2: lasers: [] - expected one laser at least"},
-      {"striper_scene: 1\nlasers:\n  - {}\n  - power_mw: -7\n",
-       "scene 'x' line 4: lasers[1].power_mw: '-7' - expected a number from 0 to 1e9"},
-      {"striper_scene: 1\nobjects:\n  - {shape: plane}\n  - shape: plane\n    retro: {gain: 1,\n"
-       "            spread_deg: -3}\n",
-       "scene 'x' line 6: objects[1].retro.spread_deg: -3 - expected a number above 0"},
-      {"striper_scene: 1\ncamera: {width: 640\n", "scene 'x' line"},
-      {"striper_scene: 1\ncamera: {width: 20000, height: 20000}\n",
-       "scene 'x' line 2: camera: 20000x20000 pixels - expected at most 50 million in all"},
-      {"striper_scene: 1\nimager: {region: [0, 0, 1e300, 5]}\n",
-       "imager.region: '[0, 0, 1e300, 5]' - expected four whole numbers [left, top, width, "
-       "height]"},
-      {"striper_scene: 1\nimager: {region: [0.5, 0, 100, 50]}\n", "expected four whole numbers"},
-      {"striper_scene: 1\nimager: {binning: [2, 1.5]}\n",
-       "imager.binning: '[2, 1.5]' - expected two whole numbers [across, down]"},
-  };
-  for (const Malformed& malformed : cases) {
+  for (const Malformed& malformed : kMalformed) {
     SCOPED_TRACE(malformed.yaml);
     const Error error = testing::error_of([&] { parse_scene(malformed.yaml, "x"); });
     EXPECT_EQ(error.kind(), ErrorKind::kBadFile);

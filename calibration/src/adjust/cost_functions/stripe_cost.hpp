@@ -64,44 +64,55 @@ struct StripeCrossing {
   template <typename T>
   bool operator()(const T* camera, const T* pose, const T* bend, const T* plane,
                   T& across_px) const {
-    Eigen::Vector2d xy;
-    Eigen::Matrix2d inverse;
-    Eigen::RowVector2d slope;
-    if (!find(camera, pose, bend, plane, xy, inverse, slope)) return false;
-    Eigen::Matrix<T, 2, 1> f;
-    equations<T>(camera, pose, bend, plane, Eigen::Matrix<T, 2, 1>(T(xy.x()), T(xy.y())), f,
-                 across_px);
-    const Eigen::RowVector2d gain = slope * inverse;
-    across_px -= gain[0] * f[0] + gain[1] * f[1];
+    const std::optional<Crossing> found = find(camera, pose, bend, plane);
+    if (!found) return false;
+    const auto at = equations<T>({camera, pose, bend, plane},
+                                 Eigen::Matrix<T, 2, 1>(T(found->xy.x()), T(found->xy.y())));
+    across_px = at.across_px - (found->gain[0] * at.f[0] + found->gain[1] * at.f[1]);
     return true;
   }
 
   /// The ray of the crossing, for the next start.
   std::optional<Eigen::Vector2d> ray(const double* camera, const double* pose, const double* bend,
                                      const double* plane) const {
-    Eigen::Vector2d xy;
-    Eigen::Matrix2d inverse;
-    Eigen::RowVector2d slope;
-    if (!find(camera, pose, bend, plane, xy, inverse, slope)) return std::nullopt;
-    return xy;
+    const std::optional<Crossing> found = find(camera, pose, bend, plane);
+    if (!found) return std::nullopt;
+    return found->xy;
   }
 
  private:
-  // What must be zero at a ray, and where the ray projects to across the stripe.
   template <typename T>
-  void equations(const T* camera, const T* pose, const T* bend, const T* plane,
-                 const Eigen::Matrix<T, 2, 1>& xy, Eigen::Matrix<T, 2, 1>& f, T& across_px) const {
+  struct Blocks {
+    const T* camera;
+    const T* pose;
+    const T* bend;  // Null: a flat board.
+    const T* plane;
+  };
+
+  template <typename T>
+  struct Equations {
+    Eigen::Matrix<T, 2, 1> f;  // What must be zero.
+    T across_px;               // Where the ray projects to across the stripe.
+  };
+
+  struct Crossing {
+    Eigen::Vector2d xy;       // The ray.
+    Eigen::RowVector2d gain;  // Change of across_px with that of the equations.
+  };
+
+  template <typename T>
+  Equations<T> equations(const Blocks<T>& b, const Eigen::Matrix<T, 2, 1>& xy) const {
     const bool columns = axis == StripeAxis::kColumns;
-    const Eigen::Matrix<T, 2, 1> q = project_normalized<T>(lens, camera, xy);
-    const Eigen::Matrix<T, 3, 1> p = point_on_board<T>(xy, pose, bend, shape);
-    f[0] = (columns ? q.x() : q.y()) - along_px;
-    f[1] = plane[0] * p.x() + plane[1] * p.y() + plane[2] * p.z() - 1.0;
-    across_px = columns ? q.y() : q.x();
+    const Eigen::Matrix<T, 2, 1> q = project_normalized<T>(lens, b.camera, xy);
+    const Eigen::Matrix<T, 3, 1> p = point_on_board<T>(xy, b.pose, b.bend, shape);
+    return {{(columns ? q.x() : q.y()) - along_px,
+             b.plane[0] * p.x() + b.plane[1] * p.y() + b.plane[2] * p.z() - 1.0},
+            columns ? q.y() : q.x()};
   }
 
   template <typename T>
-  bool find(const T* camera, const T* pose, const T* bend, const T* plane, Eigen::Vector2d& xy,
-            Eigen::Matrix2d& inverse, Eigen::RowVector2d& slope) const {
+  std::optional<Crossing> find(const T* camera, const T* pose, const T* bend,
+                               const T* plane) const {
     using Jet = ceres::Jet<double, 2>;
     const auto constant = [](const T* values, int count, auto& jets) {
       for (int i = 0; i < count; ++i) jets[static_cast<std::size_t>(i)] = Jet(scalar(values[i]));
@@ -114,25 +125,23 @@ struct StripeCrossing {
     constant(pose, 6, pose_jets);
     constant(plane, 3, plane_jets);
     if (bend != nullptr) constant(bend, 2, bend_jets);
+    const Blocks<Jet> jets{camera_jets.data(), pose_jets.data(),
+                           bend == nullptr ? nullptr : bend_jets.data(), plane_jets.data()};
     constexpr int kMostIterations = 20;
-    xy = start;
+    Eigen::Vector2d xy = start;
     for (int iteration = 0; iteration < kMostIterations; ++iteration) {
-      Eigen::Matrix<Jet, 2, 1> f;
-      Jet across_px;
-      equations<Jet>(camera_jets.data(), pose_jets.data(),
-                     bend == nullptr ? nullptr : bend_jets.data(), plane_jets.data(),
-                     Eigen::Matrix<Jet, 2, 1>(Jet(xy.x(), 0), Jet(xy.y(), 1)), f, across_px);
+      const auto at = equations<Jet>(jets, {Jet(xy.x(), 0), Jet(xy.y(), 1)});
       Eigen::Matrix2d J;
-      J.row(0) = f[0].v.transpose();
-      J.row(1) = f[1].v.transpose();
-      inverse = J.inverse();
-      slope = across_px.v.transpose();
-      const Eigen::Vector2d step = inverse * Eigen::Vector2d(f[0].a, f[1].a);
-      if (!step.allFinite()) return false;
-      if (step.norm() < 1e-8) return true;  // The last step, in T, squares it.
+      J.row(0) = at.f[0].v.transpose();
+      J.row(1) = at.f[1].v.transpose();
+      const Eigen::Matrix2d inverse = J.inverse();
+      const Eigen::Vector2d step = inverse * Eigen::Vector2d(at.f[0].a, at.f[1].a);
+      if (!step.allFinite()) return std::nullopt;
+      // The last step, in T, squares it.
+      if (step.norm() < 1e-8) return Crossing{xy, at.across_px.v.transpose() * inverse};
       xy -= step;
     }
-    return false;
+    return std::nullopt;
   }
 };
 

@@ -27,18 +27,9 @@ HWY_INLINE V dark_under_filter(const ProfilePlan& plan, const ProfileImages& ima
   const Tag d;
   const int n = lanes();
   const int rows = 2 * plan.noise_reach + 1;
-  const ProfileImages::Steps& steps = images.dark_steps;
   HWY_ALIGN Pixel copy[(2 * ProfilePlan::kMostTaps + 1) * kMostLanes];
-  for (int lane = 0; lane < n; ++lane) {
-    const Pixel* const line =
-        static_cast<const Pixel*>(images.dark) + peaks.line[lane] * steps.line;
-    const int first = peaks.across[lane] - plan.noise_reach;
-    if (first >= 0 && first + rows <= images.length) {
-      copy_lane(line + first * steps.across, steps.across, rows, n, copy + lane);
-    } else {
-      copy_lane_at_border(line, steps.across, first, images.length, rows, n, copy + lane);
-    }
-  }
+  const auto dark = image_of<Pixel>(images.dark, images.dark_steps, images.length);
+  copy_lanes(dark, peaks, plan.noise_reach, n, PixelRows<Pixel>{copy, n});
   const hn::Rebind<Pixel, Tag> dp;
   V sum = hn::Zero(d);
   for (int k = 0; k < rows; ++k) {

@@ -124,13 +124,22 @@ struct Normal {
   }
 };
 
-// What one step needs. `kPlain`: the batch's window is plain.
-template <bool kPlain>
-struct Step {
+// What is known of a batch of profiles before the fit.
+struct Profiles {
   const ProfilePlan& plan;
   const Window& w;
   const Background& background;
   const Noise& noise;
+  const ExtraVariance& extra;
+  const Expected<V>& expected;
+  V clipped;  // How many pixels of each.
+  V ceiling;  // Where some are: those that should be above it are left out from the second step on.
+};
+
+// What one step needs. `kPlain`: the batch's window is plain.
+template <bool kPlain>
+struct Step {
+  const Profiles& profiles;
   const Shape& shape;
   V position;
   V amplitude;
@@ -139,23 +148,24 @@ struct Step {
   // One row of the core. `g` is exp(-t^2 / 2) there.
   HWY_INLINE void add_row(int k, V g, Normal& normal) const {
     const Tag d;
-    const int at = (plan.window + k) * lanes();
+    const int at = (profiles.plan.window + k) * lanes();
     const V kv = set(static_cast<float>(k));
     const V t = hn::Mul(hn::Sub(kv, position), shape.inverse_width);
     const V t2 = hn::Mul(t, t);
     const V value = shape.value(g, t2);
     const V weight = weight_of(hn::Max(hn::Mul(amplitude, value), hn::Zero(d)), at);
-    V f = hn::Load(d, w.value + at);
-    if constexpr (kPlain) f = hn::Sub(f, hn::MulAdd(kv, background.slope, background.level));
+    V f = hn::Load(d, profiles.w.value + at);
+    if constexpr (kPlain)
+      f = hn::Sub(f, hn::MulAdd(kv, profiles.background.slope, profiles.background.level));
     normal.add_background(weight, kv, f);
     normal.add_stripe(weight, kv, f, value, shape.derivative(g, t, t2));
   }
 
   HWY_INLINE V weight_of(V signal, int at) const {
-    V variance = noise.variance(signal);
+    V variance = profiles.noise.variance(signal);
     if constexpr (kPlain) return rough_inverse(variance);
-    if (w.has_extra) variance = hn::Add(variance, hn::Load(Tag(), w.extra + at));
-    const V usable = hn::Load(Tag(), w.usable + at);
+    if (profiles.w.has_extra) variance = hn::Add(variance, hn::Load(Tag(), profiles.w.extra + at));
+    const V usable = hn::Load(Tag(), profiles.w.usable + at);
     return hn::Mul(hn::IfThenElseZero(hn::Le(signal, ceiling), usable), rough_inverse(variance));
   }
 
@@ -174,7 +184,7 @@ struct Step {
     V down = ratio(one, towards);
     V g_up = g0;
     V g_down = g0;
-    for (int k = 1; k <= plan.core; ++k) {
+    for (int k = 1; k <= profiles.plan.core; ++k) {
       g_up = hn::Mul(g_up, up);
       g_down = hn::Mul(g_down, down);
       up = hn::Mul(up, ratio_of_ratios);
@@ -186,32 +196,33 @@ struct Step {
 
   // All pixels of the ring have the same weight: its sums are those of the fit.
   HWY_INLINE void add_ring(Normal& normal) const {
-    const V weight = inverse(noise.base);
+    const V weight = inverse(profiles.noise.base);
     if constexpr (kPlain) {
-      normal.n11 = hn::Mul(weight, set(plan.ring_count));
-      normal.nkk = hn::Mul(weight, set(plan.ring_squares));
+      normal.n11 = hn::Mul(weight, set(profiles.plan.ring_count));
+      normal.nkk = hn::Mul(weight, set(profiles.plan.ring_squares));
       return;
     }
-    if (w.has_extra) {
+    if (profiles.w.has_extra) {
       add_uneven_ring(normal);
       return;
     }
-    normal.n11 = hn::Mul(weight, background.count);
-    normal.nkk = hn::Mul(weight, background.sum_kk);
-    normal.n1k = hn::Mul(weight, background.sum_k);
-    normal.r1 = hn::Mul(weight, background.rest);
-    normal.rk = hn::Mul(weight, background.rest_k);
+    normal.n11 = hn::Mul(weight, profiles.background.count);
+    normal.nkk = hn::Mul(weight, profiles.background.sum_kk);
+    normal.n1k = hn::Mul(weight, profiles.background.sum_k);
+    normal.r1 = hn::Mul(weight, profiles.background.rest);
+    normal.rk = hn::Mul(weight, profiles.background.rest_k);
   }
 
   void add_uneven_ring(Normal& normal) const {
     const Tag d;
     normal = Normal(hn::Zero(d));
-    for (int q = plan.core + 1; q <= plan.window; ++q) {
+    for (int q = profiles.plan.core + 1; q <= profiles.plan.window; ++q) {
       for (const int k : {-q, q}) {
-        const int at = (plan.window + k) * lanes();
-        const V variance = hn::Add(noise.base, hn::Load(d, w.extra + at));
-        const V weight = hn::Mul(hn::Load(d, w.usable + at), rough_inverse(variance));
-        normal.add_background(weight, set(static_cast<float>(k)), hn::Load(d, w.value + at));
+        const int at = (profiles.plan.window + k) * lanes();
+        const V variance = hn::Add(profiles.noise.base, hn::Load(d, profiles.w.extra + at));
+        const V weight = hn::Mul(hn::Load(d, profiles.w.usable + at), rough_inverse(variance));
+        normal.add_background(weight, set(static_cast<float>(k)),
+                              hn::Load(d, profiles.w.value + at));
       }
     }
   }
@@ -248,20 +259,18 @@ struct Patience {
   }
 };
 
-// `ceiling` is used from the second step on, where `clipped` pixels say so.
 template <bool kPlain>
-void refine(const ProfilePlan& plan, const Window& w, const Background& background,
-            const Noise& noise, const ExtraVariance& extra, const Expected<V>& expected, V clipped,
-            V ceiling, Estimate<V>& estimate) {
+void refine(const Profiles& profiles, Estimate<V>& estimate) {
   const Tag d;
-  const V width = expected.width;
+  const V width = profiles.expected.width;
+  const V clipped = profiles.clipped;
   const Shape shape(width);
   const Patience patience(clipped, width);
   const Estimate<V> start = estimate;
   Estimate<V> e = start;
   V limit = set(1e30F);
   for (int n = 1; n <= patience.most_steps; ++n) {
-    const Step<kPlain> step{plan, w, background, noise, shape, e.position, e.amplitude, limit};
+    const Step<kPlain> step{profiles, shape, e.position, e.amplitude, limit};
     Normal normal(hn::Zero(d));
     step.add_ring(normal);
     step.add_core(normal);
@@ -274,7 +283,7 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
     e.position = hn::Add(e.position, taken);
     e.variance = hn::Mul(solution.step_variance, hn::Mul(per_amplitude, per_amplitude));
     if (patience.is_over(n, wanted, e.variance)) break;
-    limit = hn::IfThenElse(hn::Gt(clipped, hn::Zero(d)), ceiling, limit);
+    limit = hn::IfThenElse(hn::Gt(clipped, hn::Zero(d)), profiles.ceiling, limit);
   }
   // Noise can lead a weak fit astray, or leave nothing of it; the filter's peak stands then. Where
   // pixels are clipped there may be nothing to know.
@@ -285,8 +294,10 @@ void refine(const ProfilePlan& plan, const Window& w, const Background& backgrou
   const M is_astray = hn::Or(is_far, hn::AndNot(hn::Gt(clipped, hn::Zero(d)), is_anywhere));
   estimate = e;
   if (hn::AllFalse(d, is_astray)) return;
-  const V start_variance = filter_variance(plan, hn::Add(noise.base, extra.of_pixel),
-                                           background.slope_variance, expected, start.amplitude);
+  const V of_pixel = hn::Add(profiles.noise.base, profiles.extra.of_pixel);
+  const V start_variance =
+      filter_variance(profiles.plan, of_pixel, profiles.background.slope_variance,
+                      profiles.expected, start.amplitude);
   estimate.position = hn::IfThenElse(is_astray, start.position, e.position);
   estimate.amplitude = hn::IfThenElse(is_astray, start.amplitude, e.amplitude);
   estimate.variance = hn::IfThenElse(is_astray, start_variance, e.variance);

@@ -70,7 +70,7 @@ void copy_batch(const ProfileImages& images, const ProfilePlan& plan, int batch,
   const Places places = g.places().batch(batch);
   look_at_centres(images, plan, places, 1, g.centres);
   g.are_inside[batch] = g.centres.are_inside;
-  copy_around(images, plan, places, g.centres, batch, 1, g.pixels);
+  copy_around(images, plan, {places, g.centres, batch, 1}, g.pixels);
 }
 
 // Together where the lines are neighbours, and not much apart across.
@@ -80,7 +80,7 @@ void copy_batches(const ProfileImages& images, const ProfilePlan& plan, int batc
     look_at_centres(images, plan, g.places(), kTogether, g.centres);
     if (g.centres.levels > 0) {
       for (bool& is_inside : g.are_inside) is_inside = true;
-      copy_around(images, plan, g.places(), g.centres, 0, kTogether, g.pixels);
+      copy_around(images, plan, {g.places(), g.centres, 0, kTogether}, g.pixels);
       return;
     }
   }
@@ -140,11 +140,12 @@ void refine_in_window(const ProfileImages& images, const ProfilePlan& plan, cons
                       const Background& background, const ExtraVariance& extra, Batch& b) {
   const Expected<V> expected(plan, b.width);
   b.estimate = estimate_from_filter(plan, b.peak, expected);
+  Profiles profiles{plan, w, background, b.noise, extra, expected, b.clipped, b.clipped};
   if (w.is_plain) {
-    refine<true>(plan, w, background, b.noise, extra, expected, b.clipped, b.clipped, b.estimate);
+    refine<true>(profiles, b.estimate);
   } else {
-    const V ceiling = ceiling_of(images, background, b.noise, w);
-    refine<false>(plan, w, background, b.noise, extra, expected, b.clipped, ceiling, b.estimate);
+    profiles.ceiling = ceiling_of(images, background, b.noise, w);
+    refine<false>(profiles, b.estimate);
   }
 }
 

@@ -89,35 +89,68 @@ void look_at_centres(const ProfileImages& images, const ProfilePlan& plan, const
   c.levels = 1 + static_cast<int>((static_cast<float>(highest - c.lowest) + 0.5F) * per_cell);
 }
 
-// ---- Lanes copied one by one, each from wherever it is. `step` elements from row to row of `out`.
+// Some batches of a group, side by side in it.
+struct Part {
+  Places places;  // Of these batches.
+  const Centres& centres;
+  int first;  // Batch.
+  int batches;
+};
+
+// Rows of pixels, `step` elements apart.
+template <typename Pixel>
+struct PixelRows {
+  Pixel* first;
+  std::ptrdiff_t step;
+
+  HWY_INLINE Pixel* row(std::ptrdiff_t k) const { return first + k * step; }
+  HWY_INLINE PixelRows from(std::ptrdiff_t k) const { return {row(k), step}; }
+};
+
+// One of the images.
+template <typename Pixel>
+struct Image {
+  const Pixel* first;
+  ProfileImages::Steps steps;
+  int length;  // Across the lines.
+
+  HWY_INLINE PixelRows<const Pixel> line(int number) const {
+    return {first + number * steps.line, steps.across};
+  }
+};
 
 template <typename Pixel>
-HWY_INLINE void copy_lane(const Pixel* first, std::ptrdiff_t step, int rows,
-                          std::ptrdiff_t out_step, Pixel* out) {
-  for (int k = 0; k < rows; ++k) out[k * out_step] = first[k * step];
+HWY_INLINE Image<Pixel> image_of(const void* pixels, const ProfileImages::Steps& steps,
+                                 int length) {
+  return {static_cast<const Pixel*>(pixels), steps, length};
+}
+
+// ---- Lanes copied one by one, each from wherever it is.
+
+template <typename Pixel>
+HWY_INLINE void copy_lane(const PixelRows<const Pixel>& in, int rows, const PixelRows<Pixel>& out) {
+  for (int k = 0; k < rows; ++k) *out.row(k) = *in.row(k);
 }
 
 // Pixels outside of the image repeat the border; `seen` knows them.
 template <typename Pixel>
-HWY_NOINLINE void copy_lane_at_border(const Pixel* line, std::ptrdiff_t step, int first, int length,
-                                      int rows, std::ptrdiff_t out_step, Pixel* out) {
-  for (int k = 0; k < rows; ++k) {
-    out[k * out_step] = line[std::clamp(first + k, 0, length - 1) * step];
-  }
+HWY_NOINLINE void copy_lane_at_border(const PixelRows<const Pixel>& line, int length, int first,
+                                      int rows, const PixelRows<Pixel>& out) {
+  for (int k = 0; k < rows; ++k) *out.row(k) = *line.row(std::clamp(first + k, 0, length - 1));
 }
 
 template <typename Pixel>
-HWY_NOINLINE void copy_lanes(const Pixel* image, const ProfileImages::Steps& steps, int length,
-                             const Places& places, int half, int count, std::ptrdiff_t out_step,
-                             Pixel* out) {
+HWY_NOINLINE void copy_lanes(const Image<Pixel>& image, const Places& places, int half, int count,
+                             const PixelRows<Pixel>& out) {
   const int rows = 2 * half + 1;
   for (int lane = 0; lane < count; ++lane) {
-    const Pixel* const line = image + places.line[lane] * steps.line;
+    const PixelRows<const Pixel> line = image.line(places.line[lane]);
     const int first = places.across[lane] - half;
-    if (first >= 0 && first + rows <= length) {
-      copy_lane(line + first * steps.across, steps.across, rows, out_step, out + lane);
+    const PixelRows<Pixel> to{out.first + lane, out.step};
+    if (first >= 0 && first + rows <= image.length) {
+      copy_lane(line.from(first), rows, to);
     } else {
-      copy_lane_at_border(line, steps.across, first, length, rows, out_step, out + lane);
+      copy_lane_at_border(line, image.length, first, rows, to);
     }
   }
 }
@@ -127,9 +160,8 @@ HWY_NOINLINE void copy_lanes(const Pixel* image, const ProfileImages::Steps& ste
 #if HWY_TARGET == HWY_SCALAR
 
 template <typename Pixel>
-bool turn_lanes(const Pixel* /*image*/, const ProfileImages::Steps& /*steps*/,
-                const Places& /*places*/, int /*half*/, std::ptrdiff_t /*out_step*/,
-                Pixel* /*out*/) {
+bool turn_lanes(const Image<Pixel>& /*image*/, const Places& /*places*/, int /*half*/,
+                const PixelRows<Pixel>& /*out*/) {
   return false;  // A single lane needs no turning.
 }
 
@@ -139,18 +171,17 @@ bool turn_lanes(const Pixel* /*image*/, const ProfileImages::Steps& /*steps*/,
 // interleave the first half of it all with the second, once for every doubling of the lanes, turns
 // rows and lanes. Returns false where there is no such block.
 template <typename Pixel>
-HWY_NOINLINE bool turn_lanes(const Pixel* image, const ProfileImages::Steps& steps,
-                             const Places& places, int half, std::ptrdiff_t out_step, Pixel* out) {
+HWY_NOINLINE bool turn_lanes(const Image<Pixel>& image, const Places& places, int half,
+                             const PixelRows<Pixel>& out) {
   const hn::Full128<Pixel> d;
   constexpr int kAtOnce = static_cast<int>(16 / sizeof(Pixel));
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(Tag()));
   const int last = 2 * half + 1 - kAtOnce;
-  if (steps.across != 1 || last < 0) return false;
+  if (image.steps.across != 1 || last < 0) return false;
   for (int k = 0;; k = std::min(k + kAtOnce, last)) {
     hn::Vec<decltype(d)> v[kLanes];
     for (int lane = 0; lane < kLanes; ++lane) {
-      v[lane] =
-          hn::LoadU(d, image + places.line[lane] * steps.line + places.across[lane] - half + k);
+      v[lane] = hn::LoadU(d, image.line(places.line[lane]).first + places.across[lane] - half + k);
     }
     for (int turned = 1; turned < kLanes; turned *= 2) {
       hn::Vec<decltype(d)> next[kLanes];
@@ -163,7 +194,7 @@ HWY_NOINLINE bool turn_lanes(const Pixel* image, const ProfileImages::Steps& ste
     HWY_ALIGN Pixel block[kAtOnce * kLanes];
     for (int i = 0; i < kLanes; ++i) hn::Store(v[i], d, block + i * kAtOnce);
     for (int row = 0; row < kAtOnce; ++row) {
-      std::copy_n(block + row * kLanes, kLanes, out + (k + row) * out_step);
+      std::copy_n(block + row * kLanes, kLanes, out.row(k + row));
     }
     if (k == last) return true;
   }
@@ -173,38 +204,48 @@ HWY_NOINLINE bool turn_lanes(const Pixel* image, const ProfileImages::Steps& ste
 
 // ---- Neighbouring lines, a vector of pixels at a time.
 
-// Takes rows from `distance` elements on for those lanes.
+// Takes rows from `distance` rows on for those lanes.
 template <class D, typename Pixel>
-HWY_INLINE void pick_rows(D d, hn::Mask<D> from_farther, const Pixel* in, std::ptrdiff_t step,
-                          std::ptrdiff_t distance, int rows, Pixel* out, std::ptrdiff_t out_step) {
-  for (int k = 0; k < rows; ++k, in += step, out += out_step) {
-    hn::StoreU(hn::IfThenElse(from_farther, hn::LoadU(d, in + distance), hn::LoadU(d, in)), d, out);
+HWY_INLINE void pick_rows(D d, hn::Mask<D> from_farther, PixelRows<const Pixel> in, int distance,
+                          int rows, PixelRows<Pixel> out) {
+  const std::ptrdiff_t farther = distance * in.step;
+  for (int k = 0; k < rows; ++k, in.first += in.step, out.first += out.step) {
+    const auto near = hn::LoadU(d, in.first);
+    hn::StoreU(hn::IfThenElse(from_farther, hn::LoadU(d, in.first + farther), near), d, out.first);
   }
 }
 
-// Shifts each lane by as many cells as its level, bit by bit, the highest one first: rows that end
-// up outside were read where they are of no lane.
+// How far lanes are shifted: by as many cells of rows as the lane's level, below `count`.
+struct Levels {
+  int count;
+  int cell;
+};
+
+// Shifts each lane, bit by bit, the highest one first: rows that end up outside were read where
+// they are of no lane.
 template <class D, typename Pixel>
-HWY_INLINE void align_lanes(D d, hn::Vec<D> level, int levels, int cell, const Pixel* in,
-                            std::ptrdiff_t step, int rows, Pixel* out, std::ptrdiff_t out_step) {
+HWY_INLINE void align_lanes(D d, hn::Vec<D> level, const Levels& levels,
+                            const PixelRows<const Pixel>& in, int rows,
+                            const PixelRows<Pixel>& out) {
   const auto higher_by = [&](int bit) HWY_ATTR {
     const auto b = hn::Set(d, static_cast<Pixel>(bit));
     return hn::Eq(hn::And(level, b), b);
   };
+  const int cell = levels.cell;
   int bit = 1;
-  while (2 * bit < levels) bit *= 2;
-  const int all = rows + (levels - 1) * cell;
+  while (2 * bit < levels.count) bit *= 2;
+  const int all = rows + (levels.count - 1) * cell;
   const int both = std::min(rows + (bit - 1) * cell, all - bit * cell);
   const int rest = rows + (bit - 1) * cell - both;
-  if (levels == 1) {
-    pick_rows(d, higher_by(1), in, step, 0, rows, out, out_step);
+  if (levels.count == 1) {
+    pick_rows(d, higher_by(1), in, 0, rows, out);
     return;
   }
-  pick_rows(d, higher_by(bit), in, step, bit * cell * step, both, out, out_step);
-  pick_rows(d, higher_by(bit), in + both * step, step, 0, rest, out + both * out_step, out_step);
+  pick_rows(d, higher_by(bit), in, bit * cell, both, out);
+  pick_rows(d, higher_by(bit), in.from(both), 0, rest, out.from(both));
+  const PixelRows<const Pixel> shifted{out.first, out.step};
   for (bit /= 2; bit > 0; bit /= 2) {
-    pick_rows(d, higher_by(bit), out, out_step, bit * cell * out_step, rows + (bit - 1) * cell, out,
-              out_step);
+    pick_rows(d, higher_by(bit), shifted, bit * cell, rows + (bit - 1) * cell, out);
   }
 }
 
@@ -262,16 +303,16 @@ struct BatchPixels {
 
 // Copies what is around the centres of neighbouring lines; a vector is of `d`.
 template <class D, typename Pixel = hn::TFromD<D>>
-HWY_INLINE void copy_neighbours(D d, const Pixel* image, const ProfileImages::Steps& steps,
-                                const ProfilePlan& plan, const Places& places,
-                                const Centres& centres, int count, Pixel* out) {
+HWY_INLINE void copy_neighbours(D d, const Image<Pixel>& image, const ProfilePlan& plan,
+                                const Part& part, Pixel* out) {
   const hn::Rebind<std::uint8_t, D> bytes;
-  const Pixel* in = image + places.line[0] + (centres.lowest - plan.window) * steps.across;
-  for (int lane = 0; lane < count; lane += static_cast<int>(hn::Lanes(d))) {
-    const auto level = hn::LoadU(bytes, centres.level + lane);
+  const Levels levels{part.centres.levels, 2 * plan.aligned + 1};
+  const auto in = image.line(part.places.line[0]).from(part.centres.lowest - plan.window);
+  for (int lane = 0; lane < part.batches * lanes(); lane += static_cast<int>(hn::Lanes(d))) {
+    const auto level = hn::LoadU(bytes, part.centres.level + lane);
     const auto align = [&](auto wide) HWY_ATTR {
-      align_lanes(d, wide, centres.levels, 2 * plan.aligned + 1, in + lane, steps.across,
-                  2 * plan.window + 1, out + lane, lanes_together());
+      align_lanes<D, Pixel>(d, wide, levels, {in.first + lane, in.step}, 2 * plan.window + 1,
+                            {out + lane, lanes_together()});
     };
     if constexpr (sizeof(Pixel) == 1) {
       align(level);
@@ -281,53 +322,48 @@ HWY_INLINE void copy_neighbours(D d, const Pixel* image, const ProfileImages::St
   }
 }
 
-// The same of any lines: `batches` of the group, from `first` on.
+// The same of any lines.
 template <typename Pixel>
-void copy_pixels(const void* image, const ProfileImages::Steps& steps, int length,
-                 const ProfilePlan& plan, const Places& places, const Centres& centres, int first,
-                 int batches, std::uint8_t* bytes) {
-  const auto* const pixels = static_cast<const Pixel*>(image);
-  Pixel* const out = reinterpret_cast<Pixel*>(bytes) + first * lanes();
-  const int count = batches * lanes();
-  if (centres.levels == 0) {
-    const bool is_turned = batches == 1 && centres.are_inside &&
-                           turn_lanes(pixels, steps, places, plan.window, lanes_together(), out);
-    if (!is_turned) {
-      copy_lanes(pixels, steps, length, places, plan.window, count, lanes_together(), out);
-    }
-  } else if (batches == kTogether) {
-    copy_neighbours(hn::ScalableTag<Pixel>(), pixels, steps, plan, places, centres, count, out);
+void copy_pixels(const Image<Pixel>& image, const ProfilePlan& plan, const Part& part,
+                 std::uint8_t* bytes) {
+  Pixel* const out = reinterpret_cast<Pixel*>(bytes) + part.first * lanes();
+  if (part.centres.levels == 0) {
+    const PixelRows<Pixel> rows{out, lanes_together()};
+    const bool is_turned = part.batches == 1 && part.centres.are_inside &&
+                           turn_lanes(image, part.places, plan.window, rows);
+    if (!is_turned) copy_lanes(image, part.places, plan.window, part.batches * lanes(), rows);
+  } else if (part.batches == kTogether) {
+    copy_neighbours(hn::ScalableTag<Pixel>(), image, plan, part, out);
   } else {
-    copy_neighbours(hn::Rebind<Pixel, Tag>(), pixels, steps, plan, places, centres, count, out);
+    copy_neighbours(hn::Rebind<Pixel, Tag>(), image, plan, part, out);
   }
 }
 
 template <typename Pixel>
-void copy_both_images(const ProfileImages& images, const ProfilePlan& plan, const Places& places,
-                      const Centres& centres, int first, int batches, GroupPixels& group) {
-  copy_pixels<Pixel>(images.lit, images.lit_steps, images.length, plan, places, centres, first,
-                     batches, group.lit);
+void copy_both_images(const ProfileImages& images, const ProfilePlan& plan, const Part& part,
+                      GroupPixels& group) {
+  copy_pixels(image_of<Pixel>(images.lit, images.lit_steps, images.length), plan, part, group.lit);
   const int rows = 2 * plan.window + 1;
-  const int count = batches * lanes();
-  const auto* const lit = reinterpret_cast<const Pixel*>(group.lit) + first * lanes();
-  auto* const highest = reinterpret_cast<Pixel*>(group.highest) + first * lanes();
-  if (batches == kTogether) {
+  const int count = part.batches * lanes();
+  const auto* const lit = reinterpret_cast<const Pixel*>(group.lit) + part.first * lanes();
+  auto* const highest = reinterpret_cast<Pixel*>(group.highest) + part.first * lanes();
+  if (part.batches == kTogether) {
     find_highest(hn::ScalableTag<Pixel>(), lit, lanes_together(), rows, count, highest);
   } else {
     find_highest(hn::Rebind<Pixel, Tag>(), lit, lanes_together(), rows, count, highest);
   }
   if (images.dark == nullptr) return;
-  copy_pixels<Pixel>(images.dark, images.dark_steps, images.length, plan, places, centres, first,
-                     batches, group.dark);
+  copy_pixels(image_of<Pixel>(images.dark, images.dark_steps, images.length), plan, part,
+              group.dark);
 }
 
-// Copies what is around the lanes' centres, of `batches` of the group from `first` on.
-void copy_around(const ProfileImages& images, const ProfilePlan& plan, const Places& places,
-                 const Centres& centres, int first, int batches, GroupPixels& group) {
+// Copies what is around the lanes' centres, of that part of the group.
+void copy_around(const ProfileImages& images, const ProfilePlan& plan, const Part& part,
+                 GroupPixels& group) {
   if (images.is_16_bit) {
-    copy_both_images<std::uint16_t>(images, plan, places, centres, first, batches, group);
+    copy_both_images<std::uint16_t>(images, plan, part, group);
   } else {
-    copy_both_images<std::uint8_t>(images, plan, places, centres, first, batches, group);
+    copy_both_images<std::uint8_t>(images, plan, part, group);
   }
 }
 

@@ -102,8 +102,8 @@ HWY_NOINLINE void load(const ProfileImages& images, const BatchPixels& pixels, c
   if (!are_inside || images.blind != nullptr) mark_unseen(images, places, half, w);
   w.has_extra = images.variance != nullptr;
   if (!w.has_extra) return;
-  copy_lanes(images.variance, images.variance_steps, images.length, places, half, lanes(), lanes(),
-             w.extra);
+  const auto variance = image_of<float>(images.variance, images.variance_steps, images.length);
+  copy_lanes(variance, places, half, lanes(), PixelRows<float>{w.extra, lanes()});
 }
 
 }  // namespace
