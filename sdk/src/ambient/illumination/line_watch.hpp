@@ -6,7 +6,7 @@
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
-#include "ambient/illumination/line_sign.hpp"
+#include "ambient/pixels/band_profiles.hpp"
 #include "ambient/pixels/held_exposure.hpp"
 
 namespace striper::detail {
@@ -14,15 +14,31 @@ namespace striper::detail {
 /// Watches whether the line of each laser shows where the cadence has it.
 class LineWatch {
  public:
-  explicit LineWatch(StripeAxis axis) noexcept : axis_(axis) {}
+  explicit LineWatch(StripeAxis axis) noexcept;
 
   /// Whether the cadence cannot be: the line is dark in `lit - dark`, or was plain and is gone, or
   /// shows in one dark exposure and not in the other.
   bool refutes(const LitFrame& lit, const Neighbours& darks);
 
  private:
+  // Of a bright line and of a dark one, as LineSearch has them.
+  struct Line {
+    double bright;
+    double dark;
+
+    bool is_dark() const;
+    bool is_bright() const;
+    bool is_plainly_bright() const;
+    bool is_nothing() const;
+  };
+
+  /// @param variance of the difference beyond noise; may be empty.
+  Line line_of(const cv::Mat& over, const cv::Mat& under, const cv::Mat& variance);
+
   StripeAxis axis_;
-  LineSign sign_;
+  LineSearch search_;
+  BandProfiles over_;
+  BandProfiles under_;
   std::vector<bool> was_plain_;  // Per laser: its line, in the last exposure that it lit.
 };
 

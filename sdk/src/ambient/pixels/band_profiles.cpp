@@ -18,7 +18,6 @@
 namespace striper::detail {
 namespace {
 
-constexpr int kMostBands = 96;
 constexpr int kBandWidth = 8;  // Lines averaged; a stripe rarely climbs more than a line over them.
 
 // Noise alone seldom makes more of a third difference.
@@ -69,25 +68,51 @@ void average_rows(const cv::Mat& image, int channels, int first, int width, floa
   }
 }
 
+// The bands of an image: groups of neighbouring lines, spread over it.
+struct Bands {
+  int lines;
+  int width;
+  int count;
+
+  Bands(const cv::Mat& image, StripeAxis axis, int most)
+      : lines(axis == StripeAxis::kColumns ? image.cols : image.rows),
+        width(std::min(kBandWidth, lines)),
+        count(std::min(most, lines / width)) {}
+
+  int first_line(int band) const {
+    return static_cast<int>(static_cast<std::int64_t>(lines - width) * band /
+                            std::max(1, count - 1));
+  }
+};
+
 template <typename Pixel>
-void average(const cv::Mat& image, StripeAxis axis, cv::Mat& profiles) {
+void average_bands(const cv::Mat& image, StripeAxis axis, const Bands& bands, cv::Mat& profiles) {
   const bool columns = axis == StripeAxis::kColumns;
   const int channels = image.channels();
-  const int lines = columns ? image.cols : image.rows;
-  const int length = columns ? image.rows : image.cols;
-  const int width = std::min(kBandWidth, lines);
-  const int bands = std::min(kMostBands, lines / width);
-  profiles.create(bands * channels, length, CV_32F);
+  const int width = bands.width;
+  profiles.create(bands.count * channels, columns ? image.rows : image.cols, CV_32F);
   for (int channel = 0; channel < channels; ++channel) {
-    for (int band = 0; band < bands; ++band) {
-      const int line = static_cast<int>(static_cast<std::int64_t>(lines - width) * band /
-                                        std::max(1, bands - 1));
-      auto* const profile = profiles.ptr<float>(channel * bands + band);
+    for (int band = 0; band < bands.count; ++band) {
+      const int line = bands.first_line(band);
+      auto* const profile = profiles.ptr<float>(channel * bands.count + band);
       if (columns) {
         average_columns_of<Pixel>(image, channels, line * channels + channel, width, profile);
       } else {
         average_rows<Pixel>(image, channels, line * channels + channel, width, profile);
       }
+    }
+  }
+}
+
+// Of each band its middle line.
+void sample_bands(const cv::Mat& values, StripeAxis axis, const Bands& bands, cv::Mat& samples) {
+  const bool columns = axis == StripeAxis::kColumns;
+  samples.create(bands.count, columns ? values.rows : values.cols, CV_32F);
+  for (int band = 0; band < bands.count; ++band) {
+    const int line = bands.first_line(band) + bands.width / 2;
+    auto* const out = samples.ptr<float>(band);
+    for (int k = 0; k < samples.cols; ++k) {
+      out[k] = columns ? values.ptr<float>(k)[line] : values.ptr<float>(line)[k];
     }
   }
 }
@@ -135,6 +160,15 @@ void filter(const cv::Mat& profiles, const std::array<float, kTaps>& taps, cv::M
   }
 }
 
+void smooth(BandProfiles& profiles) {
+  // A Gaussian of 1.3 samples, and the mean of five.
+  constexpr std::array<float, 7> kSmooth{0.0214F, 0.0940F, 0.2284F, 0.3124F,
+                                         0.2284F, 0.0940F, 0.0214F};
+  constexpr std::array<float, 5> kSide{0.2F, 0.2F, 0.2F, 0.2F, 0.2F};
+  filter(profiles.plain, kSmooth, profiles.smooth);
+  filter(profiles.plain, kSide, profiles.side);
+}
+
 }  // namespace
 
 // cv::Mat::setTo allocates.
@@ -144,24 +178,35 @@ void set_to_zero(cv::Mat& values) {
   }
 }
 
-void LineSearch::profile(const Frame& exposure, StripeAxis axis, BandProfiles& profiles) {
-  // A Gaussian of 1.3 samples, and the mean of five.
-  constexpr std::array<float, 7> kSmooth{0.0214F, 0.0940F, 0.2284F, 0.3124F,
-                                         0.2284F, 0.0940F, 0.0214F};
-  constexpr std::array<float, 5> kSide{0.2F, 0.2F, 0.2F, 0.2F, 0.2F};
-  if (exposure.image.depth() == CV_8U) {
-    average<std::uint8_t>(exposure.image, axis, profiles.plain);
+void LineSearch::average(const cv::Mat& image, StripeAxis axis, cv::Mat& profiles) const {
+  const Bands bands(image, axis, most_bands_);
+  if (image.depth() == CV_8U) {
+    average_bands<std::uint8_t>(image, axis, bands, profiles);
   } else {
-    average<std::uint16_t>(exposure.image, axis, profiles.plain);
+    average_bands<std::uint16_t>(image, axis, bands, profiles);
   }
+}
+
+void LineSearch::profile(const Frame& exposure, StripeAxis axis, BandProfiles& profiles) {
+  average(exposure.image, axis, profiles.plain);
   const bool is_field = axis == StripeAxis::kColumns && exposure.field != Field::kProgressive;
   if (is_field) shift_by_quarter(profiles.plain, exposure.field == Field::kBottom ? -1 : 1);
-  filter(profiles.plain, kSmooth, profiles.smooth);
-  filter(profiles.plain, kSide, profiles.side);
+  smooth(profiles);
   if (is_field) {
     find_interpolation_variance(profiles.plain, profiles.interpolation_variance);
   } else {
     profiles.interpolation_variance.release();
+  }
+}
+
+void LineSearch::profile(const cv::Mat& image, const cv::Mat& variance, StripeAxis axis,
+                         BandProfiles& profiles) {
+  average(image, axis, profiles.plain);
+  smooth(profiles);
+  if (variance.empty()) {
+    profiles.interpolation_variance.release();
+  } else {
+    sample_bands(variance, axis, Bands(image, axis, most_bands_), profiles.interpolation_variance);
   }
 }
 

@@ -38,7 +38,17 @@ struct ProfilePair {
 /// No allocation after the first profiles of a size. Not thread-safe.
 class LineSearch {
  public:
+  static constexpr int kMostBands = 96;
+
+  /// @param most_bands so many groups of lines stand for an image, at most kMostBands.
+  explicit LineSearch(int most_bands = kMostBands) noexcept : most_bands_(most_bands) {}
+
   void profile(const Frame& exposure, StripeAxis axis, BandProfiles& profiles);
+
+  /// Of all rows of an image, CV_8U or CV_16U. @param variance of each pixel, which `profiles` keep
+  /// as interpolation_variance; CV_32FC1, may be empty.
+  void profile(const cv::Mat& image, const cv::Mat& variance, StripeAxis axis,
+               BandProfiles& profiles);
 
   /// One sigma of a height of `a` over `b`, or of `b` over `a`: the line and edges are few and do
   /// not move a median.
@@ -56,11 +66,13 @@ class LineSearch {
   double white_variance_of_difference(const cv::Mat& a, const cv::Mat& b);
 
  private:
+  void average(const cv::Mat& image, StripeAxis axis, cv::Mat& profiles) const;
   void shift_by_quarter(cv::Mat& profiles, int direction);
   void find_interpolation_variance(const cv::Mat& profiles, cv::Mat& variances);
   void fold_heights(const ProfilePair& pair, int band, int length, int fold,
                     std::span<float> heights);
 
+  int most_bands_;
   LinePath path_;
   cv::Mat differences_;  // Scratch, as all that follows.
   std::vector<float> values_;
