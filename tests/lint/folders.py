@@ -48,7 +48,7 @@ def main():
     for part in PARTS:
         for folder in sorted([root / part, *(d for d in (root / part).rglob("*") if d.is_dir())]):
             found.extend(complaints(root, folder))
-    sys.exit("\n".join(found))
+    sys.exit("\n".join(found) or 0)
 
 
 if __name__ == "__main__":

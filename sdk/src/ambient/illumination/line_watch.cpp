@@ -10,6 +10,8 @@ namespace {
 
 // A band costs as much as reading its lines; a stripe that is gone is gone from all.
 constexpr int kBands = 40;
+// Sigmas a band. Noise finds itself paths of .2 to .8, a clear line has up to 5; what moves makes a
+// bright line and a dark one (the streams of ambient_stage_test.cpp).
 constexpr double kLine = 1.5;
 constexpr double kSurplus = 0.8;
 
