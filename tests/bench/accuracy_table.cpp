@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "accuracy_notes.hpp"
 #include "support/stripe_trials.hpp"
 
 namespace striper {
@@ -283,6 +284,7 @@ void all_tables(int trials) {
         base, {100.0});
   base.albedo = 1.0;
   locking_table(trials);
+  fmt::print("{}", kAccuracyNotes);
 }
 
 }  // namespace
