@@ -16,7 +16,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/wire/mcap_mend.hpp>
+#include <striper/wire/mcap_copy.hpp>
 #include <striper/wire/point_file.hpp>
 
 #include "support/filled_message.hpp"
@@ -119,7 +119,7 @@ void write_mended(const std::filesystem::path& directory, const std::vector<std:
   const auto cut = directory / "cut.mcap";
   std::filesystem::copy_file(whole, cut, std::filesystem::copy_options::overwrite_existing);
   std::filesystem::resize_file(cut, std::filesystem::file_size(whole) / 2);
-  const McapMended mended = mend_mcap(cut, directory / "mended.mcap");
+  const McapCopied mended = copy_mcap(cut, directory / "mended.mcap");
   std::filesystem::remove(cut);
   save(directory / "mended.jsonl", lines, mended.messages);
 }

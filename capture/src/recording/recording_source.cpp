@@ -163,15 +163,15 @@ void RecordingSource::State::count(const Frame& frame) {
 
 void RecordingSource::State::say_end() {
   const wire::McapReader& reader = frames->reader();
-  if (reader.damaged_records() > 0) {
-    events.send(
-        {"recording_cut", fmt::format("'{}' is damaged; what could not be read is left out: {}",
-                                      path, reader.first_damage())});
-  } else if (reader.end() == wire::McapEnd::kCut) {
-    events.send({"recording_cut", fmt::format("'{}' was cut off and is read to its last whole "
-                                              "chunk, byte {}",
-                                              path, reader.whole_bytes())});
-  }
+  const auto& damages = reader.damages();
+  if (damages.empty()) return;
+  const bool is_only_cut = reader.end() == wire::McapEnd::kCut && damages.size() == 1;
+  const std::string text =
+      is_only_cut ? fmt::format("'{}' was cut off and is read to its last whole chunk, byte {}",
+                                path, reader.whole_bytes())
+                  : fmt::format("'{}' is damaged; what could not be read is left out: {}", path,
+                                damages.front().reason);
+  events.send({"recording_cut", text});
 }
 
 RecordingSource::RecordingSource(SourceUri uri, const EventPort& events)

@@ -56,7 +56,7 @@ struct McapReader::Impl {
   void add_channel(ChannelRecord given, const RecordPlace& where);
   void require_known(const McapMessage& message, const RecordPlace& where) const;
   void finish(McapEnd how);
-  void note_damage(const std::string& what);
+  void note_damage(const RecordHead& head, const std::string& reason);
 
   RecordPlace place(const RecordHead& head) const {
     return {file.path(), to_string(head.opcode), head.offset};
@@ -83,8 +83,9 @@ struct McapReader::Impl {
   ByteSpan chunk;  ///< What is left of the open chunk: in `record` or `unpacked`.
   RecordHead chunk_head;
   McapEnd end = McapEnd::kUnread;
-  std::uint64_t damaged_records = 0;
-  std::string first_damage;
+  RecordHead current;               ///< What is being read.
+  bool is_summary_damaged = false;  ///< Then the file does not say how it ends.
+  std::vector<McapDamage> damages;
 };
 
 McapReader::Impl::Impl(const std::filesystem::path& path, const McapReaderOptions& wanted)
@@ -93,8 +94,8 @@ McapReader::Impl::Impl(const std::filesystem::path& path, const McapReaderOption
   find_extras();
 }
 
-void McapReader::Impl::note_damage(const std::string& what) {
-  if (damaged_records++ == 0) first_damage = what;
+void McapReader::Impl::note_damage(const RecordHead& head, const std::string& reason) {
+  damages.push_back({head.offset, std::min(head.end(), file.size()) - head.offset, reason});
 }
 
 /// The record's opcode and length; nothing where the file ends within the record.
@@ -160,7 +161,8 @@ void McapReader::Impl::find_extras() {
     if (!has_end || !read_summary(file.size() - kEndBytes)) walk_records();
   } catch (const Error& error) {
     if (!options.skip_damaged || error.kind() != ErrorKind::kBadFile) throw;
-    note_damage(error.what());
+    is_summary_damaged = true;  // Nothing is lost that the records do not say too.
+    damages.push_back({summary_at, 0, error.what()});
     // Nothing of a damaged summary is believed; has_end neither, so that the walk ends where
     // records do.
     schemas.clear();
@@ -293,7 +295,13 @@ void McapReader::Impl::require_known(const McapMessage& message, const RecordPla
 }
 
 void McapReader::Impl::finish(McapEnd how) {
-  if (end == McapEnd::kUnread) end = how;
+  if (end != McapEnd::kUnread) return;
+  end = how;
+  if (how != McapEnd::kCut || !options.skip_damaged || is_summary_damaged) return;
+  damages.push_back({at, file.size() - at,
+                     fmt::format("{}: ends at byte {} without its end: its writer died, or it was "
+                                 "copied in part",
+                                 file.path(), file.size())});
 }
 
 bool McapReader::Impl::next(McapMessage& message) {
@@ -307,7 +315,7 @@ bool McapReader::Impl::next(McapMessage& message) {
       // What a chunk had in front of its damage was delivered; the rest of it is left out.
       chunk = {};
       if (!options.skip_damaged || error.kind() != ErrorKind::kBadFile) throw;
-      note_damage(error.what());
+      note_damage(current, error.what());
     }
   }
   return false;
@@ -331,17 +339,19 @@ bool McapReader::Impl::take_from_chunk(McapMessage& message) {
 
 /// The next record of the file; false at its end.
 bool McapReader::Impl::read_record(McapMessage& message, bool& has_message) {
+  current = {{}, at, file.size() - at};
   std::optional<RecordHead> head;
   try {
     head = record_at(at);
   } catch (const Error&) {
-    finish(McapEnd::kCut);  // There is no way on from here.
+    if (end == McapEnd::kUnread) end = McapEnd::kCut;  // There is no way on from here.
     throw;
   }
   if (!head) {
     finish(McapEnd::kCut);
     return false;
   }
+  current = *head;
   at = head->end();
   take_record(*head, message, has_message);
   return true;
@@ -394,7 +404,7 @@ void McapReader::Impl::check_data_end(const RecordHead& head, ByteSpan content) 
   }
   ByteReader reader(content, place(head));
   const auto written = reader.take<std::uint32_t>();
-  if (written != 0 && written != crc && damaged_records == 0) {
+  if (written != 0 && written != crc && damages.empty()) {
     refuse(place(head), fmt::format("its checksum of the data is {:08x}, that of the data {:08x}",
                                     written, crc));
   }
@@ -455,7 +465,6 @@ McapAttachment McapReader::read_attachment(std::size_t index) {
 bool McapReader::next(McapMessage& message) { return impl_->next(message); }
 McapEnd McapReader::end() const noexcept { return impl_->end; }
 std::uint64_t McapReader::whole_bytes() const noexcept { return impl_->at; }
-std::uint64_t McapReader::damaged_records() const noexcept { return impl_->damaged_records; }
-const std::string& McapReader::first_damage() const noexcept { return impl_->first_damage; }
+const std::vector<McapDamage>& McapReader::damages() const noexcept { return impl_->damages; }
 
 }  // namespace striper::wire

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <striper/wire/mcap_mend.hpp>
+#include <striper/wire/mcap_copy.hpp>
 
 #include "support/error_of.hpp"
 #include "support/mcap_files.hpp"
@@ -174,11 +174,12 @@ TEST(MendMcap, GivesAWholeFileOfACutOne) {
   const auto written = write_mcap(scratch / "a.mcap", 60, 120, kSmall);
   const std::string bytes = read_bytes(scratch / "a.mcap");
   write_bytes(scratch / "cut.mcap", bytes.substr(0, bytes.size() / 2));
-  const McapMended mended = mend_mcap(scratch / "cut.mcap", scratch / "b.mcap");
+  const McapCopied mended = copy_mcap(scratch / "cut.mcap", scratch / "b.mcap");
   EXPECT_TRUE(mended.was_cut);
   EXPECT_EQ(mended.attachments, 1U);
   EXPECT_EQ(mended.metadata, 1U);
-  EXPECT_EQ(mended.damaged_records, 0U);
+  ASSERT_EQ(mended.damages.size(), 1U);
+  EXPECT_LE(mended.damages[0].offset + mended.damages[0].bytes, bytes.size() / 2);
   const auto read = read_mcap(scratch / "b.mcap");
   EXPECT_EQ(read.end, McapEnd::kWhole);
   EXPECT_GT(read.messages.size(), 10U);
@@ -197,9 +198,12 @@ TEST(MendMcap, LeavesOutADamagedChunkAlone) {
   }
   bytes[chunks[3] + 100] ^= 1;
   write_bytes(scratch / "b.mcap", bytes);
-  const McapMended mended = mend_mcap(scratch / "b.mcap", scratch / "c.mcap");
-  EXPECT_EQ(mended.damaged_records, 1U);
-  EXPECT_THAT(mended.first_damage, HasSubstr("b.mcap: the chunk at byte"));
+  const McapCopied mended = copy_mcap(scratch / "b.mcap", scratch / "c.mcap");
+  ASSERT_EQ(mended.damages.size(), 1U);
+  EXPECT_EQ(mended.damages[0].offset, chunks[3]);
+  EXPECT_GT(mended.damages[0].bytes, 100U);
+  EXPECT_LE(mended.damages[0].bytes, chunks[4] - chunks[3]);
+  EXPECT_THAT(mended.damages[0].reason, HasSubstr("b.mcap: the chunk at byte"));
   const auto read = read_mcap(scratch / "c.mcap");
   EXPECT_EQ(read.end, McapEnd::kWhole);
   EXPECT_GT(read.messages.size(), 40U);
@@ -212,10 +216,10 @@ TEST(MendMcap, LeavesOutADamagedChunkAlone) {
 TEST(MendMcap, AMendedFileStaysAsItIs) {
   const ScratchDirectory scratch;
   write_mcap(scratch / "a.mcap", 60, 120);
-  mend_mcap(scratch / "a.mcap", scratch / "b.mcap");
-  mend_mcap(scratch / "b.mcap", scratch / "c.mcap");
+  copy_mcap(scratch / "a.mcap", scratch / "b.mcap");
+  copy_mcap(scratch / "b.mcap", scratch / "c.mcap");
   EXPECT_EQ(read_bytes(scratch / "b.mcap"), read_bytes(scratch / "c.mcap"));
-  EXPECT_EQ(error_of([&] { mend_mcap(scratch / "a.mcap", scratch / "a.mcap"); }).kind(),
+  EXPECT_EQ(error_of([&] { copy_mcap(scratch / "a.mcap", scratch / "a.mcap"); }).kind(),
             ErrorKind::kUsage);
 }
 
@@ -227,7 +231,7 @@ TEST(MendMcap, ADamagedSummaryIsMadeAnew) {
   write_bytes(scratch / "b.mcap", bytes);
   EXPECT_THAT(error_of([&] { read_mcap(scratch / "b.mcap"); }).what(),
               HasSubstr("checksum of the summary"));
-  EXPECT_EQ(mend_mcap(scratch / "b.mcap", scratch / "c.mcap").messages, written.size());
+  EXPECT_EQ(copy_mcap(scratch / "b.mcap", scratch / "c.mcap").messages, written.size());
   EXPECT_EQ(read_mcap(scratch / "c.mcap").messages, written);
 }
 

@@ -9,7 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <striper/wire/mcap_mend.hpp>
+#include <striper/wire/mcap_copy.hpp>
 
 #include "support/mcap_files.hpp"
 #include "support/scratch_directory.hpp"
@@ -61,7 +61,7 @@ TEST(KilledMcapWriter, LeavesAllButItsLastSecond) {
     ++with_messages;
     EXPECT_LT(killed - read.messages.back().log_time_ns, 1'000'000'000U);
     if (trial % 20 != 0) continue;
-    EXPECT_EQ(mend_mcap(scratch / "a.mcap", scratch / "b.mcap").messages, read.messages.size());
+    EXPECT_EQ(copy_mcap(scratch / "a.mcap", scratch / "b.mcap").messages, read.messages.size());
     EXPECT_EQ(read_mcap(scratch / "b.mcap").messages, read.messages);
   }
   EXPECT_GT(with_messages, 20);

@@ -258,7 +258,7 @@ TEST(McapOfOthers, AMessageNeedsAChannelAndAChannelItsSchema) {
   int messages = 0;
   for (McapMessage message; reader.next(message);) ++messages;
   EXPECT_EQ(messages, 2);
-  EXPECT_EQ(reader.damaged_records(), 2U);
+  EXPECT_EQ(reader.damages().size(), 2U);
 }
 
 TEST(McapOfOthers, NumbersAreNotUsedTwice) {

@@ -23,9 +23,11 @@ std::unique_ptr<ScanSource> read_jsonl_scans(const std::filesystem::path& path,
 /// Reads scans back from an MCAP recording, the same bits, up to the last whole chunk where its
 /// writer was killed.
 /// @param model null: the one attached to the file for each head, if any. @param head empty: all.
+/// @param skip_damaged leaves out what is damaged (`inspect_recording` says what), instead of
+/// refusing it.
 /// @throws Error{kNotFound} where no scans are in it, and as wire::McapReader.
 std::unique_ptr<ScanSource> read_mcap_scans(const std::filesystem::path& path,
                                             std::shared_ptr<const StriperModel> model = nullptr,
-                                            std::string head = {});
+                                            std::string head = {}, bool skip_damaged = false);
 
 }  // namespace striper

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <string_view>
 
 #include <striper/stream/scan_sink.hpp>
 
@@ -18,6 +19,13 @@ class ScanSource {
 
   /// Whose scans they are. Of several heads in a file: the first's; each scan says its own.
   virtual HeadInfo info() const = 0;
+
+  /// The same of another head, one that a scan names.
+  virtual HeadInfo info_of(std::string_view head) {
+    HeadInfo info = this->info();
+    info.head = head;
+    return info;
+  }
 
   /// Waits at most `timeout` for the next scan and puts it into `scan`, whose memory is reused.
   /// Files never time out. @throws Error{kBadFile} naming file, line and what was expected.

@@ -28,6 +28,13 @@ enum class McapEnd {
   kCut,  ///< In the middle: its writer died, or it was copied in part.
 };
 
+/// Bytes of a file that could not be read, and why.
+struct McapDamage {
+  std::uint64_t offset = 0;
+  std::uint64_t bytes = 0;
+  std::string reason;
+};
+
 /// Reads MCAP files of anybody, in the order in which they were written: with and without chunks,
 /// indexes and summary; uncompressed, zstd and lz4; cut files up to the last whole chunk. All
 /// checksums are verified. Not thread-safe.
@@ -65,10 +72,9 @@ class McapReader {
   McapEnd end() const noexcept;
   /// Where the last whole record of the data that were read ends.
   std::uint64_t whole_bytes() const noexcept;
-  /// Records (most of all chunks) left out with `skip_damaged`, and the first of what was wrong
-  /// with them.
-  std::uint64_t damaged_records() const noexcept;
-  const std::string& first_damage() const noexcept;
+  /// What was left out so far with `skip_damaged`, most of all chunks. Where the file was cut, and
+  /// all is read: what is behind the last whole record, perhaps of 0 bytes.
+  const std::vector<McapDamage>& damages() const noexcept;
 
  private:
   struct Impl;

@@ -25,8 +25,11 @@ std::string head_of_topic(std::string_view topic) {
 class McapScans : public ScanSource {
  public:
   McapScans(const std::filesystem::path& path, std::shared_ptr<const StriperModel> model,
-            std::string head)
-      : path_(path.string()), reader_(path), head_(std::move(head)), model_(std::move(model)) {
+            std::string head, bool skip_damaged)
+      : path_(path.string()),
+        reader_(path, {.skip_damaged = skip_damaged}),
+        head_(std::move(head)),
+        model_(std::move(model)) {
     has_pending_ = read(pending_);
     if (!has_pending_) {
       throw Error(
@@ -35,16 +38,24 @@ class McapScans : public ScanSource {
                       "is the source of its frames)",
                       path_, head_.empty() ? "" : " of head " + head_, path_));
     }
-    SourceInfo source;
-    source.uri = path_;
-    source.description = "scans in " + path_;
-    source.has_clock = pending_.time.utc_offset_ns.has_value();
-    info_ =
-        head_info(pending_.head(), source, model_of(std::string(pending_.head())), pending_.axis);
-    if (!info_.model) info_.frames = {pending_.frame};
+    source_.uri = path_;
+    source_.description = "scans in " + path_;
+    source_.has_clock = pending_.time.utc_offset_ns.has_value();
+    axis_ = pending_.axis;
+    info_ = info_of(pending_.head());
   }
 
   HeadInfo info() const override { return info_; }
+
+  HeadInfo info_of(std::string_view head) override {
+    HeadInfo info = head_info(head, source_, model_of(std::string(head)), axis_);
+    if (info.model) return info;
+    info.frames.clear();
+    for (const auto& frame : frames_) {
+      if (frame->head == head) info.frames.push_back(frame);
+    }
+    return info;
+  }
 
   NextStatus next(PolarScan& scan, std::chrono::milliseconds /*timeout*/) override {
     if (std::exchange(has_pending_, false)) {
@@ -103,6 +114,8 @@ class McapScans : public ScanSource {
   wire::PolarScan message_;
   PolarScan pending_;
   bool has_pending_ = false;
+  SourceInfo source_;
+  StripeAxis axis_ = StripeAxis::kColumns;
   HeadInfo info_;
 };
 
@@ -110,8 +123,8 @@ class McapScans : public ScanSource {
 
 std::unique_ptr<ScanSource> read_mcap_scans(const std::filesystem::path& path,
                                             std::shared_ptr<const StriperModel> model,
-                                            std::string head) {
-  return std::make_unique<McapScans>(path, std::move(model), std::move(head));
+                                            std::string head, bool skip_damaged) {
+  return std::make_unique<McapScans>(path, std::move(model), std::move(head), skip_damaged);
 }
 
 }  // namespace striper
