@@ -22,7 +22,7 @@ usage: ./test.sh [--deps | --full | --only STAGE]
                    slow    large Monte Carlo and soak tests of the release build
                    foreign other people's programs read the files that we write; they come from npm, and the
                            stage says so where that is not reached
-                   fuzz    libFuzzer on the readers of models, scenes, pictures, addresses, messages and MCAP files, 20 s each; not part of --full
+                   fuzz    libFuzzer on the readers of models, scenes, pictures, addresses, tables, messages and MCAP files, 20 s each; not part of --full
   --deps         only install the Debian packages that all of this needs
 
 Set STRIPER_BUILD to build somewhere else than in ./build.

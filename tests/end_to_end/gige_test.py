@@ -182,6 +182,33 @@ class CaptureEqualsSimulator(Gige):
                 self.check(scene, f"pixel_format=Mono{bits}")
 
 
+class Recording(Gige):
+    """`striper record gige:...`: the frames that were kept give the scans that were made while they came."""
+
+    def check(self, scene, query="", frames=12):
+        truth = self.path(f"truth{len(os.listdir(self.scratch))}")
+        striper("simulate", scene, "-o", truth, "--frames", "1")
+        model = os.path.join(truth, "model.yaml")
+        run_file = os.path.join(truth, "run.mcap")
+        with VirtualCamera(scene) as camera:
+            striper("record", camera.uri(query), "-o", run_file, "--model", model, "--frames", frames)
+        live = os.path.join(truth, "live.csv")
+        striper("convert", run_file, "-o", live, "--missing")
+        again = striper("capture", "mcap:" + run_file, "--model", model, "--missing").stdout
+        with open(live, encoding="utf-8") as file:
+            self.assertEqual(again, file.read())
+        self.assertGreater(again.count(",ok"), 500)
+
+    def test_bit_depths(self):
+        for bits in (8, 12, 16):
+            with self.subTest(bits=bits):
+                self.check(self.write(f"small{bits}.yaml", small_scene(bits=bits)), f"pixel_format=Mono{bits}")
+
+    def test_laser_that_the_camera_switches(self):
+        scene = self.write("small.yaml", small_scene(cadence="0,dark"))
+        self.check(scene, "strobe=Line2&laser=0,dark")
+
+
 class Devices(Gige):
     def listed(self, camera):
         cameras = json.loads(striper("devices", "--json").stdout)["cameras"]

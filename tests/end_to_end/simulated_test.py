@@ -8,7 +8,9 @@ Run by ctest; by hand: STRIPER=.../striper STRIPER_EXAMPLE=.../01_stream_scans p
 import collections
 import csv
 import json
+import math
 import os
+import random
 import signal
 import subprocess
 import tempfile
@@ -72,6 +74,44 @@ class Replay(Simulated):
             self.assertIn("-0.5]", laser)
             file.write(text.replace(laser, laser + "\n" + laser.replace("-0.5]", "-0.7]")))
         self.check("two", "&laser=0,1,dark", "--missing", scene=scene)
+
+    def colour_pictures(self, folder, count=4):
+        """Red stripes on uneven grounds, each another one."""
+        random.seed(7)
+        for picture in range(count):
+            pixels = bytearray()
+            for v in range(96):
+                for u in range(128):
+                    ground = 30 + (u * 7 + v * 3 + picture) % 11 + random.randrange(3)
+                    stripe = round(180 * math.exp(-0.5 * ((v - 48 - picture - 4 * math.sin(u / 20)) / 1.2) ** 2))
+                    pixels += bytes((min(255, ground + stripe), ground, ground + 5))
+            os.makedirs(self.path(folder), exist_ok=True)
+            with open(self.path(f"{folder}/{picture:03}.ppm"), "wb") as file:
+                file.write(b"P6 128 96 255\n" + bytes(pixels))
+        return "images:" + self.path(folder)
+
+    def check_pictures(self, source, name, code=0):
+        live = striper("capture", source, "--missing", code=code)
+        striper("record", source, "-o", self.path(name + ".mcap"), code=code)
+        again = striper("capture", "mcap:" + self.path(name + ".mcap"), "--missing", code=code)
+        self.assertEqual(again.stdout, live.stdout)
+        self.assertGreater(live.stdout.count(",ok"), 200)
+        return live, again
+
+    def test_colour(self):
+        self.check_pictures(self.colour_pictures("colour"), "colour")
+
+    def test_corrupt_pictures(self):
+        source = self.colour_pictures("corrupt", 6)
+        for picture in (1, 4):
+            path = self.path(f"corrupt/{picture:03}.ppm")
+            with open(path, "rb") as file:
+                content = file.read()
+            with open(path, "wb") as file:
+                file.write(content[:len(content) // 2])
+        live, again = self.check_pictures(source, "corrupt", code=1)
+        for run in (live, again):
+            self.assertIn("2 corrupt", run.stderr)
 
     def test_scans_in_the_file_are_those_of_a_capture(self):
         source = f"sim:{WALL}?frames=5"

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Proves the program from outside on the virtual driver: what the simulator writes, sent as television
 # and captured live, gives the scans that the same pictures give from files, to 1e-9 m; `devices` finds
-# the camera and sees the laser in its field; errors end with their exit codes.
+# the camera and sees the laser in its field; a recording gives the scans that were made live; errors
+# end with their exit codes.
 set -euo pipefail
 striper=$1 transmit=$2 source_dir=$3
 . "$source_dir/tests/v4l2_vm/air.sh"
@@ -50,6 +51,12 @@ same_scans ntsc grey_interlaced ntsc 'format=GREY'
 camera='v4l2:/dev/video0?input=0&standard=ntsc&format=GREY'
 "$striper" capture "$camera" --model "$work/ntsc/model.yaml" --frames 20 -o "$work/auto.csv"
 [ "$(wc -l <"$work/auto.csv")" -gt 5000 ] || fail "without laser= the lit field is not found"
+
+"$striper" record "$camera&laser=0,dark" --model "$work/ntsc/model.yaml" --frames 20 -o "$work/run.mcap"
+"$striper" convert "$work/run.mcap" -o "$work/live.csv" --missing
+"$striper" capture "mcap:$work/run.mcap" --model "$work/ntsc/model.yaml" --missing -o "$work/replayed.csv"
+cmp "$work/live.csv" "$work/replayed.csv" || fail "recorded frames give other scans than were made live"
+[ "$(grep -c ',ok$' "$work/live.csv")" -gt 5000 ] || fail "the recording has too few returns"
 
 "$striper" devices | tee "$work/devices.txt"
 grep -q '^v4l2:/dev/video0$' "$work/devices.txt" || fail "devices does not list the camera"

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <striper/capture/open_source.hpp>
+#include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/scans/open_scans.hpp>
 #include <striper/stream/scan_files.hpp>
@@ -68,6 +69,52 @@ std::optional<std::filesystem::path> file_of(std::string_view uri, std::string_v
   return std::nullopt;
 }
 
+std::unique_ptr<ScanSource> scan_frames(std::string_view uri,
+                                        const std::shared_ptr<const StriperModel>& model,
+                                        std::optional<ScannerOptions> options,
+                                        const EventPort& events) {
+  auto source = open_source(uri, events);
+  if (!options) options = ScannerOptions::for_model(*model);
+  options->events = events;
+  options->ambient.cadence = source->info().cadence;
+  return std::make_unique<ScannedSource>(std::move(source), model, *options);
+}
+
+// `action()`, or null where it finds nothing of the kind.
+template <typename Action>
+std::unique_ptr<ScanSource> if_there(const Action& action) {
+  try {
+    return action();
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kNotFound) throw;
+    return nullptr;
+  }
+}
+
+// A recording has scans, frames or both. A model that is given scans the frames anew; without one
+// the scans stand, and frames alone are scanned with the model that is attached to them.
+std::unique_ptr<ScanSource> open_recording(std::string_view address,
+                                           const std::shared_ptr<const StriperModel>& model,
+                                           const std::optional<ScannerOptions>& options,
+                                           const EventPort& events) {
+  SourceUri uri = SourceUri::parse(address);
+  const std::string path = uri.path();
+  const std::string head = uri.take("head").value_or("");
+  if (model) {
+    auto frames = if_there([&] { return scan_frames(address, model, options, events); });
+    return frames ? std::move(frames) : read_mcap_scans(path, model, head);
+  }
+  auto scans = if_there([&] { return read_mcap_scans(path, nullptr, head); });
+  if (scans) return scans;
+  const auto attached = attached_model(path, head);
+  return attached ? scan_frames(address, attached, options, events)
+                  : read_mcap_scans(path, nullptr, head);  // Says what is missing.
+}
+
+bool is_recording(std::string_view uri) {
+  return uri.starts_with("mcap:") || file_of(uri, "mcap").has_value();
+}
+
 }  // namespace
 
 std::unique_ptr<ScanSource> open_scans(std::string_view uri,
@@ -76,18 +123,12 @@ std::unique_ptr<ScanSource> open_scans(std::string_view uri,
                                        const EventPort& events) {
   if (const auto path = file_of(uri, "csv")) return read_csv_scans(*path, model);
   if (const auto path = file_of(uri, "jsonl")) return read_jsonl_scans(*path, model);
-  if (const auto path = file_of(uri, "mcap")) {
-    if (!model) return read_mcap_scans(*path);
-  }
+  if (is_recording(uri)) return open_recording(uri, model, options, events);
   if (!model) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("'{}' gives frames: a model makes scans of them", uri));
   }
-  auto source = open_source(uri, events);
-  if (!options) options = ScannerOptions::for_model(*model);
-  options->events = events;
-  options->ambient.cadence = source->info().cadence;
-  return std::make_unique<ScannedSource>(std::move(source), model, *options);
+  return scan_frames(uri, model, std::move(options), events);
 }
 
 }  // namespace striper

@@ -8,6 +8,7 @@
 #include <striper/scans/open_scans.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
+#include <striper/stream/mcap_recording.hpp>
 #include <striper/stream/open_sink.hpp>
 
 #include "support/error_of.hpp"
@@ -74,6 +75,43 @@ TEST(OpenScans, SourceWithAModelAndItsRecordingsAreTheSameScans) {
     EXPECT_TRUE(with_model->info().frames.at(0)->T_head_scan.isApprox(
         source->info().frames.at(0)->T_head_scan));
   }
+}
+
+// A recording of the frames; with a model attached, or without.
+void record_frames(const std::filesystem::path& path,
+                   const std::shared_ptr<const StriperModel>& attached) {
+  const auto source = open_source(source_uri());
+  McapRecording recording(path);
+  recording.open(head_info("left", source->info(), attached, StripeAxis::kColumns));
+  source->start();
+  for (Frame frame; source->next(frame, 1s) == NextStatus::kFrame;) {
+    frame.head = "left";
+    recording.write(frame);
+  }
+  recording.close();
+}
+
+TEST(OpenScans, FramesOfARecordingAreScannedWithTheAttachedModel) {
+  const testing::ScratchDirectory scratch;
+  const std::string path = (scratch / "a.mcap").string();
+  record_frames(path, model());
+  const std::vector<double> expected = ranges_of_scanner();
+  for (const std::string& address : {path, "mcap:" + path, "mcap:" + path + "?head=left"}) {
+    EXPECT_EQ(ranges_of(*open_scans(address, nullptr)), expected) << address;
+    EXPECT_EQ(ranges_of(*open_scans(address, model())), expected) << address;
+  }
+  const Error error =
+      testing::error_of([&] { open_scans("mcap:" + path + "?head=right", nullptr); });
+  EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
+}
+
+TEST(OpenScans, FramesOfARecordingWithoutAnyModelAreRefused) {
+  const testing::ScratchDirectory scratch;
+  const std::string path = (scratch / "a.mcap").string();
+  record_frames(path, nullptr);
+  const Error error = testing::error_of([&] { open_scans(path, nullptr); });
+  EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
+  EXPECT_THAT(error.what(), ::testing::HasSubstr("frames need a model"));
 }
 
 TEST(OpenScans, FramesWithoutAModelAreRefused) {

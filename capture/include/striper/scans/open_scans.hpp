@@ -15,7 +15,10 @@ namespace striper {
 ///
 ///     FILE.csv, csv:FILE      a table of scans, also one made elsewhere
 ///     FILE.jsonl, jsonl:FILE  scans as lines of JSON
-///     FILE.mcap, mcap:FILE    the scans of a recording, in the frames of the models attached to it
+///     FILE.mcap, mcap:FILE?head=H
+///                             the scans of a recording, of all heads or of one, in the frames of
+///                             the models attached to it; where it holds frames alone they are
+///                             scanned with the attached model, and with `model` they are anyhow
 ///     SOURCE                  any source of frames (`open_source`), scanned on the way
 ///
 /// @param model what the ranges are computed with; may be null for files, whose scans then do not

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include <striper/stream/scan_source.hpp>
 
@@ -29,5 +30,11 @@ std::unique_ptr<ScanSource> read_jsonl_scans(const std::filesystem::path& path,
 std::unique_ptr<ScanSource> read_mcap_scans(const std::filesystem::path& path,
                                             std::shared_ptr<const StriperModel> model = nullptr,
                                             std::string head = {}, bool skip_damaged = false);
+
+/// The model that a recording has attached for a head; of several the last. Null where there is
+/// none. @param head empty: the one whose model was attached first. @throws as wire::McapReader,
+/// parse_model.
+std::shared_ptr<const StriperModel> attached_model(const std::filesystem::path& path,
+                                                   std::string_view head = {});
 
 }  // namespace striper

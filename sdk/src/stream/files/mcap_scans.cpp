@@ -21,6 +21,19 @@ std::string head_of_topic(std::string_view topic) {
   return std::string(topic);
 }
 
+// The one attached last: that of a head whose model was read anew.
+std::shared_ptr<const StriperModel> model_in(wire::McapReader& reader, const std::string& path,
+                                             std::string_view head) {
+  const auto& attachments = reader.attachments();
+  for (std::size_t i = attachments.size(); i-- > 0;) {
+    const std::string& name = attachments[i].name;
+    if (name != std::string(head) + std::string(kModelAttachment)) continue;
+    auto model = parse_model(reader.read_attachment(i).data, path + ": " + name);
+    return std::make_shared<const StriperModel>(std::move(model));
+  }
+  return nullptr;
+}
+
 // The scans of a recording, of one head or of all.
 class McapScans : public ScanSource {
  public:
@@ -90,19 +103,12 @@ class McapScans : public ScanSource {
     return frames_.emplace_back(std::move(made));
   }
 
-  // The one that was given, else the one attached last: that of a head whose model was read anew.
+  // The one that was given, else the one attached.
   std::shared_ptr<const StriperModel> model_of(const std::string& head) {
     if (model_) return model_;
-    const auto& attachments = reader_.attachments();
-    for (std::size_t i = attachments.size(); i-- > 0;) {
-      if (attachments[i].name != head + std::string(kModelAttachment)) continue;
-      if (const auto known = attached_.find(head); known != attached_.end()) return known->second;
-      const std::string name = path_ + ": " + attachments[i].name;
-      auto model = parse_model(reader_.read_attachment(i).data, name);
-      return attached_.emplace(head, std::make_shared<const StriperModel>(std::move(model)))
-          .first->second;
-    }
-    return nullptr;
+    const auto [known, is_new] = attached_.try_emplace(head);
+    if (is_new) known->second = model_in(reader_, path_, head);
+    return known->second;
   }
 
   std::string path_;
@@ -125,6 +131,18 @@ std::unique_ptr<ScanSource> read_mcap_scans(const std::filesystem::path& path,
                                             std::shared_ptr<const StriperModel> model,
                                             std::string head, bool skip_damaged) {
   return std::make_unique<McapScans>(path, std::move(model), std::move(head), skip_damaged);
+}
+
+std::shared_ptr<const StriperModel> attached_model(const std::filesystem::path& path,
+                                                   std::string_view head) {
+  wire::McapReader reader(path, {.skip_damaged = true});
+  std::string first;
+  for (const wire::McapAttachment& attachment : reader.attachments()) {
+    if (!attachment.name.ends_with(kModelAttachment)) continue;
+    first = attachment.name.substr(0, attachment.name.size() - kModelAttachment.size());
+    break;
+  }
+  return model_in(reader, path.string(), head.empty() ? std::string_view(first) : head);
 }
 
 }  // namespace striper
