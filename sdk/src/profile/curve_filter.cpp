@@ -8,38 +8,69 @@ namespace striper::detail {
 namespace {
 
 // The product of so many ratios, each below 1e9, cannot overflow.
-constexpr double kLargeProduct = 1e200;
+constexpr std::size_t kStepsPerLogarithm = 16;
+
+// The spectral density of strength 1 on the elements from `from` on.
+double unit_density(const InverseRanges& ranges, std::size_t from) noexcept {
+  const double spacing = std::abs(ranges.turn(from, from + 1));
+  return 1.0 / (ranges.weight[from + 1] * spacing * spacing * spacing);
+}
+
+// By how much the line wanders from element i - 1 to element i, for white noise of density 1: q by
+// s^3 / 3, its slope by s, both together by s^2 / 2.
+struct Wander {
+  double p00, p01, p11;
+};
+
+Wander wander_to(const InverseRanges& ranges, std::size_t i) noexcept {
+  const double turn = ranges.turn(i - 1, i);
+  const double s = std::abs(turn);
+  const double c = ranges.cosine[i];
+  const double n = ranges.sine[i];
+  const double of_q = s * s * s / 3.0;
+  const double of_both = 0.5 * s * turn;
+  return {of_q * c * c - 2.0 * of_both * c * n + s * n * n,
+          (of_q - s) * c * n + of_both * (c * c - n * n),
+          of_q * n * n + 2.0 * of_both * c * n + s * c * c};
+}
+
+// The line through the first two returns, and what white noise of density 1 between them adds to
+// its covariance: a third of the slope's.
+struct Beginning {
+  LineSums sums;
+  LineFit line;
+  Wander wander;
+};
+
+Beginning begin_at(const InverseRanges& ranges, std::size_t from) noexcept {
+  Beginning beginning;
+  ranges.add_to(beginning.sums, from);
+  ranges.add_to(beginning.sums, from + 1);
+  beginning.line = beginning.sums.solve();
+  const double c = ranges.cosine[from + 1];
+  const double n = ranges.sine[from + 1];
+  const double of_slope = std::abs(ranges.turn(from, from + 1)) / 3.0;
+  beginning.wander = {of_slope * n * n, -of_slope * c * n, of_slope * c * c};
+  return beginning;
+}
 
 }  // namespace
 
-double unit_density(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept {
-  const double spacing = std::abs(ranges.turn(from, from + 1));
-  return 1.0 / (ranges.weight[from + (to - from) / 2] * spacing * spacing * spacing);
-}
-
-double line_information(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept {
-  const std::size_t about = from + (to - from) / 2;
-  LineSums sums;
-  for (std::size_t i = from; i < to; ++i) ranges.add_rotated(sums, i, about);
-  return sums.determinant();
-}
-
 void CurveFilter::begin(const InverseRanges& ranges, std::size_t from) {
   ranges_ = &ranges;
-  from_ = from;
   next_ = from + 2;
-  density_ = unit_density(ranges, from, from + 2);
-  first_information_ = line_information(ranges, from, from + 2);
-  const double sine = std::abs(ranges.turn(from, from + 1));
-  const double cosine = std::sqrt(1.0 - sine * sine);
-  const double v0 = 1.0 / ranges.weight[from];
-  const double v1 = 1.0 / ranges.weight[from + 1];
+  steps_ = 0;
+  const double unit = unit_density(ranges, from);
+  const auto [sums, line, wander] = begin_at(ranges, from);
+  information_ = sums;
+  first_information_ = sums.determinant();
   for (std::size_t k = 0; k < kStrengths; ++k) {
-    q_[k] = ranges.q[from + 1];
-    slope_[k] = (ranges.q[from + 1] * cosine - ranges.q[from]) / sine;
-    qq_[k] = v1;
-    qs_[k] = v1 * cosine / sine;
-    ss_[k] = (v1 * cosine * cosine + v0) / (sine * sine) + density_ * kStrength[k] * sine / 3.0;
+    density_[k] = unit * kStrength[k];
+    p0_[k] = line.parameters[0];
+    p1_[k] = line.parameters[1];
+    p00_[k] = line.covariance(0, 0) + density_[k] * wander.p00;
+    p01_[k] = line.covariance(0, 1) + density_[k] * wander.p01;
+    p11_[k] = line.covariance(1, 1) + density_[k] * wander.p11;
     misfit_[k] = 0.0;
     product_[k] = 1.0;
     logarithm_[k] = 0.0;
@@ -48,130 +79,131 @@ void CurveFilter::begin(const InverseRanges& ranges, std::size_t from) {
 
 void CurveFilter::extend(std::size_t to) {
   for (; next_ < to; ++next_) {
-    const double sine = std::abs(ranges_->turn(next_ - 1, next_));
-    step(sine, std::sqrt(1.0 - sine * sine), ranges_->q[next_], ranges_->weight[next_]);
-    for (std::size_t k = 0; k < kStrengths; ++k) {
-      if (product_[k] < kLargeProduct) continue;
-      logarithm_[k] += std::log(product_[k]);
-      product_[k] = 1.0;
-    }
+    step(next_);
+    if (++steps_ == kStepsPerLogarithm) take_logarithms();
   }
+}
+
+void CurveFilter::take_logarithms() {
+  for (std::size_t k = 0; k < kStrengths; ++k) {
+    logarithm_[k] += std::log(product_[k]);
+    product_[k] = 1.0;
+  }
+  steps_ = 0;
 }
 
 // All strengths at once, so that the compiler makes vectors of them.
-void CurveFilter::step(double sine, double cosine, double q, double weight) {
-  const double variance = 1.0 / weight;
+void CurveFilter::step(std::size_t i) {
+  const Wander wander = wander_to(*ranges_, i);
+  const double c = ranges_->cosine[i];
+  const double n = ranges_->sine[i];
+  const double q = ranges_->q[i];
+  const double weight = ranges_->weight[i];
+  information_.add(c, n, 0.0, weight);
   for (std::size_t k = 0; k < kStrengths; ++k) {
-    const double density = density_ * kStrength[k];
-    const double q0 = cosine * q_[k] + sine * slope_[k];
-    const double s0 = cosine * slope_[k] - sine * q_[k];
-    const double cross =
-        cosine * sine * (ss_[k] - qq_[k]) + (cosine * cosine - sine * sine) * qs_[k];
-    const double twice = 2.0 * cosine * sine * qs_[k];
-    const double qq = cosine * cosine * qq_[k] + twice + sine * sine * ss_[k] +
-                      density * sine * sine * sine / 3.0;
-    const double qs = cross + density * sine * sine / 2.0;
-    const double ss = sine * sine * qq_[k] - twice + cosine * cosine * ss_[k] + density * sine;
-    const double inverse = 1.0 / (qq + variance);
-    const double e = q - q0;
-    misfit_[k] += e * e * inverse;
-    product_[k] *= (qq + variance) * weight;
-    q_[k] = q0 + qq * inverse * e;
-    slope_[k] = s0 + qs * inverse * e;
-    qq_[k] = variance * qq * inverse;
-    qs_[k] = variance * qs * inverse;
-    ss_[k] = ss - qs * qs * inverse;
+    const double p00 = p00_[k] + density_[k] * wander.p00;
+    const double p01 = p01_[k] + density_[k] * wander.p01;
+    const double p11 = p11_[k] + density_[k] * wander.p11;
+    const double g0 = p00 * c + p01 * n;
+    const double g1 = p01 * c + p11 * n;
+    const double ratio = 1.0 + weight * (g0 * c + g1 * n);
+    const double information = weight / ratio;
+    const double e = q - (p0_[k] * c + p1_[k] * n);
+    const double surprise = information * e;
+    misfit_[k] += surprise * e;
+    product_[k] *= ratio;
+    p0_[k] += g0 * surprise;
+    p1_[k] += g1 * surprise;
+    p00_[k] = p00 - information * g0 * g0;
+    p01_[k] = p01 - information * g0 * g1;
+    p11_[k] = p11 - information * g1 * g1;
   }
 }
 
-std::array<double, CurveFilter::kStrengths> CurveFilter::beyond_line(const LineFit& line) const {
-  const double of_line =
-      line.chi2 + std::log(line_information(*ranges_, from_, next_) / first_information_);
-  std::array<double, kStrengths> beyond{};
+CurveFilter::Best CurveFilter::best() const {
+  const double of_line = std::log(information_.determinant() / first_information_);
+  Lanes cost{};
   for (std::size_t k = 0; k < kStrengths; ++k)
-    beyond[k] = misfit_[k] + logarithm_[k] + std::log(product_[k]) - of_line;
-  return beyond;
-}
-
-CurveFilter::Best CurveFilter::best(const LineFit& line) const {
-  const auto beyond = beyond_line(line);
+    cost[k] = misfit_[k] + logarithm_[k] + std::log(product_[k]) - of_line;
   const auto least =
-      static_cast<std::size_t>(std::min_element(beyond.begin(), beyond.end()) - beyond.begin());
-  Best best{kStrength[least], beyond[least]};
+      static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  Best best{kStrength[least], cost[least]};
   if (least == 0 || least + 1 == kStrengths) return best;
-  const double left = beyond[least - 1] - beyond[least];
-  const double right = beyond[least + 1] - beyond[least];
+  const double left = cost[least - 1] - cost[least];
+  const double right = cost[least + 1] - cost[least];
   const double shift = 0.5 * (left - right) / (left + right);  // In steps of the grid.
   best.strength *= std::pow(kStrength[1] / kStrength[0], shift);
-  best.beyond_line -= 0.25 * (left - right) * shift;
+  best.cost -= 0.25 * (left - right) * shift;
   return best;
 }
 
-void CurveSmoother::filter(const InverseRanges& ranges, std::size_t from, std::size_t to,
-                           double density) {
-  const double sine0 = std::abs(ranges.turn(from, from + 1));
-  const double cosine0 = std::sqrt(1.0 - sine0 * sine0);
-  const double v0 = 1.0 / ranges.weight[from];
-  const double v1 = 1.0 / ranges.weight[from + 1];
-  filtered_[1] = {ranges.q[from + 1], (ranges.q[from + 1] * cosine0 - ranges.q[from]) / sine0, v1,
-                  v1 * cosine0 / sine0,
-                  (v1 * cosine0 * cosine0 + v0) / (sine0 * sine0) + density * sine0 / 3.0};
+CurveSmoother::Line CurveSmoother::filter(const InverseRanges& ranges, std::size_t from,
+                                          std::size_t to, double density) {
+  const Beginning beginning = begin_at(ranges, from);
+  const LineFit& fit = beginning.line;
+  const Line first{fit.parameters[0], fit.parameters[1],
+                   fit.covariance(0, 0) + density * beginning.wander.p00,
+                   fit.covariance(0, 1) + density * beginning.wander.p01,
+                   fit.covariance(1, 1) + density * beginning.wander.p11};
+  Line line = first;
   for (std::size_t i = from + 2; i < to; ++i) {
-    const State& last = filtered_[i - 1 - from];
-    State& now = predicted_[i - from];
-    const double s = std::abs(ranges.turn(i - 1, i));
-    const double c = std::sqrt(1.0 - s * s);
-    const double twice = 2.0 * c * s * last.qs;
-    now.q = c * last.q + s * last.slope;
-    now.slope = c * last.slope - s * last.q;
-    now.qq = c * c * last.qq + twice + s * s * last.ss + density * s * s * s / 3.0;
-    now.qs = c * s * (last.ss - last.qq) + (c * c - s * s) * last.qs + density * s * s / 2.0;
-    now.ss = s * s * last.qq - twice + c * c * last.ss + density * s;
-    const double variance = 1.0 / ranges.weight[i];
-    const double inverse = 1.0 / (now.qq + variance);
-    const double e = (ranges.q[i] - now.q) * inverse;
-    filtered_[i - from] = {now.q + now.qq * e, now.slope + now.qs * e, variance * now.qq * inverse,
-                           variance * now.qs * inverse, now.ss - now.qs * now.qs * inverse};
+    const Wander wander = wander_to(ranges, i);
+    const double c = ranges.cosine[i];
+    const double n = ranges.sine[i];
+    line.p00 += density * wander.p00;
+    line.p01 += density * wander.p01;
+    line.p11 += density * wander.p11;
+    const double g0 = line.p00 * c + line.p01 * n;
+    const double g1 = line.p01 * c + line.p11 * n;
+    const double information = 1.0 / (g0 * c + g1 * n + 1.0 / ranges.weight[i]);
+    const double surprise = information * (ranges.q[i] - (line.p0 * c + line.p1 * n));
+    steps_[i - from] = {g0 * information, g1 * information, information, surprise};
+    line.p0 += g0 * surprise;
+    line.p1 += g1 * surprise;
+    line.p00 -= information * g0 * g0;
+    line.p01 -= information * g0 * g1;
+    line.p11 -= information * g1 * g1;
   }
+  return first;
 }
 
-// Rauch, Tung & Striebel 1965.
+// Bryson and Frazier's form (Bierman 1973): what all later elements say, as a gradient and a
+// curvature of their misfit by the line, is carried backwards; no matrix is inverted.
 const std::vector<CurveSmoother::Estimate>& CurveSmoother::smooth(const InverseRanges& ranges,
                                                                   std::size_t from, std::size_t to,
                                                                   double strength) {
-  const std::size_t n = to - from;
-  filtered_.resize(std::max(filtered_.size(), n));
-  predicted_.resize(filtered_.size());
-  estimates_.resize(n);
-  filter(ranges, from, to, strength * unit_density(ranges, from, from + 2));
-  State next = filtered_[n - 1];
-  estimates_[n - 1] = {next.q, next.qq};
-  for (std::size_t i = n - 1; i-- > 1;) {
-    const State& f = filtered_[i];
-    const State& p = predicted_[i + 1];
-    const double s = std::abs(ranges.turn(from + i, from + i + 1));
-    const double c = std::sqrt(1.0 - s * s);
-    // Gain = P F' / predicted P.
-    const double a00 = c * f.qq + s * f.qs, a01 = c * f.qs - s * f.qq;
-    const double a10 = c * f.qs + s * f.ss, a11 = c * f.ss - s * f.qs;
-    const double inverse = 1.0 / (p.qq * p.ss - p.qs * p.qs);
-    const double g00 = (a00 * p.ss - a01 * p.qs) * inverse;
-    const double g01 = (a01 * p.qq - a00 * p.qs) * inverse;
-    const double g10 = (a10 * p.ss - a11 * p.qs) * inverse;
-    const double g11 = (a11 * p.qq - a10 * p.qs) * inverse;
-    const double dq = next.q - p.q, ds = next.slope - p.slope;
-    const double d00 = next.qq - p.qq, d01 = next.qs - p.qs, d11 = next.ss - p.ss;
-    next = {f.q + g00 * dq + g01 * ds, f.slope + g10 * dq + g11 * ds,
-            f.qq + g00 * g00 * d00 + 2.0 * g00 * g01 * d01 + g01 * g01 * d11,
-            f.qs + g00 * g10 * d00 + (g00 * g11 + g01 * g10) * d01 + g01 * g11 * d11,
-            f.ss + g10 * g10 * d00 + 2.0 * g10 * g11 * d01 + g11 * g11 * d11};
-    estimates_[i] = {next.q, next.qq};
+  const std::size_t size = to - from;
+  steps_.resize(std::max(steps_.size(), size));
+  estimates_.resize(size);
+  const Line first = filter(ranges, from, to, strength * unit_density(ranges, from));
+  double d0 = 0.0, d1 = 0.0;               // Gradient.
+  double d00 = 0.0, d01 = 0.0, d11 = 0.0;  // Curvature.
+  for (std::size_t i = size; i-- > 2;) {
+    const Step& step = steps_[i];
+    const double c = ranges.cosine[from + i];
+    const double n = ranges.sine[from + i];
+    const double variance = 1.0 / ranges.weight[from + i];
+    const double m0 = d00 * step.gain0 + d01 * step.gain1;
+    const double m1 = d01 * step.gain0 + d11 * step.gain1;
+    const double of_later = step.gain0 * m0 + step.gain1 * m1;
+    const double surprise = step.surprise + step.gain0 * d0 + step.gain1 * d1;
+    const double known = step.gain0 * c + step.gain1 * n - variance * of_later;
+    estimates_[i] = {ranges.q[from + i] - variance * surprise, variance * known};
+    const double information = step.information + of_later;
+    d0 -= c * surprise;
+    d1 -= n * surprise;
+    d00 += c * c * information - 2.0 * c * m0;
+    d01 += c * n * information - c * m1 - n * m0;
+    d11 += n * n * information - 2.0 * n * m1;
   }
-  // The first return: what the second's state says of it, and its own measurement.
-  const double s = std::abs(ranges.turn(from, from + 1));
-  const double c = std::sqrt(1.0 - s * s);
-  estimates_[0] = {c * next.q - s * next.slope,
-                   c * c * next.qq - 2.0 * c * s * next.qs + s * s * next.ss};
+  for (std::size_t i = 0; i < 2; ++i) {  // By the line that begins it.
+    const double c = ranges.cosine[from + i];
+    const double n = ranges.sine[from + i];
+    const double g0 = first.p00 * c + first.p01 * n;
+    const double g1 = first.p01 * c + first.p11 * n;
+    estimates_[i] = {first.p0 * c + first.p1 * n - (g0 * d0 + g1 * d1),
+                     g0 * c + g1 * n - (g0 * g0 * d00 + 2.0 * g0 * g1 * d01 + g1 * g1 * d11)};
+  }
   return estimates_;
 }
 

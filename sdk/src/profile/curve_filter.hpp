@@ -10,7 +10,8 @@
 namespace striper::detail {
 
 /// A curved surface as a Gaussian process: q'' + q = white noise, of which no noise is a straight
-/// line. State (q, q'), one Kalman step per return; the first two returns begin it without a prior.
+/// line. The state is the line that the surface follows here, as in LineFit: it wanders, so that a
+/// Kalman step needs no transition. The first two returns begin it without a prior.
 ///
 /// The noise is given as a strength: its spectral density over that of the returns' own noise,
 /// times spacing^4; the kernel of the smoother is then strength^(-1/4) returns wide.
@@ -23,29 +24,29 @@ class CurveFilter {
   /// Begins at element `from`; `ranges` must stay as it is until the last `extend`.
   void begin(const InverseRanges& ranges, std::size_t from);
 
-  /// Takes the elements before `to`, from where the last call ended. 40 ns each.
+  /// Takes the elements before `to`, from where the last call ended. 20 ns each.
   void extend(std::size_t to);
 
-  /// -2 log likelihood of what was taken for each strength, less that of a straight line.
-  std::array<double, kStrengths> beyond_line(const LineFit& line) const;
-
-  /// The strength of least -2 log likelihood, and that.
+  /// The strength of least -2 log likelihood of what was taken, and that, in units in which a
+  /// straight line has its chi2.
   struct Best {
     double strength;
-    double beyond_line;
+    double cost;
   };
-  Best best(const LineFit& line) const;
+  Best best() const;
 
  private:
   using Lanes = std::array<double, kStrengths>;
-  void step(double sine, double cosine, double q, double weight);
+  void step(std::size_t i);
+  void take_logarithms();
 
   const InverseRanges* ranges_ = nullptr;
-  std::size_t from_ = 0;
   std::size_t next_ = 0;
-  double density_ = 0.0;  // Of strength 1.
-  Lanes q_{}, slope_{}, qq_{}, qs_{}, ss_{}, misfit_{}, product_{}, logarithm_{};
-  double first_information_ = 0.0;  // Determinant of that of the first two returns.
+  std::size_t steps_ = 0;  // Since the last logarithms.
+  Lanes density_{};        // Of the white noise.
+  Lanes p0_{}, p1_{}, p00_{}, p01_{}, p11_{}, misfit_{}, product_{}, logarithm_{};
+  LineSums information_;            // Of what was taken, on a straight line.
+  double first_information_ = 0.0;  // Its determinant at the first two returns.
 };
 
 /// The best estimate of q and its variance at every element of a surface of one strength.
@@ -57,25 +58,21 @@ class CurveSmoother {
   };
 
   /// Elements [from, to); at least three. Valid until the next call; allocates only while scans
-  /// grow. About 30 ns each.
+  /// grow. About 20 ns each.
   const std::vector<Estimate>& smooth(const InverseRanges& ranges, std::size_t from, std::size_t to,
                                       double strength);
 
  private:
-  struct State {
-    double q, slope, qq, qs, ss;
+  struct Line {  // As it is known from the elements so far.
+    double p0, p1, p00, p01, p11;
   };
-  void filter(const InverseRanges& ranges, std::size_t from, std::size_t to, double density);
+  struct Step {  // What an element says that those before it do not.
+    double gain0, gain1, information, surprise;  // Surprise: of its q, times the information.
+  };
+  Line filter(const InverseRanges& ranges, std::size_t from, std::size_t to, double density);
 
-  std::vector<State> filtered_;
-  std::vector<State> predicted_;
+  std::vector<Step> steps_;
   std::vector<Estimate> estimates_;
 };
-
-/// The spectral density of strength 1: of the mean weight and spacing of elements [from, to).
-double unit_density(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept;
-
-/// The information that elements [from, to) have on a straight line: its determinant.
-double line_information(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept;
 
 }  // namespace striper::detail

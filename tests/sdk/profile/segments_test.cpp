@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves, on exact geometry plus the noise of docs/accuracy.md: pieces, corners, steps and ends are
-// found, where they are and with true error bars; speckle is left out and corners are not; rough
-// surfaces and textures are known for what they are; nothing is allocated in a stream. Rendered
-// pictures and real ones are not here.
+// Proves, on exact geometry plus the noise of docs/accuracy.md: pieces, steps and ends are found,
+// where they are and with true error bars (corners: corner_test.cpp); speckle is left out and
+// corners are not; rough surfaces and textures are known for what they are; nothing is allocated in
+// a stream. Rendered pictures and real ones are not here.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -15,6 +15,7 @@
 
 #include "support/allocation_counter.hpp"
 #include "support/error_of.hpp"
+#include "support/profile_corners.hpp"
 #include "support/profile_scans.hpp"
 
 namespace striper {
@@ -23,124 +24,6 @@ namespace {
 using testing::ProfileStriper;
 using testing::range_of_line;
 using testing::Rms;
-
-// A concave room corner at (2 m, 0), both walls `bend_rad` / 2 off the straight line.
-std::vector<double> corner_ranges(const ProfileStriper& striper, double bend_rad) {
-  return testing::exact_ranges(striper, [&](double b) {
-    const double normal = b > 0.0 ? 0.5 * bend_rad : -0.5 * bend_rad;
-    return range_of_line(b, normal, 2.0 * std::cos(normal));
-  });
-}
-
-// chi2 that one straight line for all columns leaves, without noise.
-double gain_of(const ProfileStriper& striper, const std::vector<double>& ranges) {
-  LineSums sums;
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    const double b = striper.bearing_rad(i);
-    sums.add(std::cos(b), std::sin(b), 1.0 / ranges[i], std::pow(striper.sigma_q(i), -2.0));
-  }
-  return sums.chi2();
-}
-
-TEST(Segmenter, FindsACornerWithItsErrorBar) {
-  const ProfileStriper striper;
-  const auto ranges = corner_ranges(striper, 0.3);
-  Segmenter segmenter;
-  Segmentation found;
-  PolarScan scan;
-  Rms pull_x, pull_y;
-  for (int trial = 0; trial < 800; ++trial) {
-    testing::noisy_scan(striper, ranges, scan);
-    segmenter.segment(scan, found);
-    if (found.joints.size() != 1) continue;
-    ASSERT_EQ(found.joints[0].kind, JointKind::kCorner);
-    pull_x.add((found.joints[0].corner_m.x() - 2.0) / std::sqrt(found.joints[0].covariance(0, 0)));
-    pull_y.add(found.joints[0].corner_m.y() / std::sqrt(found.joints[0].covariance(1, 1)));
-  }
-  EXPECT_GE(pull_x.count(), 796);
-  EXPECT_NEAR(pull_x.value(), 1.0, 0.1);
-  EXPECT_NEAR(pull_y.value(), 1.0, 0.1);
-}
-
-// The bend whose chi2 gain is `gain`.
-double bend_of_gain(const ProfileStriper& striper, double gain) {
-  double low = 0.0;
-  double high = 1.0;
-  for (int round = 0; round < 40; ++round) {
-    const double middle = 0.5 * (low + high);
-    (gain_of(striper, corner_ranges(striper, middle)) < gain ? low : high) = middle;
-  }
-  return low;
-}
-
-TEST(Segmenter, MissesFewWeakCorners) {
-  const ProfileStriper striper;
-  const auto ranges = corner_ranges(striper, bend_of_gain(striper, 60.0));
-  Segmenter segmenter;
-  Segmentation found;
-  PolarScan scan;
-  int missed = 0;
-  for (int trial = 0; trial < 800; ++trial) {
-    testing::noisy_scan(striper, ranges, scan);
-    segmenter.segment(scan, found);
-    missed += found.joints.empty() ? 1 : 0;
-  }
-  EXPECT_LE(missed, 8);
-}
-
-struct CornerErrors {
-  double over_bound;
-  double pull;
-};
-
-// Of corners whose chi2 gain is `gain`.
-CornerErrors corner_errors(double gain) {
-  const ProfileStriper striper;
-  const auto ranges = corner_ranges(striper, bend_of_gain(striper, gain));
-  Segmenter segmenter;
-  Segmentation found;
-  PolarScan scan;
-  // The bound: two lines of which each column's side is known.
-  LineSums left, right;
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    const double b = striper.bearing_rad(i);
-    (b > 0.0 ? left : right)
-        .add(std::cos(b), std::sin(b), 1.0 / ranges[i], std::pow(striper.sigma_q(i), -2.0));
-  }
-  const LineFit l = left.solve();
-  const LineFit r = right.solve();
-  // Both lines pass (2, 0): dy = 2 m * dq / (difference of slopes).
-  const double bound_m = 2.0 * std::sqrt(l.variance_at(1.0, 0.0) + r.variance_at(1.0, 0.0)) /
-                         std::abs(l.parameters[1] - r.parameters[1]);
-  Rms error, pull;
-  for (int trial = 0; trial < 1500; ++trial) {
-    testing::noisy_scan(striper, ranges, scan);
-    segmenter.segment(scan, found);
-    if (found.joints.size() != 1 || found.joints[0].kind != JointKind::kCorner) continue;
-    error.add(found.joints[0].corner_m.y());
-    pull.add(found.joints[0].corner_m.y() / std::sqrt(found.joints[0].covariance(1, 1)));
-  }
-  EXPECT_GT(error.count(), 1450);
-  return {error.value() / bound_m, pull.value()};
-}
-
-TEST(Segmenter, PlacesCornersAtTheBound) {
-  for (const double gain : {150.0, 300.0, 800.0}) {
-    const CornerErrors errors = corner_errors(gain);
-    EXPECT_LT(errors.over_bound, 1.15) << gain;
-    EXPECT_NEAR(errors.pull, 1.0, 0.1) << gain;
-  }
-}
-
-// The bound is of small errors: a corner that is just found may be anywhere along a tenth of the
-// scan, where even the most likely bent line is 1.35 times the bound off.
-TEST(Segmenter, CornersThatAreJustFoundAreNearTheBound) {
-  for (const double gain : {60.0, 100.0}) {
-    const CornerErrors errors = corner_errors(gain);
-    EXPECT_LT(errors.over_bound, 1.3) << gain;
-    EXPECT_NEAR(errors.pull, 1.0, 0.1) << gain;
-  }
-}
 
 // A board of 1.2 m in front of a wall.
 std::vector<double> board_ranges(const ProfileStriper& striper, double left_m, double right_m) {
@@ -187,7 +70,7 @@ TEST(Segmenter, MissesFewWeakSteps) {
         striper, [&](double b) { return range_of_line(b, 0.0, b > 0.0 ? 1.5 : 1.5 + step_m); });
   };
   double step = 0.0;
-  while (gain_of(striper, step_ranges(step)) < 60.0) step += 1e-5;
+  while (testing::gain_of(striper, step_ranges(step)) < 60.0) step += 1e-5;
   const auto ranges = step_ranges(step);
   Segmenter segmenter;
   Segmentation found;
