@@ -19,16 +19,6 @@ Field parse_fields(const SourceUri& uri, const std::string& word) {
 
 }  // namespace
 
-std::optional<Cadence> take_cadence(SourceUri& uri) {
-  const std::optional<std::string> word = uri.take("laser");
-  if (!word) return std::nullopt;
-  try {
-    return Cadence::parse(*word);
-  } catch (const Error& error) {
-    throw Error(error.kind(), fmt::format("source '{}': {}", uri.text(), error.what()));
-  }
-}
-
 CommonKeys CommonKeys::take(SourceUri& uri) {
   CommonKeys keys;
   if (const auto laser = take_cadence(uri)) keys.cadence = *laser;

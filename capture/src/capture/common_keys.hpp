@@ -10,9 +10,6 @@
 
 namespace striper {
 
-/// Takes `laser=`. @throws Error{kUsage} quoting source and value where it is no cadence.
-std::optional<Cadence> take_cadence(SourceUri& uri);
-
 /// The keys that every source knows: `laser=` and `fields=` (open_source.hpp says what they mean).
 struct CommonKeys {
   /// For SourceUri::refuse_unused.
