@@ -40,7 +40,8 @@ OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "str
 INSIDE = {
     "capture/simulator": {"simulator": set(), "scene": {"simulator"}, "light": {"simulator", "scene"},
                           "view": {"simulator", "scene", "light"}},
-    "capture": {"capture": set(), "images": {"capture"}, "v4l2": {"capture", "images"}, "gige": {"capture"}, "scans": {"capture"},
+    "capture": {"capture": set(), "images": {"capture"}, "live": {"capture"},
+                "v4l2": {"capture", "images", "live"}, "gige": {"capture", "live"}, "scans": {"capture"},
                 "recording": {"capture"}},
     "capture/virtual_camera": {"virtual_camera": set()},
     "calibration": {"board": set(), "intrinsics": {"board"}, "laser_plane": {"board"},
@@ -68,7 +69,12 @@ OTHER_MODULES = {"sdk": set(), "capture/simulator": set(), "capture": set(), "ca
 # ... and what lies in no folder of theirs may include more.
 OTHER_MODULES_AT_TOP = {"capture": {"capture/simulator"}}
 # Module -> folders of another module whose private headers it may include: the virtual camera speaks the protocol from its other end.
-BORROWED = {"capture/virtual_camera": ("capture", ("gige/protocol", "gige/pictures", "gige/clock"))}
+BORROWED = {"capture/virtual_camera": ("capture", ("gige/protocol", "gige/pictures", "live"))}
+
+# The namespaces of headers: public ones (a `namespace detail` inside them aside), private ones. The formats of messages have a
+# namespace of their own, private parts included.
+PUBLIC_NAMESPACE = re.compile(r"striper(::wire)?")
+PRIVATE_NAMESPACE = re.compile(r"striper::(detail|wire)(::\w+)?")
 
 # Public headers may need only what the targets link publicly.
 PUBLIC_LIBRARIES = re.compile(r"(Eigen/|opencv2/core)")
@@ -137,6 +143,7 @@ class Tree:
             self.check_form(path)
             if module_of(path)[0]:
                 self.check_listed(path, lists)
+                self.check_namespace(path)
                 self.check_includes(path)
                 self.check_silence(path)
         return self.violations
@@ -176,6 +183,17 @@ class Tree:
         name = "/".join(parts[1:] if is_header else parts)
         if not re.search(rf"^\s*{re.escape(name)}\s*\)?\s*$", lists[module], re.M):
             self.report(path, 1, f"is not in the {'HEADERS' if is_header else 'SOURCES'} of {module}'s CMake files")
+
+    def check_namespace(self, path):
+        """A private part has no name that a public one, or a program, could have."""
+        module, parts = module_of(path)
+        if module == "apps" or path.suffix != ".hpp":
+            return
+        allowed = PUBLIC_NAMESPACE if parts[0] == "include" else PRIVATE_NAMESPACE
+        for number, line in enumerate(self.text(path).split("\n"), 1):
+            found = re.match(r"namespace (striper[\w:]*) \{", line)
+            if found and not allowed.fullmatch(found.group(1)):
+                self.report(path, number, f"namespace {found.group(1)}: a public header has striper, a private one striper::detail")
 
     def check_silence(self, path):
         if module_of(path)[0] == "apps":
@@ -315,6 +333,9 @@ def self_test():
         "must not need <fmt/format.h>": ("sdk/include/striper/core/a.hpp", "#include <fmt/format.h>\n"),
         "<ceres/ceres.h> is for calibration": ("sdk/src/core/a.cpp", "#include <ceres/ceres.h>\n"),
         "never prints": ("sdk/src/core/a.cpp", "void f() { std::cout << 1; }\n"),
+        "namespace striper::detail: a public": ("sdk/include/striper/core/a.hpp", "namespace striper::detail {\n"),
+        "namespace striper: a public": ("sdk/src/core/p.hpp", "namespace striper {\n"),
+        "namespace striper::v4l2: a public": ("capture/src/v4l2/v.hpp", "namespace striper::v4l2 {\n"),
         "'using namespace'": ("sdk/include/striper/core/a.hpp", "using namespace std;\n"),
         "one #pragma once": ("sdk/src/core/p.hpp", "#pragma once\n"),
         "Highway's include guard": ("sdk/src/core/l-inl.hpp", header),

@@ -5,7 +5,7 @@
 
 #include <striper/core/error.hpp>
 
-namespace striper {
+namespace striper::detail {
 namespace {
 
 Field parse_fields(const SourceUri& uri, const std::string& word) {
@@ -42,4 +42,4 @@ void CommonKeys::apply(Frame& frame, std::int64_t picture_period_ns) const {
   if (!cadence.is_automatic()) frame.illumination = Illumination::unknown();
 }
 
-}  // namespace striper
+}  // namespace striper::detail

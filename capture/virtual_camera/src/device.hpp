@@ -20,8 +20,8 @@
 #include "camera_faults.hpp"
 #include "camera_state.hpp"
 #include "feature_registers.hpp"
-#include "gige/clock/host_clock.hpp"
 #include "gige/protocol/gvcp.hpp"
+#include "live/host_clock.hpp"
 #include "register_log.hpp"
 #include "stream_sender.hpp"
 

@@ -8,8 +8,8 @@
 #include <sys/socket.h>
 
 #include "device.hpp"
-#include "gige/clock/host_clock.hpp"
 #include "gige/protocol/udp_socket.hpp"
+#include "live/host_clock.hpp"
 
 namespace striper::detail {
 namespace {

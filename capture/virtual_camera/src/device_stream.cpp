@@ -7,8 +7,8 @@
 #include <opencv2/core.hpp>
 
 #include "device.hpp"
-#include "gige/clock/host_clock.hpp"
 #include "gige/pictures/pixel_layout.hpp"
+#include "live/host_clock.hpp"
 
 namespace striper::detail {
 namespace {

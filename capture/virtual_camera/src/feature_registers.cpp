@@ -3,9 +3,9 @@
 
 #include <utility>
 
-#include "gige/clock/host_clock.hpp"
 #include "gige/pictures/pixel_layout.hpp"
 #include "gige/protocol/gvcp.hpp"
+#include "live/host_clock.hpp"
 
 namespace striper::detail {
 namespace {

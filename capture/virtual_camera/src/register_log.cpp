@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "gige/clock/host_clock.hpp"
 #include "gige/protocol/gvcp.hpp"
+#include "live/host_clock.hpp"
 
 namespace striper::detail {
 namespace {

@@ -13,7 +13,7 @@
 #include <striper/core/error.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
-#include "gige/clock/host_clock.hpp"
+#include "live/host_clock.hpp"
 #include "support/error_of.hpp"
 #include "support/heard.hpp"
 

@@ -14,9 +14,12 @@ inline std::int64_t read_clock_ns(clockid_t clock) noexcept {
 
 inline std::int64_t monotonic_now_ns() noexcept { return read_clock_ns(CLOCK_MONOTONIC); }
 
-/// UTC minus CLOCK_MONOTONIC, now.
+/// UTC minus CLOCK_MONOTONIC, now: follows whoever sets the system's clock.
 inline std::int64_t utc_offset_now_ns() noexcept {
-  return read_clock_ns(CLOCK_REALTIME) - monotonic_now_ns();
+  const std::int64_t before_ns = monotonic_now_ns();
+  const std::int64_t utc_ns = read_clock_ns(CLOCK_REALTIME);
+  const std::int64_t after_ns = monotonic_now_ns();
+  return utc_ns - (before_ns + (after_ns - before_ns) / 2);
 }
 
 }  // namespace striper::detail
