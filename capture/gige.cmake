@@ -18,8 +18,6 @@ if(ARAVIS_FOUND)
       striper/gige/gige_network.hpp
       striper/gige/gige_options.hpp
       striper/gige/gige_source.hpp
-      striper/gige/virtual_camera.hpp
-      striper/gige/virtual_scene.hpp
     SOURCES
       src/gige/clock/camera_clock.cpp
       src/gige/control/camera_setup.cpp
@@ -38,17 +36,7 @@ if(ARAVIS_FOUND)
       src/gige/source_controls.cpp
       src/gige/protocol/stream_path.cpp
       src/gige/protocol/stream_socket.cpp
-      src/gige/protocol/udp_socket.cpp
-      src/gige/virtual/device.cpp
-      src/gige/virtual/device_control.cpp
-      src/gige/virtual/device_stream.cpp
-      src/gige/virtual/feature_registers.cpp
-      src/gige/virtual/genicam_xml.cpp
-      src/gige/virtual/register_log.cpp
-      src/gige/virtual/sent_picture.cpp
-      src/gige/virtual/stream_sender.cpp
-      src/gige/virtual/virtual_camera.cpp
-      src/gige/virtual/virtual_scene.cpp)
+      src/gige/protocol/udp_socket.cpp)
   target_link_libraries(striper_capture PRIVATE PkgConfig::ARAVIS)
   striper_depends(capture
     "find_dependency(PkgConfig)"

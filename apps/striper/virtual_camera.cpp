@@ -12,8 +12,8 @@
 #include <striper/core/atomic_file.hpp>
 #include <striper/core/csv_table.hpp>
 #include <striper/core/error.hpp>
-#include <striper/gige/virtual_camera.hpp>
 #include <striper/simulator/simulated_source.hpp>
+#include <striper/virtual_camera/virtual_camera.hpp>
 
 #include "camera_commands.hpp"
 #include "program.hpp"

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Builds and runs a stranger's project against an installed Striper.
+"""Builds and runs a consumer's project against an installed Striper.
 
   install_test.py CASE --build DIR --source DIR --work DIR --components sdk,capture,... [--config CMAKE_OPTION...]
 
-Cases: install (puts the libraries into a folder and moves that to WORK/prefix; the others need it), sdk, sdk_and_capture,
-calibration, missing (asks for what is not there and reads the answer), share (builds the installed examples, and looks whether
-every example, scene and plot script is there).
+Cases: install (puts the libraries into a folder and moves that to WORK/prefix; the others need it), sdk, sdk_and_simulator,
+sdk_and_capture, capture_and_virtual_camera, calibration, missing (asks for what is not there and reads the answer), share
+(builds the installed examples, and looks whether every example, scene and plot script is there).
 """
 import argparse
 import pathlib
@@ -49,7 +49,7 @@ def install(options):
 def configure(options, components, program):
     work = options.work / f"build_{program}"
     shutil.rmtree(work, ignore_errors=True)
-    code, output = run(["cmake", "-S", options.source / "tests/install/stranger", "-B", work,
+    code, output = run(["cmake", "-S", options.source / "tests/install/consumer", "-B", work,
                         f"-DCMAKE_PREFIX_PATH={options.prefix}", f"-DCOMPONENTS={';'.join(components)}",
                         f"-DPROGRAM={program}", *options.config])
     return code, output, work
@@ -60,7 +60,7 @@ def use(options, components, program):
     if code != 0:
         fail(f"{program} does not configure:\n{output}")
     must_run(["cmake", "--build", work])
-    print(must_run([work / "stranger"]), end="")
+    print(must_run([work / "consumer", options.source / "data/scenes/wall.yaml"]), end="")
 
 
 def missing(options):
@@ -102,7 +102,8 @@ def share(options):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("case", choices=["install", "sdk", "sdk_and_capture", "calibration", "missing", "share"])
+    parser.add_argument("case", choices=["install", "sdk", "sdk_and_simulator", "sdk_and_capture",
+                                         "capture_and_virtual_camera", "calibration", "missing", "share"])
     parser.add_argument("--build", type=pathlib.Path, required=True)
     parser.add_argument("--source", type=pathlib.Path, required=True)
     parser.add_argument("--work", type=pathlib.Path, required=True)

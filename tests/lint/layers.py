@@ -14,7 +14,8 @@ import subprocess
 import sys
 import tempfile
 
-MODULES = ("sdk", "capture", "calibration", "apps")
+# A module inside a folder of another one comes before that.
+MODULES = ("sdk", "capture/simulator", "capture/virtual_camera", "capture", "calibration", "apps")
 
 # Folder of sdk -> the folders that it may include, itself aside.
 SDK = {"core": set()}
@@ -30,14 +31,19 @@ SDK["pipeline"] = set(SDK) - {"pipeline", "wire"}
 SDK["stream"] = set(SDK)
 
 # What the folders of the other modules may include of sdk; None is everything.
-OF_SDK = {"capture": {"core", "model", "wire"}, "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
+OF_SDK = {"capture/simulator": {"core", "model"}, "capture": {"core", "model", "wire"}, "capture/virtual_camera": {"core"},
+          "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "apps": None}
 # ... and folders of theirs that may include more.
 OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"},
              ("capture", "recording"): OF_SDK["capture"] | {"stream"}}
 # Folder of another module -> its other folders that it may include; "" is what lies in none, and sees all.
 INSIDE = {
-    "capture": {"capture": set(), "images": {"capture"}, "v4l2": {"capture", "images"}, "simulator": {"capture"},
-                "gige": {"capture", "simulator"}, "scans": {"capture"}, "recording": {"capture"}},
+    "capture/simulator": {"simulator": set(), "scene": {"simulator"}, "light": {"simulator", "scene"},
+                          "view": {"simulator", "scene", "light"}},
+    "capture": {"capture": set(), "images": {"capture"}, "live": {"capture"},
+                "v4l2": {"capture", "images", "live"}, "gige": {"capture", "live"}, "scans": {"capture"},
+                "recording": {"capture"}},
+    "capture/virtual_camera": {"virtual_camera": set()},
     "calibration": {"board": set(), "intrinsics": {"board"}, "laser_plane": {"board"},
                     "adjust": {"board", "intrinsics", "laser_plane"}, "validate": {"board", "intrinsics", "adjust"}},
     "apps": {"examples": set(), "bench": set(), "striper": {"bench"}},
@@ -50,16 +56,25 @@ ROOMS = {
     "sdk/src/stripe": {"profile": set(), "edges": {"profile"}, "noise": {"profile"},
                        "candidates": {"profile", "edges", "noise"}},
     "capture/src/gige": {"protocol": set(), "pictures": {"protocol"}, "clock": {"protocol"},
-                         "control": {"protocol", "pictures", "clock"},
-                         "virtual": {"protocol", "pictures", "clock"}},
+                         "control": {"protocol", "pictures", "clock"}},
     "capture/src/v4l2": {"device": set(), "format": {"device"}, "buffers": {"device", "format"}},
-    "capture/src/simulator": {"scene": set(), "light": {"scene"}, "view": {"scene", "light"}},
 }
 STRIPE = ROOMS["sdk/src/stripe"]
 STRIPE["select"] = set(STRIPE)
 STRIPE["learn"] = STRIPE["track"] = set(STRIPE) | {"select"}
 STRIPE["report"] = set(STRIPE) | {"learn", "track"}
-OTHER_MODULES = {"sdk": set(), "capture": set(), "calibration": set(), "apps": {"capture", "calibration"}}
+OTHER_MODULES = {"sdk": set(), "capture/simulator": set(), "capture": set(), "calibration": set(),
+                 "capture/virtual_camera": {"capture/simulator"},
+                 "apps": {"capture/simulator", "capture", "capture/virtual_camera", "calibration"}}
+# ... and what lies in no folder of theirs may include more.
+OTHER_MODULES_AT_TOP = {"capture": {"capture/simulator"}}
+# Module -> folders of another module whose private headers it may include: the virtual camera speaks the protocol from its other end.
+BORROWED = {"capture/virtual_camera": ("capture", ("gige/protocol", "gige/pictures", "live"))}
+
+# The namespaces of headers: public ones (a `namespace detail` inside them aside), private ones. The formats of messages have a
+# namespace of their own, private parts included.
+PUBLIC_NAMESPACE = re.compile(r"striper(::wire)?")
+PRIVATE_NAMESPACE = re.compile(r"striper::(detail|wire)(::\w+)?")
 
 # Public headers may need only what the targets link publicly.
 PUBLIC_LIBRARIES = re.compile(r"(Eigen/|opencv2/core)")
@@ -79,6 +94,24 @@ def tracked(root):
     return sorted(path.relative_to(root) for path in root.rglob("*") if path.is_file() and "build" not in path.parts)
 
 
+def module_of(path):
+    """The module that a file belongs to, empty for none, and its path in there."""
+    for module in MODULES:
+        if path.is_relative_to(module):
+            return module, path.relative_to(module).parts
+    return "", path.parts
+
+
+def folder_of(path):
+    """The folder of its module that a file lies in, empty for none."""
+    module, parts = module_of(path)
+    if module == "apps":
+        return parts[0]
+    if parts[0] == "include":
+        return parts[2]
+    return parts[1] if len(parts) > 2 else ""
+
+
 class Tree:
     def __init__(self, root):
         self.root = root
@@ -87,8 +120,9 @@ class Tree:
         # <striper/folder/name.hpp> -> module
         self.public = {}
         for path in self.files:
-            if len(path.parts) > 3 and path.parts[1] == "include" and path.suffix == ".hpp":
-                self.public["/".join(path.parts[2:])] = path.parts[0]
+            module, parts = module_of(path)
+            if module and parts[0] == "include" and path.suffix == ".hpp":
+                self.public["/".join(parts[1:])] = module
 
     def text(self, path):
         return (self.root / path).read_text(encoding="utf-8", errors="replace")
@@ -99,15 +133,17 @@ class Tree:
     def check(self):
         lists = {}
         for path in self.files:
-            if len(path.parts) == 2 and (path.name == "CMakeLists.txt" or path.suffix == ".cmake"):
-                lists[path.parts[0]] = lists.get(path.parts[0], "") + self.text(path)
+            module, parts = module_of(path)
+            if len(parts) == 1 and (path.name == "CMakeLists.txt" or path.suffix == ".cmake"):
+                lists[module] = lists.get(module, "") + self.text(path)
         for path in self.files:
             self.check_licence(path)
             if path.suffix not in (".hpp", ".cpp"):
                 continue
             self.check_form(path)
-            if path.parts[0] in MODULES:
+            if module_of(path)[0]:
                 self.check_listed(path, lists)
+                self.check_namespace(path)
                 self.check_includes(path)
                 self.check_silence(path)
         return self.violations
@@ -138,18 +174,29 @@ class Tree:
                 self.report(path, 1, "a header must not say 'using namespace'")
 
     def check_listed(self, path, lists):
-        module = path.parts[0]
-        if module not in lists or path.parts[1] not in ("include", "src"):
+        module, parts = module_of(path)
+        if module not in lists or parts[0] not in ("include", "src"):
             return
-        is_header = path.parts[1] == "include"
+        is_header = parts[0] == "include"
         if not is_header and path.suffix == ".hpp":
             return
-        name = "/".join(path.parts[2:] if is_header else path.parts[1:])
+        name = "/".join(parts[1:] if is_header else parts)
         if not re.search(rf"^\s*{re.escape(name)}\s*\)?\s*$", lists[module], re.M):
             self.report(path, 1, f"is not in the {'HEADERS' if is_header else 'SOURCES'} of {module}'s CMake files")
 
+    def check_namespace(self, path):
+        """A private part has no name that a public one, or a program, could have."""
+        module, parts = module_of(path)
+        if module == "apps" or path.suffix != ".hpp":
+            return
+        allowed = PUBLIC_NAMESPACE if parts[0] == "include" else PRIVATE_NAMESPACE
+        for number, line in enumerate(self.text(path).split("\n"), 1):
+            found = re.match(r"namespace (striper[\w:]*) \{", line)
+            if found and not allowed.fullmatch(found.group(1)):
+                self.report(path, number, f"namespace {found.group(1)}: a public header has striper, a private one striper::detail")
+
     def check_silence(self, path):
-        if path.parts[0] == "apps":
+        if module_of(path)[0] == "apps":
             return
         for number, line in enumerate(self.text(path).split("\n"), 1):
             code = re.sub(r'"(\\.|[^"\\])*"', '""', line).split("//")[0]
@@ -179,18 +226,19 @@ class Tree:
         self.check_may(path, number, module, target.split("/")[1], target)
 
     def check_private(self, path, number, target):
-        module = path.parts[0]
-        if path.parts[1] == "include":
+        module, parts = module_of(path)
+        if parts[0] == "include":
             self.report(path, number, f"a public header must not include a private one: {target}")
             return
         for base in (self.root / module / "src", (self.root / path).parent, self.root / module):
             if (base / target).is_file():
-                parts = (base / target).relative_to(self.root).parts
-                folder = parts[1] if module == "apps" else parts[2] if len(parts) > 3 else ""
-                self.check_may(path, number, module, folder, target)
-                self.check_room(path, number, parts)
+                other = (base / target).relative_to(self.root)
+                self.check_may(path, number, module, folder_of(other), target)
+                self.check_room(path, number, other.parts)
                 return
-        self.report(path, number, f"there is no private header {target} in {module}")
+        lender, folders = BORROWED.get(module, ("", ()))
+        if not target.startswith(folders) or not (self.root / lender / "src" / target).is_file():
+            self.report(path, number, f"there is no private header {target} in {module}")
 
     def check_room(self, path, number, parts):
         """Of two files of one folder with rooms: the table of ROOMS."""
@@ -204,12 +252,9 @@ class Tree:
             self.report(path, number, f"{own} must not include {other or 'what sees all'} of {parts[2]}: {'/'.join(parts[3:])}")
 
     def check_may(self, path, number, module, folder, target):
-        own = path.parts[0]
-        inside = path.parts[3] if path.parts[1] == "include" else path.parts[2] if len(path.parts) > 3 else ""
+        own, inside = module_of(path)[0], folder_of(path)
         if own == module:
             table = SDK if own == "sdk" else INSIDE[own]
-            if own == "apps":
-                inside = path.parts[1]
             if inside == "" and own != "sdk":
                 return
             if inside not in table:
@@ -222,16 +267,18 @@ class Tree:
             if allowed is not None and folder not in allowed:
                 self.report(path, number, f"{own} must not include {folder} of sdk: {target}")
             return
-        if module not in OTHER_MODULES[own]:
+        at_top = OTHER_MODULES_AT_TOP.get(own, set()) if inside == "" else set()
+        if module not in OTHER_MODULES[own] | at_top:
             self.report(path, number, f"{own} must not include {module}: {target}")
 
     def check_library(self, path, number, target):
+        module, parts = module_of(path)
         is_ours_alone = "/" not in target and not target.endswith(".h")
-        if path.parts[1] == "include" and not is_ours_alone and not PUBLIC_LIBRARIES.match(target):
+        if parts[0] == "include" and not is_ours_alone and not PUBLIC_LIBRARIES.match(target):
             self.report(path, number, f"a public header must not need <{target}>: only the standard library, Eigen and opencv2/core")
         for prefix, homes in LIBRARY_HOME.items():
-            if target.startswith(prefix) and path.parts[0] not in homes:
-                self.report(path, number, f"<{target}> is for {' and '.join(homes) or 'nobody'}, not for {path.parts[0]}")
+            if target.startswith(prefix) and module not in homes:
+                self.report(path, number, f"<{target}> is for {' and '.join(homes) or 'nobody'}, not for {module}")
 
 
 def self_test():
@@ -250,11 +297,19 @@ def self_test():
         "sdk/src/scan/q.hpp": header,
         "sdk/src/scan/c.cpp": spdx + '#include "core/p.hpp"\n#include "scan/q.hpp"\n',
         "capture/include/striper/capture/d.hpp": header + "#include <striper/core/a.hpp>\n",
-        "capture/src/d.cpp": spdx + "#include <striper/capture/d.hpp>\n",
+        "capture/src/d.cpp": spdx + "#include <striper/capture/d.hpp>\n#include <striper/simulator/s.hpp>\n",
         "capture/src/v4l2/v.hpp": header,
         "sdk/src/ambient/illumination/i.hpp": header,
         "sdk/src/ambient/pixels/p.cpp": spdx,
         "capture/src/images/i.cpp": spdx,
+        "capture/src/gige/protocol/g.hpp": header,
+        "capture/simulator/CMakeLists.txt": "# SPDX-License-Identifier: Apache-2.0\n striper/simulator/s.hpp\n src/light/l.cpp\n",
+        "capture/simulator/include/striper/simulator/s.hpp": header + "#include <striper/core/a.hpp>\n",
+        "capture/simulator/src/light/l.cpp": spdx + '#include "scene/w.hpp"\n#include <striper/simulator/s.hpp>\n',
+        "capture/simulator/src/scene/w.hpp": header,
+        "capture/simulator/src/view/v.hpp": header,
+        "capture/virtual_camera/CMakeLists.txt": "# SPDX-License-Identifier: Apache-2.0\n src/c.cpp\n",
+        "capture/virtual_camera/src/c.cpp": spdx + '#include "gige/protocol/g.hpp"\n#include <striper/simulator/s.hpp>\n',
         "apps/striper/main.cpp": spdx + '#include <striper/scan/c.hpp>\n#include <striper/capture/d.hpp>\n#include "m.hpp"\n',
         "apps/striper/m.hpp": header,
     }
@@ -265,6 +320,11 @@ def self_test():
         "pixels must not include illumination": ("sdk/src/ambient/pixels/p.cpp", '#include "ambient/illumination/i.hpp"\n'),
         "images must not include v4l2": ("capture/src/images/i.cpp", '#include "v4l2/v.hpp"\n'),
         "capture must not include scan of sdk": ("capture/src/d.cpp", "#include <striper/scan/c.hpp>\n"),
+        "light must not include view": ("capture/simulator/src/light/l.cpp", '#include "view/v.hpp"\n'),
+        "capture must not include capture/simulator": ("capture/src/images/i.cpp", "#include <striper/simulator/s.hpp>\n"),
+        "capture/simulator must not include capture": ("capture/simulator/src/light/l.cpp", "#include <striper/capture/d.hpp>\n"),
+        "there is no private header v4l2/v.hpp in capture/virtual_camera":
+            ("capture/virtual_camera/src/c.cpp", '#include "v4l2/v.hpp"\n'),
         "sdk must not include capture": ("sdk/src/scan/c.cpp", "#include <striper/capture/d.hpp>\n"),
         "must not include a private one": ("sdk/include/striper/scan/c.hpp", '#include "scan/q.hpp"\n'),
         "there is no public header": ("sdk/src/core/a.cpp", "#include <striper/core/none.hpp>\n"),
@@ -273,6 +333,9 @@ def self_test():
         "must not need <fmt/format.h>": ("sdk/include/striper/core/a.hpp", "#include <fmt/format.h>\n"),
         "<ceres/ceres.h> is for calibration": ("sdk/src/core/a.cpp", "#include <ceres/ceres.h>\n"),
         "never prints": ("sdk/src/core/a.cpp", "void f() { std::cout << 1; }\n"),
+        "namespace striper::detail: a public": ("sdk/include/striper/core/a.hpp", "namespace striper::detail {\n"),
+        "namespace striper: a public": ("sdk/src/core/p.hpp", "namespace striper {\n"),
+        "namespace striper::v4l2: a public": ("capture/src/v4l2/v.hpp", "namespace striper::v4l2 {\n"),
         "'using namespace'": ("sdk/include/striper/core/a.hpp", "using namespace std;\n"),
         "one #pragma once": ("sdk/src/core/p.hpp", "#pragma once\n"),
         "Highway's include guard": ("sdk/src/core/l-inl.hpp", header),

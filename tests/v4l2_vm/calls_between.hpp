@@ -15,9 +15,9 @@ namespace striper::testing {
 
 /// Calls that are passed on as they are: what stands between the source and the kernel derives from
 /// it.
-class PassedCalls : public v4l2::VideoCalls {
+class PassedCalls : public detail::v4l2::VideoCalls {
  public:
-  explicit PassedCalls(std::shared_ptr<VideoCalls> kernel = v4l2::system_video_calls())
+  explicit PassedCalls(std::shared_ptr<VideoCalls> kernel = detail::v4l2::system_video_calls())
       : kernel_(std::move(kernel)) {}
 
   int open(const std::string& path) noexcept override { return kernel_->open(path); }
@@ -31,7 +31,7 @@ class PassedCalls : public v4l2::VideoCalls {
   void unmap(std::uint8_t* memory, std::size_t bytes) noexcept override {
     kernel_->unmap(memory, bytes);
   }
-  v4l2::Readiness wait(int fd, int wake_fd, int timeout_ms) noexcept override {
+  detail::v4l2::Readiness wait(int fd, int wake_fd, int timeout_ms) noexcept override {
     return kernel_->wait(fd, wake_fd, timeout_ms);
   }
 

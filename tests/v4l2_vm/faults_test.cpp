@@ -56,9 +56,10 @@ class VividFaults : public ::testing::Test {
 
   // The same with somebody who writes down what the kernel hands over.
   static std::unique_ptr<FrameSource> open(const std::shared_ptr<WatchedCalls>& watched) {
-    return v4l2::open(V4l2Options::from_uri(SourceUri::parse(
-                          "v4l2:" + capture_path() + "?input=0&standard=ntsc-m&format=GREY")),
-                      watched);
+    return detail::v4l2::open(
+        V4l2Options::from_uri(
+            SourceUri::parse("v4l2:" + capture_path() + "?input=0&standard=ntsc-m&format=GREY")),
+        watched);
   }
 
   // The next frame, which must come or time out within 2 s.

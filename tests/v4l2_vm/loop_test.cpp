@@ -70,7 +70,7 @@ std::vector<Link> links() {
 
 // Random bytes; of deep grey only the significant bits, as a camera would give.
 std::vector<std::uint8_t> random_buffer(const Broadcast& sent, int rows) {
-  const v4l2::PixelFormat& format = *v4l2::find_pixel_format(sent.code);
+  const detail::v4l2::PixelFormat& format = *detail::v4l2::find_pixel_format(sent.code);
   std::vector<std::uint8_t> buffer(format.row_bytes(sent.width) * static_cast<std::size_t>(rows));
   for (std::uint8_t& byte : buffer) byte = static_cast<std::uint8_t>(random_generator()() >> 56);
   if (format.has_wide_pixels()) {
@@ -91,15 +91,16 @@ class VividLoop : public ::testing::TestWithParam<Link> {
 // What the frames of one sent buffer should look like: one image, or one per field.
 std::vector<cv::Mat> expected_images(const Broadcast& sent,
                                      const std::vector<std::uint8_t>& buffer) {
-  const v4l2::PixelFormat& format = *v4l2::find_pixel_format(sent.code);
+  const detail::v4l2::PixelFormat& format = *detail::v4l2::find_pixel_format(sent.code);
   const std::size_t stride = format.row_bytes(sent.width);
   const int parts = V4L2_FIELD_IS_SEQUENTIAL(sent.field) ? 2 : 1;
   const int rows = static_cast<int>(buffer.size() / stride) / parts;
   std::vector<cv::Mat> images(static_cast<std::size_t>(parts));
   for (int part = 0; part < parts; ++part) {
     const std::size_t skip = stride * static_cast<std::size_t>(rows * part);
-    v4l2::convert(format, {buffer.data() + skip, buffer.size() - skip, stride, sent.width, rows},
-                  images[static_cast<std::size_t>(part)]);
+    detail::v4l2::convert(format,
+                          {buffer.data() + skip, buffer.size() - skip, stride, sent.width, rows},
+                          images[static_cast<std::size_t>(part)]);
   }
   return images;
 }

@@ -33,9 +33,9 @@ bool is_relabelled(const Television& way) { return V4L2_FIELD_IS_SEQUENTIAL(way.
 std::unique_ptr<FrameSource> open(const Television& way, std::shared_ptr<WatchedCalls> watched) {
   const V4l2Options options = V4l2Options::from_uri(
       SourceUri::parse("v4l2:" + capture_path() + "?input=0&laser=0,dark&" + way.query()));
-  if (!is_relabelled(way)) return v4l2::open(options, std::move(watched));
-  return v4l2::open(options, std::make_shared<RelabelledFields>(std::move(watched), way.field,
-                                                                V4L2_FIELD_INTERLACED));
+  if (!is_relabelled(way)) return detail::v4l2::open(options, std::move(watched));
+  return detail::v4l2::open(options, std::make_shared<RelabelledFields>(
+                                         std::move(watched), way.field, V4L2_FIELD_INTERLACED));
 }
 
 Broadcast broadcast(const Television& way) {

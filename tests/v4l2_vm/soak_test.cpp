@@ -83,9 +83,9 @@ class V4l2Soak : public ::testing::Test {
     const bool is_vivid = Node(capture_path()).is_vivid();
     // A busy host stops the machine for a while: no reason to open the device again.
     const std::string television = is_vivid ? "&input=0&standard=ntsc-m&format=GREY" : "";
-    source_ = v4l2::open(V4l2Options::from_uri(SourceUri::parse("v4l2:" + capture_path() +
-                                                                "?stall_s=20" + television)),
-                         watched_);
+    source_ = detail::v4l2::open(V4l2Options::from_uri(SourceUri::parse(
+                                     "v4l2:" + capture_path() + "?stall_s=20" + television)),
+                                 watched_);
   }
 
   // Reads a frame as a program does that keeps the last few, and looks at its pixels.

@@ -5,7 +5,7 @@
 
 #include <striper/core/error.hpp>
 
-namespace striper {
+namespace striper::detail {
 namespace {
 
 Field parse_fields(const SourceUri& uri, const std::string& word) {
@@ -18,16 +18,6 @@ Field parse_fields(const SourceUri& uri, const std::string& word) {
 }
 
 }  // namespace
-
-std::optional<Cadence> take_cadence(SourceUri& uri) {
-  const std::optional<std::string> word = uri.take("laser");
-  if (!word) return std::nullopt;
-  try {
-    return Cadence::parse(*word);
-  } catch (const Error& error) {
-    throw Error(error.kind(), fmt::format("source '{}': {}", uri.text(), error.what()));
-  }
-}
 
 CommonKeys CommonKeys::take(SourceUri& uri) {
   CommonKeys keys;
@@ -52,4 +42,4 @@ void CommonKeys::apply(Frame& frame, std::int64_t picture_period_ns) const {
   if (!cadence.is_automatic()) frame.illumination = Illumination::unknown();
 }
 
-}  // namespace striper
+}  // namespace striper::detail

@@ -8,10 +8,7 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/frame_source.hpp>
 
-namespace striper {
-
-/// Takes `laser=`. @throws Error{kUsage} quoting source and value where it is no cadence.
-std::optional<Cadence> take_cadence(SourceUri& uri);
+namespace striper::detail {
 
 /// The keys that every source knows: `laser=` and `fields=` (open_source.hpp says what they mean).
 struct CommonKeys {
@@ -34,4 +31,4 @@ struct CommonKeys {
   void apply(Frame& frame, std::int64_t picture_period_ns) const;
 };
 
-}  // namespace striper
+}  // namespace striper::detail

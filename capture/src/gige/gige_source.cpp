@@ -3,7 +3,9 @@
 #include <atomic>
 #include <condition_variable>
 #include <future>
+#include <limits>
 #include <mutex>
+#include <optional>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -15,10 +17,12 @@
 #include <striper/gige/gige_source.hpp>
 
 #include "capture/common_keys.hpp"
-#include "gige/clock/host_clock.hpp"
+#include "capture/frame_counts.hpp"
 #include "gige/pictures/frame_numbers.hpp"
 #include "gige/session.hpp"
 #include "gige/source_controls.hpp"
+#include "live/host_clock.hpp"
+#include "live/reopening.hpp"
 
 namespace striper {
 namespace {
@@ -29,7 +33,7 @@ using detail::Session;
 
 constexpr auto kRound = 100ms;                   // of the supervisor
 constexpr std::int64_t kQuiet_ns = 500'000'000;  // without a picture: ask the camera
-constexpr auto kLongestPause = 2000ms;
+constexpr detail::Reopening::Pauses kPauses{100ms, 2000ms};
 
 /// What the stream says of a picture that is not whole.
 struct PictureFault {
@@ -58,14 +62,13 @@ std::string picture_name(const detail::PictureSetup& setup) {
   return fmt::format("{} {}x{}", setup.layout->name, setup.size.width, setup.size.height);
 }
 
-// Whether pictures of a camera that was opened again are what `info` says.
-bool is_same_stream(const detail::PictureSetup& setup, const SourceInfo& info) {
-  return setup.size == info.image_size && setup.sensor_size == info.sensor_size &&
-         setup.layout->bit_depth == info.bit_depth && setup.layout->channels() == info.channels;
+detail::StreamKind kind_of(const detail::PictureSetup& setup) {
+  return {setup.size,    setup.sensor_size,  setup.layout->bit_depth, setup.layout->channels(),
+          /*layout=*/"", picture_name(setup)};
 }
 
 // What is likely to be meant otherwise, while nothing in the pictures speaks against it.
-void say_what_keys_mean(const CommonKeys& common, const GigeOptions& options) {
+void say_what_keys_mean(const detail::CommonKeys& common, const GigeOptions& options) {
   const bool is_triggered = !options.trigger.empty() && options.trigger != "off";
   if (common.cadence.has_dark() && options.strobe_lines.empty() && !is_triggered) {
     options.events.send(
@@ -113,7 +116,7 @@ struct GigeSource::State {
   void count(const Frame& frame, ArvBufferStatus status, std::uint64_t missing);
 
   SourceUri uri;
-  CommonKeys common;
+  detail::CommonKeys common;
   GigeOptions options;
   SourceInfo info;
 
@@ -133,20 +136,22 @@ struct GigeSource::State {
   std::uint64_t next_arrival = 0;
   std::uint32_t epoch = 0;
   std::int64_t completed_ns = 0;
-  SourceStatistics statistics;
   GigeStatistics causes;
   detail::KeptSettings kept;
 
+  detail::FrameCounts counts;
   Controls controls;
 
   std::thread supervisor;  // and what only it uses
   std::future<void> burial;
-  std::string last_refusal;  // why the lost camera could not be opened
-  std::int64_t lost_at_ns = 0;
+  std::optional<detail::Reopening> reopening;
+  std::int64_t numbered_until_ns = 0;  // of a camera that is lost
 };
 
 GigeSource::State::State(SourceUri given, const EventPort& events)
-    : uri(std::move(given)), common(CommonKeys::take(uri)), options(GigeOptions::take(uri)) {
+    : uri(std::move(given)),
+      common(detail::CommonKeys::take(uri)),
+      options(GigeOptions::take(uri)) {
   options.cadence = common.cadence;
   options.events = events;
   options.validate();
@@ -165,6 +170,10 @@ GigeSource::State::State(SourceUri given, const EventPort& events)
   info.picture_rate_hz = setup.rate_hz;
   common.apply(info);
   controls = make_controls();
+  constexpr double kForever_s = std::numeric_limits<double>::infinity();
+  reopening.emplace(events, "camera " + session->description(), kPauses,
+                    options.reconnect ? kForever_s : 0.0);
+  reopening->set_kind(kind_of(setup));
 }
 
 Controls GigeSource::State::make_controls() {
@@ -219,7 +228,7 @@ void GigeSource::State::begin() {
   next_arrival = 0;
   epoch = 0;
   completed_ns = 0;
-  statistics = {};
+  counts.reset();
   causes = {};
   session->start([this] { wake(); });
   has_ended = false;
@@ -362,11 +371,8 @@ void GigeSource::State::fill_image(Frame& frame, PoolSlot& slot) {
 }
 
 void GigeSource::State::count(const Frame& frame, ArvBufferStatus status, std::uint64_t missing) {
-  ++statistics.delivered;
-  statistics.dropped += missing;
-  if (frame.status == FrameStatus::kCorrupt) ++statistics.corrupt;
-  if (frame.status == FrameStatus::kIncomplete) ++statistics.incomplete;
-  if (frame.status == FrameStatus::kWrongSize) ++statistics.wrong_size;
+  counts.deliver(frame);
+  counts.drop(missing);
   if (status == ARV_BUFFER_STATUS_TIMEOUT) ++causes.timeouts;
   if (status == ARV_BUFFER_STATUS_MISSING_PACKETS) ++causes.missing_packets;
   if (status == ARV_BUFFER_STATUS_ABORTED) ++causes.aborted;
@@ -375,7 +381,7 @@ void GigeSource::State::count(const Frame& frame, ArvBufferStatus status, std::u
 
 SourceStatistics GigeSource::statistics() const {
   const std::lock_guard lock(state_->mutex);
-  SourceStatistics result = state_->statistics;
+  SourceStatistics result = state_->counts.now();
   if (state_->session) result.overrun += state_->session->overrun();
   return result;
 }
@@ -403,21 +409,20 @@ bool GigeSource::State::pause(std::chrono::milliseconds time) {
 }
 
 void GigeSource::State::supervise() {
-  auto retry_after = kRound;
-  while (pause(kRound)) {
+  std::chrono::milliseconds rest = kRound;
+  while (pause(rest)) {
     const std::shared_ptr<Session> camera = [&] {
       const std::lock_guard lock(mutex);
       return session;
     }();
+    rest = kRound;
     if (camera) {
       look_after(*camera);
-      retry_after = kRound;
       if (camera->is_lost()) camera->darken();
       if (camera->is_lost() && options.reconnect) lay_to_rest(camera);
       if (camera->is_lost() && !options.reconnect) end_stream(*camera);
     } else if (!try_reopen()) {
-      if (!pause(retry_after)) return;
-      retry_after = std::min<std::chrono::milliseconds>(2 * retry_after, kLongestPause);
+      rest = std::max<std::chrono::milliseconds>(rest, reopening->pause());
     }
   }
 }
@@ -428,17 +433,16 @@ void GigeSource::State::look_after(Session& camera) {
 
 /// Closing a camera that does not answer takes seconds: nobody waits for that.
 void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
-  options.events.send({"source_lost", fmt::format("camera {} is lost: {}; trying to open it again",
-                                                  camera->description(), camera->loss())});
+  reopening->lose(camera->loss());
   const bool is_timed_by_others =
       !camera->numbers_by_trigger() && !options.trigger.empty() && options.trigger != "off";
   {
     const std::lock_guard lock(mutex);
     // The numbering goes on from the last picture that was given. Where pictures come when somebody
     // else wants them the time since then tells nothing of their number.
-    lost_at_ns =
+    numbered_until_ns =
         completed_ns == 0 || is_timed_by_others ? detail::monotonic_now_ns() : completed_ns;
-    statistics.overrun += session->overrun();
+    counts.overrun(session->overrun());
     session->add_to(causes);
     ++causes.losses;
     session.reset();
@@ -452,39 +456,25 @@ void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
 /// Its laser was commanded off, if it answers: whoever reads may leave now.
 void GigeSource::State::end_stream(const Session& camera) {
   if (has_ended.exchange(true)) return;
-  options.events.send({"source_gone", fmt::format("camera {} is lost: {}; the stream ends",
-                                                  camera.description(), camera.loss())});
+  reopening->lose(camera.loss());
   wake();
 }
 
 bool GigeSource::State::try_reopen() {
-  try {
+  const auto open = [this] {
     auto camera = open_session();
-    if (!is_same_stream(camera->setup(), info)) {
-      throw Error(ErrorKind::kDevice,
-                  fmt::format("camera {} came back with {} and was {}", camera->description(),
-                              picture_name(camera->setup()), info.description));
-    }
+    reopening->require_same(kind_of(camera->setup()));
     camera->start([this] { wake(); });
-    const double gone_s = 1e-9 * static_cast<double>(detail::monotonic_now_ns() - lost_at_ns);
+    const double gone_s =
+        1e-9 * static_cast<double>(detail::monotonic_now_ns() - numbered_until_ns);
     const std::lock_guard lock(mutex);
     numbers.restart(static_cast<std::uint64_t>(gone_s * info.picture_rate_hz));
     next_arrival = 0;
     ++epoch;
-    ++statistics.reconnects;
+    counts.reconnect();
     session = std::move(camera);
-    last_refusal.clear();
-    options.events.send({"source_back", fmt::format("camera {} is back after {:.1f} s",
-                                                    session->description(), gone_s)});
-    return true;
-  } catch (const std::exception& failure) {  // a thread that cannot be made is no Error
-    if (last_refusal != failure.what()) {
-      last_refusal = failure.what();
-      options.events.send(
-          {"source_not_open", fmt::format("the lost camera is not open yet: {}", last_refusal)});
-    }
-    return false;
-  }
+  };
+  return reopening->attempt(open) == detail::Reopening::Outcome::kBack;
 }
 
 }  // namespace striper

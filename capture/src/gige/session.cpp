@@ -12,8 +12,8 @@
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
 
-#include "gige/clock/host_clock.hpp"
 #include "gige/protocol/stream_socket.hpp"
+#include "live/host_clock.hpp"
 
 namespace striper::detail {
 namespace {

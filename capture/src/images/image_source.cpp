@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <cmath>
-#include <map>
-#include <mutex>
 #include <system_error>
 #include <utility>
 
@@ -16,6 +14,8 @@
 #include <striper/images/picture_files.hpp>
 
 #include "capture/common_keys.hpp"
+#include "capture/frame_counts.hpp"
+#include "capture/frame_shapes.hpp"
 #include "images/decode.hpp"
 #include "images/frame_table.hpp"
 #include "images/picture_numbers.hpp"
@@ -28,12 +28,6 @@ using detail::FrameRow;
 
 constexpr double kDefaultRate_hz = 30.0;
 constexpr double kNsPerSecond = 1e9;
-
-std::string describe(cv::Size size, int type) {
-  return fmt::format("{}x{} {} of {} bits", size.width, size.height,
-                     CV_MAT_CN(type) == 1 ? "grey" : "colour",
-                     CV_MAT_DEPTH(type) == CV_16U ? 16 : 8);
-}
 
 std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double rate_hz) {
   const std::vector<fs::path> files = picture_files(pattern);
@@ -85,26 +79,19 @@ std::uint64_t count_pictures(const std::vector<FrameRow>& rows) {
 struct ImageSource::State {
   EventPort events;
 
-  // What every frame of the same kind of field must be: as the first one that decoded.
-  struct Shape {
-    cv::Size size;
-    int type = 0;
-  };
-
   SourceInfo info;
-  CommonKeys common;
+  detail::CommonKeys common;
   std::optional<int> bits;  // From `bits=`.
   std::int64_t picture_period_ns = 0;
   std::vector<FrameRow> rows;
-  std::map<Field, Shape> shapes;
+  detail::FrameShapes shapes;
 
   std::atomic<bool> is_streaming = false;
   std::size_t next_row = 0;
   Picture picture;
   std::vector<std::uint8_t> bytes;
 
-  mutable std::mutex statistics_mutex;
-  SourceStatistics statistics;
+  detail::FrameCounts counts;
 
   void take_keys(SourceUri& uri);
   void look_at_first_picture();
@@ -112,14 +99,13 @@ struct ImageSource::State {
   detail::Fault read(const FrameRow& row);
   void fill(const FrameRow& row, Frame& frame);
   void take_image(const FrameRow& row, Frame& frame);
-  void count(const Frame& frame);
 };
 
 void ImageSource::State::take_keys(SourceUri& uri) {
-  common = CommonKeys::take(uri);
+  common = detail::CommonKeys::take(uri);
   const double rate_hz = uri.take_number("fps", 1e-3, 1e6).value_or(kDefaultRate_hz);
   if (const auto given = uri.take_integer("bits", 9, 16)) bits = static_cast<int>(*given);
-  uri.refuse_unused(fmt::format("fps, bits, {}", CommonKeys::kKnown));
+  uri.refuse_unused(fmt::format("fps, bits, {}", detail::CommonKeys::kKnown));
 
   const fs::path path = uri.path();
   std::error_code ignored;
@@ -168,9 +154,10 @@ void ImageSource::State::check_bits(const FrameRow& row) const {
   cv::minMaxIdx(image.reshape(1), nullptr, &highest);
   if (bits && (image.depth() != CV_16U ||
                highest >= static_cast<double>(1U << static_cast<unsigned>(*bits)))) {
-    throw Error(ErrorKind::kUsage,
-                fmt::format("source '{}': bits={} - but '{}' is {} with values up to {}", info.uri,
-                            *bits, row.file, describe(image.size(), image.type()), highest));
+    throw Error(
+        ErrorKind::kUsage,
+        fmt::format("source '{}': bits={} - but '{}' is {} with values up to {}", info.uri, *bits,
+                    row.file, detail::shape_words(image.size(), image.type()), highest));
   }
   constexpr double kHighestOfTwelveBits = 4095.0;
   if (!bits && highest <= kHighestOfTwelveBits) {
@@ -216,25 +203,10 @@ void ImageSource::State::take_image(const FrameRow& row, Frame& frame) {
   if (bits) frame.bit_depth = *bits;
   if (frame.status != FrameStatus::kOk) return;
 
-  const Shape shape{frame.image.size(), frame.image.type()};
-  const Shape& expected = shapes.try_emplace(frame.field, shape).first->second;
-  if (shape.size != expected.size || shape.type != expected.type) {
-    frame.status = FrameStatus::kWrongSize;
-    frame.status_detail =
-        fmt::format("picture '{}' is {}, but the first one is {}", row.file,
-                    describe(shape.size, shape.type), describe(expected.size, expected.type));
-  }
-}
-
-void ImageSource::State::count(const Frame& frame) {
-  const std::lock_guard lock(statistics_mutex);
-  ++statistics.delivered;
-  statistics.corrupt += frame.status == FrameStatus::kCorrupt ? 1 : 0;
-  statistics.incomplete += frame.status == FrameStatus::kIncomplete ? 1 : 0;
-  statistics.wrong_size += frame.status == FrameStatus::kWrongSize ? 1 : 0;
-  if (next_row == 0) return;
-  const std::uint64_t last = rows[next_row - 1].frame.sequence;
-  if (frame.sequence > last + 1) statistics.dropped += frame.sequence - last - 1;
+  const std::string difference = shapes.difference(frame);
+  if (difference.empty()) return;
+  frame.status = FrameStatus::kWrongSize;
+  frame.status_detail = fmt::format("picture '{}' {}", row.file, difference);
 }
 
 ImageSource::ImageSource(SourceUri uri, const EventPort& events)
@@ -251,24 +223,20 @@ SourceInfo ImageSource::info() const { return state_->info; }
 void ImageSource::start() {
   if (state_->is_streaming.exchange(true)) return;
   state_->next_row = 0;
-  const std::lock_guard lock(state_->statistics_mutex);
-  state_->statistics = {};
+  state_->counts.reset();
 }
 
 NextStatus ImageSource::next(Frame& frame, std::chrono::milliseconds /*timeout*/) {
   if (!state_->is_streaming) return NextStatus::kStopped;
   if (state_->next_row == state_->rows.size()) return NextStatus::kEnd;
   state_->fill(state_->rows[state_->next_row], frame);
-  state_->count(frame);
+  state_->counts.deliver_recorded(frame);
   ++state_->next_row;
   return NextStatus::kFrame;
 }
 
 void ImageSource::stop() { state_->is_streaming = false; }
 
-SourceStatistics ImageSource::statistics() const {
-  const std::lock_guard lock(state_->statistics_mutex);
-  return state_->statistics;
-}
+SourceStatistics ImageSource::statistics() const { return state_->counts.now(); }
 
 }  // namespace striper

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <condition_variable>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -13,6 +12,8 @@
 #include <striper/recording/recording_source.hpp>
 
 #include "capture/common_keys.hpp"
+#include "capture/frame_counts.hpp"
+#include "capture/frame_shapes.hpp"
 #include "recording/recorded_frames.hpp"
 
 namespace striper {
@@ -27,24 +28,18 @@ bool is_single_field(Field field) { return field == Field::kTop || field == Fiel
 }  // namespace
 
 struct RecordingSource::State {
-  struct Shape {
-    cv::Size size;
-    int type = 0;
-  };
-
   EventPort events;
   std::string path;
   std::string head;
   bool is_realtime = false;
-  CommonKeys common;
+  detail::CommonKeys common;
   std::optional<int> bits;  // From `bits=`.
   std::int64_t picture_period_ns = 0;
   SourceInfo info;
 
   // Of the thread that calls `start` and `next`.
   std::unique_ptr<RecordedFrames> frames;
-  std::map<Field, Shape> shapes;
-  std::optional<std::uint64_t> last_sequence;
+  detail::FrameShapes shapes;
   std::optional<Clock::time_point> begin;  // When the first frame was due.
   std::int64_t begin_ns = 0;               // Its own time.
   bool has_ended = false;
@@ -52,7 +47,8 @@ struct RecordingSource::State {
   mutable std::mutex mutex;
   std::condition_variable stopped;
   bool is_streaming = false;
-  SourceStatistics counts;
+
+  detail::FrameCounts counts;
 
   void take_keys(SourceUri& uri);
   void look_at_first_frame();
@@ -60,17 +56,16 @@ struct RecordingSource::State {
   NextStatus read(Frame& frame);
   void require_shape(Frame& frame);
   bool wait_until_due(const Frame& frame);
-  void count(const Frame& frame);
   void say_end();
 };
 
 void RecordingSource::State::take_keys(SourceUri& uri) {
-  common = CommonKeys::take(uri);
+  common = detail::CommonKeys::take(uri);
   path = uri.path();
   head = uri.take("head").value_or("");
   is_realtime = uri.take_bool("realtime").value_or(false);
   if (const auto given = uri.take_integer("bits", 9, 16)) bits = static_cast<int>(*given);
-  uri.refuse_unused(fmt::format("head, realtime, bits, {}", CommonKeys::kKnown));
+  uri.refuse_unused(fmt::format("head, realtime, bits, {}", detail::CommonKeys::kKnown));
   info.uri = uri.text();
 }
 
@@ -106,8 +101,8 @@ void RecordingSource::State::look_at_first_frame() {
 
 void RecordingSource::State::rewind() {
   frames = std::make_unique<RecordedFrames>(path, head);
-  shapes.clear();
-  last_sequence.reset();
+  shapes.reset();
+  counts.reset();
   begin.reset();
   has_ended = false;
 }
@@ -127,14 +122,10 @@ NextStatus RecordingSource::State::read(Frame& frame) {
 
 void RecordingSource::State::require_shape(Frame& frame) {
   if (frame.status != FrameStatus::kOk) return;
-  const Shape shape{frame.image.size(), frame.image.type()};
-  const Shape& expected = shapes.try_emplace(frame.field, shape).first->second;
-  if (shape.size == expected.size && shape.type == expected.type) return;
+  const std::string difference = shapes.difference(frame);
+  if (difference.empty()) return;
   frame.status = FrameStatus::kWrongSize;
-  frame.status_detail = fmt::format(
-      "image {} of '{}' is {}x{} of {} bytes a pixel, but the first one is {}x{} of {}",
-      frame.sequence, path, shape.size.width, shape.size.height, CV_ELEM_SIZE(shape.type),
-      expected.size.width, expected.size.height, CV_ELEM_SIZE(expected.type));
+  frame.status_detail = fmt::format("image {} of '{}' {}", frame.sequence, path, difference);
 }
 
 // As every file it does not time out; `stop` ends the wait, and the answer is then false.
@@ -147,18 +138,6 @@ bool RecordingSource::State::wait_until_due(const Frame& frame) {
       *begin + std::chrono::nanoseconds(frame.time.monotonic_ns - begin_ns);
   std::unique_lock lock(mutex);
   return !stopped.wait_until(lock, due, [this] { return !is_streaming; });
-}
-
-void RecordingSource::State::count(const Frame& frame) {
-  const std::lock_guard lock(mutex);
-  ++counts.delivered;
-  counts.corrupt += frame.status == FrameStatus::kCorrupt ? 1 : 0;
-  counts.incomplete += frame.status == FrameStatus::kIncomplete ? 1 : 0;
-  counts.wrong_size += frame.status == FrameStatus::kWrongSize ? 1 : 0;
-  if (last_sequence && frame.sequence > *last_sequence + 1) {
-    counts.dropped += frame.sequence - *last_sequence - 1;
-  }
-  last_sequence = frame.sequence;
 }
 
 void RecordingSource::State::say_end() {
@@ -189,7 +168,6 @@ void RecordingSource::start() {
   const std::lock_guard lock(state_->mutex);
   if (state_->is_streaming) return;
   state_->rewind();
-  state_->counts = {};
   state_->is_streaming = true;
 }
 
@@ -200,7 +178,7 @@ NextStatus RecordingSource::next(Frame& frame, std::chrono::milliseconds /*timeo
   }
   if (const NextStatus status = state_->read(frame); status != NextStatus::kFrame) return status;
   if (state_->is_realtime && !state_->wait_until_due(frame)) return NextStatus::kStopped;
-  state_->count(frame);
+  state_->counts.deliver_recorded(frame);
   return NextStatus::kFrame;
 }
 
@@ -210,9 +188,6 @@ void RecordingSource::stop() {
   state_->stopped.notify_all();
 }
 
-SourceStatistics RecordingSource::statistics() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->counts;
-}
+SourceStatistics RecordingSource::statistics() const { return state_->counts.now(); }
 
 }  // namespace striper

@@ -8,7 +8,7 @@
 
 #include "v4l2/device/controls.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 struct Device {
@@ -81,4 +81,4 @@ Controls make_controls(const VideoDevice& opened, cv::Size picture,
   return {"v4l2:" + opened.path(), std::move(rows)};
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

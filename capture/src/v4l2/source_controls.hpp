@@ -10,7 +10,7 @@
 
 #include "v4l2/device/video_device.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// The controls of a source on a device: `exposure_us`, `region` (read only), then whatever the
 /// device has, by the names that v4l2-ctl shows. V4L2 gives a gain no unit, so there is no
@@ -22,4 +22,4 @@ namespace striper::v4l2 {
 Controls make_controls(const VideoDevice& opened, cv::Size picture,
                        std::function<void(std::int64_t)> on_exposure);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

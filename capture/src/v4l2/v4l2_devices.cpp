@@ -19,7 +19,7 @@
 #include "v4l2/format/pixel_format.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 namespace fs = std::filesystem;
@@ -155,31 +155,31 @@ CameraListing describe(const std::string& path, std::shared_ptr<VideoCalls> call
   return listing;
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2
 
 namespace striper {
 
 CameraListing describe_v4l2_camera(const std::string& path) {
-  return v4l2::describe(path, v4l2::system_video_calls());
+  return detail::v4l2::describe(path, detail::v4l2::system_video_calls());
 }
 
 std::vector<CameraListing> list_v4l2_cameras() {
-  const auto calls = v4l2::system_video_calls();
+  const auto calls = detail::v4l2::system_video_calls();
   std::vector<CameraListing> listings;
-  for (const std::string& node : v4l2::list_nodes()) {
+  for (const std::string& node : detail::v4l2::list_nodes()) {
     const int fd = calls->open(node);
     if (fd == -EACCES || fd == -EPERM) {
       CameraListing listing;
       listing.uri = "v4l2:" + node;
       listing.kind = "v4l2";
       listing.name = "unknown";
-      listing.trouble = v4l2::advice(-fd);
+      listing.trouble = detail::v4l2::advice(-fd);
       listings.push_back(std::move(listing));
     }
     if (fd < 0) continue;
     calls->close(fd);
     try {
-      listings.push_back(v4l2::describe(node, calls));
+      listings.push_back(detail::v4l2::describe(node, calls));
     } catch (const Error&) {
       continue;  // Outputs, codecs, metadata: nothing that can be opened as a camera.
     }

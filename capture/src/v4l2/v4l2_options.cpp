@@ -73,7 +73,7 @@ V4l2Options V4l2Options::from_uri(SourceUri uri) {
     options.require_signal = *word == "require";
   }
   options.time_offset_us = uri.take_number("time_offset_us", -1e7, 1e7).value_or(0.0);
-  const CommonKeys keys = CommonKeys::take(uri);
+  const detail::CommonKeys keys = detail::CommonKeys::take(uri);
   options.cadence = keys.cadence;
   options.fields = keys.fields;
   options.controls = uri.take_rest();
@@ -88,12 +88,13 @@ void V4l2Options::validate() const {
     if (!is_right) refuse(name, key, value, expected);
   };
   require(!device.empty(), "device", "", "a path such as /dev/video0");
-  require(standard.empty() || standard == "auto" || v4l2::standard_from_string(standard) != 0,
-          "standard", standard, "auto, ntsc, pal, secam, ntsc-j, pal-m, pal-n or pal-60");
-  require(format.empty() || v4l2::fourcc_from_string(format) != 0, "format", format,
+  require(
+      standard.empty() || standard == "auto" || detail::v4l2::standard_from_string(standard) != 0,
+      "standard", standard, "auto, ntsc, pal, secam, ntsc-j, pal-m, pal-n or pal-60");
+  require(format.empty() || detail::v4l2::fourcc_from_string(format) != 0, "format", format,
           "a four-character code such as GREY, Y16 or YUYV");
   require(
-      field.empty() || v4l2::field_from_string(field) != V4L2_FIELD_ANY, "field", field,
+      field.empty() || detail::v4l2::field_from_string(field) != V4L2_FIELD_ANY, "field", field,
       "none, top, bottom, interlaced, interlaced-tb, interlaced-bt, seq-tb, seq-bt or alternate");
   require(buffers >= 4 && buffers <= 32, "buffers", std::to_string(buffers), "4 to 32");
   require(queue >= 1 && queue <= 16, "queue", std::to_string(queue), "1 to 16");

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
-#include <ctime>
 #include <mutex>
 #include <utility>
 
@@ -12,6 +11,8 @@
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "capture/common_keys.hpp"
+#include "capture/frame_counts.hpp"
+#include "live/host_clock.hpp"
 #include "v4l2/buffers/picture_queue.hpp"
 #include "v4l2/buffers/streamer.hpp"
 #include "v4l2/device/names.hpp"
@@ -19,22 +20,8 @@
 #include "v4l2/source_controls.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
-
-// UTC minus CLOCK_MONOTONIC, now: follows whoever sets the system's clock.
-std::int64_t utc_offset_ns() {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
-  const auto read = [](clockid_t clock) {
-    timespec now{};
-    clock_gettime(clock, &now);
-    return now.tv_sec * kSecond_ns + now.tv_nsec;
-  };
-  const std::int64_t before = read(CLOCK_MONOTONIC);
-  const std::int64_t utc = read(CLOCK_REALTIME);
-  const std::int64_t after = read(CLOCK_MONOTONIC);
-  return utc - (before + (after - before) / 2);
-}
 
 // A picture that the reader has in hand: one frame of it, or two fields one after the other.
 struct PictureInHand {
@@ -55,7 +42,7 @@ class V4l2Source final : public FrameSource {
   void start() override;
   NextStatus next(Frame& frame, std::chrono::milliseconds timeout) override;
   void stop() override;
-  SourceStatistics statistics() const override { return counters_.snapshot(); }
+  SourceStatistics statistics() const override { return counts_.now(); }
   Controls& controls() override { return controls_; }
 
  private:
@@ -75,7 +62,7 @@ class V4l2Source final : public FrameSource {
   std::atomic<std::int64_t> exposure_ns_ = 0;  ///< Of the device now.
   Controls controls_;
 
-  Counters counters_;
+  FrameCounts counts_;
   PictureQueue queue_;
   PictureInHand in_hand_;  ///< Of the thread that calls `next`.
   std::mutex control_;     ///< Guards starting and stopping.
@@ -136,11 +123,10 @@ void V4l2Source::start() {
     agreement_ = negotiate(*device_, options_);
     exposure_ns_ = agreement_.exposure_ns;
   }
-  counters_.reset();
+  counts_.reset();
   in_hand_ = {};
   // A device that refuses to stream is closed, so that the next attempt begins afresh.
-  streamer_ =
-      std::make_unique<Streamer>(std::move(device_), options_, agreement_, queue_, counters_);
+  streamer_ = std::make_unique<Streamer>(std::move(device_), options_, agreement_, queue_, counts_);
 }
 
 void V4l2Source::stop() {
@@ -163,7 +149,7 @@ NextStatus V4l2Source::next(Frame& frame, std::chrono::milliseconds timeout) {
     take_in_hand();
   }
   fill(frame);
-  ++counters_.delivered;
+  counts_.deliver(frame);
   return NextStatus::kFrame;
 }
 
@@ -186,8 +172,6 @@ void V4l2Source::fill(Frame& frame) {
   } else {
     frame.image.release();
   }
-  if (frame.status == FrameStatus::kCorrupt) ++counters_.corrupt;
-  if (frame.status == FrameStatus::kIncomplete) ++counters_.incomplete;
   if (in_hand_.is_done()) {
     in_hand_.lease.reset();
     in_hand_.picture.ring.reset();
@@ -209,7 +193,7 @@ void V4l2Source::fill_place(Frame& frame, int part) const {
   frame.field_period_ns = frame.exposures_per_picture == 2 ? period_ns / 2 : 0;
   frame.exposure_ns = exposure_ns_;
   frame.time.monotonic_ns = picture.place.midpoint_ns + part * frame.field_period_ns;
-  frame.time.utc_offset_ns = utc_offset_ns();
+  frame.time.utc_offset_ns = utc_offset_now_ns();
   frame.illumination = Illumination::unknown();
   keys_.apply(frame, period_ns);
 }
@@ -261,12 +245,12 @@ std::unique_ptr<FrameSource> open(const V4l2Options& options, std::shared_ptr<Vi
   return std::make_unique<V4l2Source>(options, std::move(calls));
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2
 
 namespace striper {
 
 std::unique_ptr<FrameSource> open_v4l2(const V4l2Options& options) {
-  return v4l2::open(options, v4l2::system_video_calls());
+  return detail::v4l2::open(options, detail::v4l2::system_video_calls());
 }
 
 }  // namespace striper

@@ -9,7 +9,7 @@
 
 #include "v4l2/device/video_calls.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// `open_v4l2` through given system calls: for tests with a device of their own.
 std::unique_ptr<FrameSource> open(const V4l2Options& options, std::shared_ptr<VideoCalls> calls);
@@ -17,4 +17,4 @@ std::unique_ptr<FrameSource> open(const V4l2Options& options, std::shared_ptr<Vi
 /// `describe_v4l2_camera` through given system calls.
 CameraListing describe(const std::string& path, std::shared_ptr<VideoCalls> calls);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <striper/core/cadence.hpp>
 #include <striper/core/error.hpp>
 #include <striper/core/uri.hpp>
 
@@ -144,6 +145,16 @@ std::map<std::string, std::string> Uri::take_rest() {
     if (used_.insert(key).second) rest.emplace(key, value);
   }
   return rest;
+}
+
+std::optional<Cadence> take_cadence(Uri& uri) {
+  const std::optional<std::string> word = uri.take("laser");
+  if (!word) return std::nullopt;
+  try {
+    return Cadence::parse(*word);
+  } catch (const Error& error) {
+    throw Error(error.kind(), fmt::format("source '{}': {}", uri.text(), error.what()));
+  }
 }
 
 }  // namespace striper

@@ -30,7 +30,7 @@ SourceUnderTest stand_in(const std::string& name, const StandInCamera::Setup& se
     }
     V4l2Options options;
     options.device = "/dev/stand-in";
-    return v4l2::open(options, camera);
+    return detail::v4l2::open(options, camera);
   };
   return {name, open, false};
 }

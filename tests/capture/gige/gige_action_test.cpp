@@ -103,9 +103,10 @@ TEST(GigeAction, IsTheOneThatTheTriggerNames) {
 }
 
 TEST(GigeAction, NeedsNoSelectorInACameraThatHasOneAction) {
-  VirtualCameraOptions options;
-  options.lacking = {"ActionSelector"};
-  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), options);
+  detail::CameraFaults faults;
+  faults.lacking = {"ActionSelector"};
+  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), {},
+                               faults);
   const auto source = started(striper, own_keys(1));
   EXPECT_EQ(trigger_gige_action(own_keys(1), 1, 3000ms), 1);
   EXPECT_EQ(pictures_of(*source, 1), Numbers({0}));

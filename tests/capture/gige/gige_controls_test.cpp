@@ -111,9 +111,9 @@ TEST(GigeControls, FramesHaveNoCountsUnlessTheyAreAskedFor) {
 }
 
 TEST(GigeControls, CameraWithoutAnEncoderIsRefusedByName) {
-  VirtualCameraOptions options;
-  options.lacking = {"ChunkSelector.EncoderValue"};
-  const VirtualStriper striper(pattern(), options);
+  detail::CameraFaults faults;
+  faults.lacking = {"ChunkSelector.EncoderValue"};
+  const VirtualStriper striper(pattern(), {}, faults);
   const Error error = testing::error_of([&] { striper.open("encoder=yes"); });
   EXPECT_EQ(error.kind(), ErrorKind::kUnsupported);
   EXPECT_THAT(error.what(), HasSubstr("encoder=yes: its pictures come without EncoderValue"));

@@ -200,7 +200,7 @@ TEST(GigeLossNoticedAt, AnotherProgramThatTookTheCamera) {
 }
 
 /// Whether that controller, the first is 1, left every line off that it has set.
-bool commanded_off(const VirtualCamera& camera, std::uint64_t controller) {
+bool commanded_off(const detail::Device& camera, std::uint64_t controller) {
   bool is_off = false;
   for (const RegisterWrite& write : camera.register_writes()) {
     if (write.controller != controller) continue;
@@ -262,16 +262,17 @@ TEST(GigeLaserAfterALoss, IsLeftToAnotherProgramAndThatIsTold) {
 }
 
 TEST(GigeLaserAfterALoss, IsOffWhereTheSequencerTookHalfOfItsProgram) {
-  VirtualCameraOptions options;
-  options.stuck = {"SequencerMode"};
-  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 50.0), options);
+  detail::CameraFaults faults;
+  faults.stuck = {"SequencerMode"};
+  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 50.0), {},
+                               faults);
   const auto source = striper.open("strobe=Line2&laser=dark,0");
   EXPECT_THROW(source->start(), Error);
   EXPECT_TRUE(commanded_off(*striper.camera, 1));
 }
 
 /// The lines that were set last to carry nothing.
-std::set<std::uint32_t> lines_left_off(const VirtualCamera& camera) {
+std::set<std::uint32_t> lines_left_off(const detail::Device& camera) {
   std::set<std::uint32_t> off;
   std::uint32_t line = 0;
   for (const RegisterWrite& write : camera.register_writes()) {

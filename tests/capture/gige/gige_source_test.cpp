@@ -13,7 +13,7 @@
 #include <striper/core/error.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
-#include "gige/clock/host_clock.hpp"
+#include "live/host_clock.hpp"
 #include "support/error_of.hpp"
 #include "support/heard.hpp"
 
@@ -175,10 +175,11 @@ class SlowPicture : public ::testing::TestWithParam<int> {};
 
 TEST_P(SlowPicture, HasTheLightThatWasCommandedForIt) {
   VirtualCameraOptions options;
-  options.lacking = {"ChunkModeActive"};
+  detail::CameraFaults faults;
+  faults.lacking = {"ChunkModeActive"};
   options.link_mbit_s = 10.0;
   const cv::Size size(1024, 1024);
-  const VirtualStriper striper(std::make_shared<PatternScene>(size, 8, 200.0), options);
+  const VirtualStriper striper(std::make_shared<PatternScene>(size, 8, 200.0), options, faults);
   const auto source = open_source(
       fmt::format("gige:{}?frame_timeout_ms={}&exposure_us=300&strobe=Line2&laser=0,dark,dark&"
                   "switching=host",
@@ -209,9 +210,9 @@ void PrintTo(const Switching& switching, std::ostream* out) { *out << switching.
 class GigeLaser : public ::testing::TestWithParam<Switching> {};
 
 TEST_P(GigeLaser, FramesSayWhatReallyLitThem) {
-  VirtualCameraOptions options;
-  options.lacking = GetParam().lacking;
-  const VirtualStriper striper(pattern(), options);
+  detail::CameraFaults faults;
+  faults.lacking = GetParam().lacking;
+  const VirtualStriper striper(pattern(), {}, faults);
   const auto source =
       striper.open(std::string("strobe=Line2&laser=0,dark&fps=100&") + GetParam().query);
   source->start();
@@ -318,9 +319,10 @@ TEST(GigeSource, WithoutResendBrokenPicturesAreCountedAndNeverUsed) {
 
 TEST(GigeSource, ASkewedCameraClockIsFollowed) {
   VirtualCameraOptions options;
+  detail::CameraFaults faults;
   options.clock_skew = 2e-4;
-  options.clock_offset_ns = 123'456'789'012;
-  const VirtualStriper striper(pattern(8, 100.0), options);
+  faults.clock_offset_ns = 123'456'789'012;
+  const VirtualStriper striper(pattern(8, 100.0), options, faults);
   const auto source = striper.open("exposure_us=1000");
   source->start();
   // Until the rate is known: on a busy machine many comparisons of the clocks are too vague to use.
@@ -344,10 +346,10 @@ TEST(GigeSource, TimesOfDayArePtpsWhileTheCameraFollowsIt) {
   constexpr std::int64_t kAhead_ns = 150'000'000;  // of the network's time before this host's
   for (const std::set<std::string>& lacking :
        {std::set<std::string>{}, std::set<std::string>{"PtpEnable", "PtpStatus"}}) {
-    VirtualCameraOptions options;
-    options.lacking = lacking;  // the second one has GevIEEE1588, as it was called before
-    options.ptp_offset_ns = kAhead_ns;
-    const VirtualStriper striper(pattern(8, 100.0), options);
+    detail::CameraFaults faults;
+    faults.lacking = lacking;  // the second one has GevIEEE1588, as it was called before
+    faults.ptp_offset_ns = kAhead_ns;
+    const VirtualStriper striper(pattern(8, 100.0), {}, faults);
     const auto source = striper.open("ptp=yes&exposure_us=1000");
     source->start();
     const auto ahead_of_host_ns = [](const Frame& frame) {

@@ -171,7 +171,7 @@ double resident_mb() {
 
 /// That the client commanded every laser line off before anything else could light it, and that a
 /// line is armed only for the acquisition's sake: from what the camera was written.
-void expect_laser_off_until_acquisition(const VirtualCamera& camera) {
+void expect_laser_off_until_acquisition(const detail::Device& camera) {
   const std::vector<RegisterWrite> writes = camera.register_writes();
   const auto is = [](const char* name) {
     return [name](const RegisterWrite& one) { return one.name == name; };

@@ -20,9 +20,9 @@ using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
 VirtualStriper camera_without(std::set<std::string> lacking) {
-  VirtualCameraOptions options;
-  options.lacking = std::move(lacking);
-  return VirtualStriper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), options);
+  detail::CameraFaults faults;
+  faults.lacking = std::move(lacking);
+  return VirtualStriper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), {}, faults);
 }
 
 /// What becomes of opening the camera and taking a picture.
@@ -166,9 +166,10 @@ TEST(WrittenFeature, IsReadBack) {
 }
 
 TEST(WrittenFeature, ThatIsNotKeptIsRefusedWithWhatIsReadBack) {
-  VirtualCameraOptions options;
-  options.stuck = {"ExposureTime", "GevSCPD", "BlackLevel", "PixelFormat", "PtpEnable"};
-  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), options);
+  detail::CameraFaults faults;
+  faults.stuck = {"ExposureTime", "GevSCPD", "BlackLevel", "PixelFormat", "PtpEnable"};
+  const VirtualStriper striper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), {},
+                               faults);
   EXPECT_THAT(outcome(striper, "exposure_us=250"),
               HasSubstr("ExposureTime was set to 250 and reads"));
   EXPECT_THAT(outcome(striper, "black_level=9"), HasSubstr("BlackLevel was set to 9 and reads 0"));

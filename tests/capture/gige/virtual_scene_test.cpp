@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include <striper/gige/virtual_scene.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
+#include <striper/virtual_camera/virtual_scene.hpp>
 
 namespace striper {
 namespace {

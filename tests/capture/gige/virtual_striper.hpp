@@ -12,7 +12,9 @@
 
 #include <striper/capture/open_source.hpp>
 #include <striper/gige/gige_source.hpp>
-#include <striper/gige/virtual_camera.hpp>
+#include <striper/virtual_camera/virtual_camera.hpp>
+
+#include "virtual_camera/src/device.hpp"
 
 namespace striper::testing {
 
@@ -66,14 +68,15 @@ class PatternScene : public VirtualScene {
 
 /// A virtual camera at an address of its own, and sources that open it.
 struct VirtualStriper {
-  explicit VirtualStriper(std::shared_ptr<VirtualScene> shown, VirtualCameraOptions given = {})
-      : scene(std::move(shown)), options(std::move(given)) {
+  explicit VirtualStriper(std::shared_ptr<VirtualScene> shown, VirtualCameraOptions given = {},
+                          detail::CameraFaults wrong = {})
+      : scene(std::move(shown)), options(std::move(given)), faults(std::move(wrong)) {
     options.address = own_address();
     options.serial = fmt::format("T{}", getpid() % 100000);
     plug_in();
   }
 
-  void plug_in() { camera = std::make_unique<VirtualCamera>(scene, options); }
+  void plug_in() { camera = std::make_unique<detail::Device>(scene, options, faults); }
   void pull_the_plug() { camera.reset(); }
 
   /// A machine that is busy with other tests is no reason to give a picture up.
@@ -88,7 +91,8 @@ struct VirtualStriper {
 
   std::shared_ptr<VirtualScene> scene;
   VirtualCameraOptions options;
-  std::unique_ptr<VirtualCamera> camera;
+  detail::CameraFaults faults;
+  std::unique_ptr<detail::Device> camera;  ///< What VirtualCamera has inside: it can be faulty.
 };
 
 }  // namespace striper::testing

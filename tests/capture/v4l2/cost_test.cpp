@@ -43,7 +43,7 @@ struct CountedStream {
     camera->set_pixels([](std::uint8_t*, std::size_t, std::uint64_t) {});
     V4l2Options options;
     options.device = "/dev/stand-in";
-    source = v4l2::open(options, camera);
+    source = detail::v4l2::open(options, camera);
     source->start();
   }
 

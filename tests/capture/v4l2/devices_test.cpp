@@ -29,7 +29,7 @@ TEST(CameraListing, HoldsWhatAGrabberSaysOfItself) {
   setup.standard = V4L2_STD_NTSC_M;
   setup.other_codes = {V4L2_PIX_FMT_YUYV, v4l2_fourcc('X', 'Y', 'Z', '9')};
   const auto camera = std::make_shared<StandInCamera>(setup);
-  const CameraListing listing = v4l2::describe("/dev/video7", camera);
+  const CameraListing listing = detail::v4l2::describe("/dev/video7", camera);
   EXPECT_EQ(listing.uri, "v4l2:/dev/video7");
   EXPECT_EQ(listing.kind, "v4l2");
   EXPECT_EQ(listing.name, "Stand-in camera");
@@ -54,7 +54,7 @@ TEST(CameraListing, SaysWhatIsWrongWithAnInputsSignal) {
   setup.standard = V4L2_STD_NTSC_M;
   const auto camera = std::make_shared<StandInCamera>(setup);
   camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
-  EXPECT_THAT(v4l2::describe("/dev/video7", camera).inputs.at(0).trouble,
+  EXPECT_THAT(detail::v4l2::describe("/dev/video7", camera).inputs.at(0).trouble,
               HasSubstr("has no signal"));
 }
 
@@ -62,7 +62,7 @@ TEST(CameraListing, HoldsEveryControlWithItsBoundsAndValue) {
   const auto camera = std::make_shared<StandInCamera>();
   camera->add_control(V4L2_CID_GAIN, "Gain", V4L2_CTRL_TYPE_INTEGER, -3, 255, 7);
   camera->add_control(V4L2_CID_HFLIP, "Horizontal Flip", V4L2_CTRL_TYPE_BOOLEAN, 0, 1, 1);
-  const CameraListing listing = v4l2::describe("/dev/video7", camera);
+  const CameraListing listing = detail::v4l2::describe("/dev/video7", camera);
   ASSERT_EQ(listing.controls.size(), 2U);
   for (const CameraControl& control : listing.controls) {
     const bool is_gain = control.name == "gain";
@@ -77,7 +77,7 @@ TEST(CameraListing, HoldsEveryControlWithItsBoundsAndValue) {
 TEST(CameraListing, NodeThatIsNoCameraIsRefused) {
   const auto camera = std::make_shared<StandInCamera>();
   camera->set_capabilities(V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING);
-  EXPECT_THROW(v4l2::describe("/dev/video7", camera), Error);
+  EXPECT_THROW(detail::v4l2::describe("/dev/video7", camera), Error);
   EXPECT_TRUE(camera->is_clean());
 }
 

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 constexpr std::int64_t kPeriod_ns = 33'366'667;
@@ -170,4 +170,4 @@ TEST(ExposureClock, CountThatJumpsBackIsAnInterruption) {
 }
 
 }  // namespace
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -15,7 +15,7 @@
 
 #include "support/random.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 constexpr int kWidth = 12;  // A multiple of every packing's group.
@@ -176,4 +176,4 @@ TEST(PixelFormat, EightBitGreyIsTheFirstChoiceAndCompressionTheLast) {
 }
 
 }  // namespace
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

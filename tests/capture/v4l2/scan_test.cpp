@@ -35,7 +35,7 @@ struct Studio {
       const std::vector<std::uint8_t>& buffer = buffers[count % buffers.size()];
       std::memcpy(data, buffer.data(), std::min(bytes, buffer.size()));
     });
-    source = v4l2::open(
+    source = detail::v4l2::open(
         V4l2Options::from_uri(SourceUri::parse("v4l2:/dev/stand-in?laser=0,dark&" + way.query())),
         camera);
     scans = std::make_unique<SideBySide>(scene, source->info().cadence);

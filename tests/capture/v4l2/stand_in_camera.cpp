@@ -33,7 +33,7 @@ std::int64_t now_ns() {
 }  // namespace
 
 std::size_t StandInCamera::stride() const {
-  return v4l2::find_pixel_format(setup_.code)->row_bytes(setup_.width) + setup_.padding;
+  return detail::v4l2::find_pixel_format(setup_.code)->row_bytes(setup_.width) + setup_.padding;
 }
 
 int StandInCamera::buffer_rows() const {
@@ -431,7 +431,7 @@ void StandInCamera::unmap(std::uint8_t* memory, std::size_t) noexcept {
   --mapped_;
 }
 
-v4l2::Readiness StandInCamera::wait(int fd, int wake_fd, int timeout_ms) noexcept {
+detail::v4l2::Readiness StandInCamera::wait(int fd, int wake_fd, int timeout_ms) noexcept {
   std::array<pollfd, 2> waiting{pollfd{fd, POLLIN, 0}, pollfd{wake_fd, POLLIN, 0}};
   ::poll(waiting.data(), waiting.size(), timeout_ms);
   const std::scoped_lock lock(mutex_);

@@ -22,7 +22,7 @@ namespace striper::testing {
 
 /// A V4L2 device in this process: behaves as the kernel's API says (buffers, ownership, formats,
 /// inputs, standards, controls), and fails on demand.
-class StandInCamera final : public v4l2::VideoCalls {
+class StandInCamera final : public detail::v4l2::VideoCalls {
  public:
   struct Setup {
     std::uint32_t code = V4L2_PIX_FMT_GREY;
@@ -76,13 +76,13 @@ class StandInCamera final : public v4l2::VideoCalls {
   /// Nothing is left open or mapped.
   bool is_clean() const { return open_fds_ == 0 && mapped_ == 0; }
 
-  // v4l2::VideoCalls.
+  // detail::v4l2::VideoCalls.
   int open(const std::string& path) noexcept override;
   void close(int fd) noexcept override;
   int control(int fd, unsigned long request, void* argument) noexcept override;
   std::uint8_t* map(int fd, std::size_t bytes, std::int64_t offset) noexcept override;
   void unmap(std::uint8_t* memory, std::size_t bytes) noexcept override;
-  v4l2::Readiness wait(int fd, int wake_fd, int timeout_ms) noexcept override;
+  detail::v4l2::Readiness wait(int fd, int wake_fd, int timeout_ms) noexcept override;
 
  private:
   struct Buffer {

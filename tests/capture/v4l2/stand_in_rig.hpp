@@ -22,7 +22,7 @@ struct Rig {
       : camera(std::make_shared<StandInCamera>(setup)) {
     options.device = "/dev/video7";
   }
-  std::unique_ptr<FrameSource> open() const { return v4l2::open(options, camera); }
+  std::unique_ptr<FrameSource> open() const { return detail::v4l2::open(options, camera); }
   std::unique_ptr<FrameSource> open_and_start() const {
     auto source = open();
     source->start();

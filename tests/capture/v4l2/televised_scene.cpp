@@ -128,8 +128,8 @@ bool Television::is_bottom_first() const noexcept {
 
 std::string Television::query() const {
   std::string text = std::string("standard=") + (is_525() ? "ntsc-m" : "pal");
-  text += "&format=" + v4l2::fourcc_to_string(code);
-  if (field != V4L2_FIELD_INTERLACED) text += "&field=" + v4l2::field_to_string(field);
+  text += "&format=" + detail::v4l2::fourcc_to_string(code);
+  if (field != V4L2_FIELD_INTERLACED) text += "&field=" + detail::v4l2::field_to_string(field);
   return text;
 }
 

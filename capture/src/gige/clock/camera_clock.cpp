@@ -9,10 +9,10 @@
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
 
-#include "gige/clock/host_clock.hpp"
 #include "gige/clock/ptp_clock.hpp"
 #include "gige/protocol/gvcp.hpp"
 #include "gige/protocol/gvcp_client.hpp"
+#include "live/host_clock.hpp"
 
 namespace striper::detail {
 namespace {

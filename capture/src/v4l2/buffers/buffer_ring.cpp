@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -181,4 +181,4 @@ int BufferRing::with_driver() const noexcept {
   return with_driver_;
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -13,7 +13,7 @@
 #include "v4l2/device/video_device.hpp"
 #include "v4l2/format/agreement.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// A filled buffer, as the driver handed it over.
 struct FilledBuffer {
@@ -92,4 +92,4 @@ class BufferRing : public std::enable_shared_from_this<BufferRing> {
   int with_driver_ = 0;
 };
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 std::int64_t ExposureClock::exposure_period_ns() const noexcept {
   return stream_.picture_period_ns / stream_.exposures_per_picture;
@@ -86,4 +86,4 @@ ExposurePlace ExposureClock::place(const BufferStamp& stamp) noexcept {
           (lost + per_picture - 1) / per_picture};
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -6,7 +6,7 @@
 
 #include <striper/core/frame.hpp>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// What the driver stamped a buffer with.
 struct BufferStamp {
@@ -75,4 +75,4 @@ class ExposureClock {
   std::int64_t last_midpoint_ns_ = 0;
 };
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -3,23 +3,7 @@
 
 #include <utility>
 
-namespace striper::v4l2 {
-
-void Counters::reset() noexcept {
-  for (auto* const counter : {&delivered, &dropped, &overrun, &corrupt, &incomplete, &reconnects})
-    *counter = 0;
-}
-
-SourceStatistics Counters::snapshot() const noexcept {
-  SourceStatistics statistics;
-  statistics.delivered = delivered;
-  statistics.dropped = dropped;
-  statistics.overrun = overrun;
-  statistics.corrupt = corrupt;
-  statistics.incomplete = incomplete;
-  statistics.reconnects = reconnects;
-  return statistics;
-}
+namespace striper::detail::v4l2 {
 
 void PictureQueue::open() {
   const std::scoped_lock lock(mutex_);
@@ -80,4 +64,4 @@ void PictureQueue::give_back_all() {
   }
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

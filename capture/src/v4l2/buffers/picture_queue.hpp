@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
@@ -15,7 +14,7 @@
 #include "v4l2/buffers/buffer_ring.hpp"
 #include "v4l2/buffers/exposure_clock.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// A picture on its way from the capture thread to the reader.
 struct Picture {
@@ -25,19 +24,6 @@ struct Picture {
   Field field = Field::kProgressive;  ///< kTop or kBottom where the buffer is one field.
   FrameStatus status = FrameStatus::kOk;
   const char* detail = "";
-};
-
-/// SourceStatistics that several threads count.
-struct Counters {
-  std::atomic<std::uint64_t> delivered{0};
-  std::atomic<std::uint64_t> dropped{0};
-  std::atomic<std::uint64_t> overrun{0};
-  std::atomic<std::uint64_t> corrupt{0};
-  std::atomic<std::uint64_t> incomplete{0};
-  std::atomic<std::uint64_t> reconnects{0};
-
-  void reset() noexcept;
-  SourceStatistics snapshot() const noexcept;
 };
 
 /// A short queue between the capture thread and the reader. When it is full the oldest picture goes
@@ -73,4 +59,4 @@ class PictureQueue {
   NextStatus closed_ = NextStatus::kStopped;  ///< kFrame while open.
 };
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

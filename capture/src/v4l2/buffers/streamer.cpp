@@ -13,27 +13,30 @@
 
 #include <striper/core/event.hpp>
 
+#include "live/host_clock.hpp"
+#include "v4l2/device/names.hpp"
 #include "v4l2/format/negotiate.hpp"
 #include "v4l2/format/picture_format.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kFirstPause{20};
-constexpr milliseconds kLongestPause{1000};
+constexpr Reopening::Pauses kPauses{milliseconds{20}, milliseconds{1000}};
 
-std::int64_t monotonic_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
-
-bool is_same_stream(const Agreement& a, const Agreement& b) {
-  return a.format == b.format && a.field == b.field && a.width == b.width &&
-         a.buffer_height == b.buffer_height && a.stride == b.stride &&
-         a.first_field() == b.first_field();
+// Pictures are read as the first agreement has them: how the lines of a buffer lie belongs to it.
+StreamKind kind_of(const Agreement& agreement) {
+  StreamKind kind;
+  kind.image_size = {agreement.width, agreement.buffer_height};
+  kind.sensor_size = agreement.picture_size();
+  kind.bit_depth = agreement.format->bit_depth;
+  kind.channels = agreement.format->channels();
+  kind.layout =
+      fmt::format("{} {} {} {}", fourcc_to_string(agreement.format->fourcc), agreement.stride,
+                  field_to_string(agreement.field), static_cast<int>(agreement.first_field()));
+  kind.words = agreement.describe();
+  return kind;
 }
 
 }  // namespace
@@ -59,14 +62,16 @@ ExposureClock::Stream clock_stream(const Agreement& agreement, const V4l2Options
 }
 
 Streamer::Streamer(std::unique_ptr<VideoDevice> device, const V4l2Options& options,
-                   const Agreement& agreement, PictureQueue& queue, Counters& counters)
+                   const Agreement& agreement, PictureQueue& queue, FrameCounts& counts)
     : options_(options),
       agreement_(agreement),
       queue_(queue),
-      counters_(counters),
+      counts_(counts),
       calls_(device->calls()),
       device_(std::move(device)),
-      clock_(clock_stream(agreement, options)) {
+      clock_(clock_stream(agreement, options)),
+      reopening_(options.events, "v4l2 " + options.device, kPauses, options.reconnect_s) {
+  reopening_.set_kind(kind_of(agreement));
   connect();
   wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   if (wake_fd_ < 0) device_->refuse("make a wake-up descriptor", errno);
@@ -145,7 +150,7 @@ void Streamer::accept(const FilledBuffer& filled) {
   stamp.sequence = filled.sequence;
   const bool is_monotonic =
       (filled.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-  stamp.time_ns = is_monotonic ? filled.time_ns : monotonic_ns();
+  stamp.time_ns = is_monotonic ? filled.time_ns : monotonic_now_ns();
   stamp.is_start_of_exposure = is_monotonic && (filled.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) ==
                                                    V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
   if (filled.field == V4L2_FIELD_TOP) stamp.field = Field::kTop;
@@ -155,14 +160,14 @@ void Streamer::accept(const FilledBuffer& filled) {
   picture.buffer = filled;
   picture.field = stamp.field;
   picture.place = clock_.place(stamp);
-  counters_.dropped += picture.place.lost_pictures;
+  counts_.drop(picture.place.lost_pictures);
   judge(filled, picture);
   if (picture.status == FrameStatus::kOk) {
     picture.ring = ring_;
   } else {
     ring_->give_back(filled.index);
   }
-  if (queue_.push(std::move(picture))) ++counters_.overrun;
+  if (queue_.push(std::move(picture))) counts_.overrun(1);
 }
 
 void Streamer::judge(const FilledBuffer& filled, Picture& picture) {
@@ -206,7 +211,7 @@ void Streamer::ask_for_signal() {
                                                      agreement_.signal.input,
                                                      agreement_.signal.input_name, trouble)});
   }
-  if (trouble.empty() && !has_signal_) signal_since_ns_ = monotonic_ns();
+  if (trouble.empty() && !has_signal_) signal_since_ns_ = monotonic_now_ns();
   has_signal_ = trouble.empty();
 }
 
@@ -215,51 +220,24 @@ void Streamer::lose(const std::string& reason) {
   ring_.reset();
   device_.reset();
   clock_.interrupt();
-  lost_at_ = Clock::now();
-  pause_ = milliseconds{0};
-  last_refusal_.clear();
-  if (options_.reconnect_s <= 0.0) {
-    send("source_gone", reason);
-    return end();
-  }
-  send("source_lost", reason + "; opening it again");
+  if (!reopening_.lose(reason)) end();
 }
 
 void Streamer::try_again() {
-  calls_->wait(-1, wake_fd_, has_ended_ ? -1 : static_cast<int>(pause_.count()));
+  calls_->wait(-1, wake_fd_, has_ended_ ? -1 : static_cast<int>(reopening_.pause().count()));
   if (is_stopping_ || has_ended_) return;
-  try {
-    open_again();
-    ++counters_.reconnects;
-    send("source_back", "streams again");
-  } catch (const Error& error) {
-    ring_.reset();
-    device_.reset();
-    const std::chrono::duration<double> waited = Clock::now() - lost_at_;
-    if (waited.count() > options_.reconnect_s) {
-      send("source_gone",
-           fmt::format("it did not come back in {:.3g} s: {}", options_.reconnect_s, error.what()));
-      return end();
-    }
-    if (last_refusal_ != error.what()) {
-      options_.events.send({"source_not_open", last_refusal_ = error.what()});
-    }
-    pause_ = std::clamp(2 * pause_, kFirstPause, kLongestPause);
-  }
+  const Reopening::Outcome outcome = reopening_.attempt([this] { open_again(); });
+  if (outcome == Reopening::Outcome::kBack) return;
+  ring_.reset();
+  device_.reset();
+  if (outcome == Reopening::Outcome::kGone) end();
 }
 
 void Streamer::open_again() {
   device_ = std::make_unique<VideoDevice>(calls_, options_.device);
-  const Agreement now = negotiate(*device_, options_);
-  if (!is_same_stream(now, agreement_)) {
-    device_->fail(ErrorKind::kDevice, fmt::format("it came back with {} and was {}", now.describe(),
-                                                  agreement_.describe()));
-  }
+  reopening_.require_same(kind_of(negotiate(*device_, options_)));
   connect();
-}
-
-void Streamer::send(EventCode code, const std::string& what) const {
-  options_.events.send({code, fmt::format("v4l2 {}: {}", options_.device, what)});
+  counts_.reconnect();
 }
 
 void Streamer::end() {
@@ -267,4 +245,4 @@ void Streamer::end() {
   queue_.close(NextStatus::kEnd);
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

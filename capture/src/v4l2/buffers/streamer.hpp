@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <thread>
 
+#include "capture/frame_counts.hpp"
+#include "live/reopening.hpp"
 #include "v4l2/buffers/buffer_ring.hpp"
 #include "v4l2/buffers/exposure_clock.hpp"
 #include "v4l2/buffers/picture_queue.hpp"
 #include "v4l2/format/agreement.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// Moves pictures from the device to the queue on a thread of its own, and keeps the device alive:
 /// closes and opens it again when it fails, stalls or vanishes.
@@ -20,7 +23,7 @@ class Streamer {
  public:
   /// Starts to stream. @throws Error where the device refuses.
   Streamer(std::unique_ptr<VideoDevice> device, const V4l2Options& options,
-           const Agreement& agreement, PictureQueue& queue, Counters& counters);
+           const Agreement& agreement, PictureQueue& queue, FrameCounts& counts);
   Streamer(const Streamer&) = delete;
   Streamer& operator=(const Streamer&) = delete;
   ~Streamer() { finish(); }
@@ -43,13 +46,12 @@ class Streamer {
   void try_again();
   void open_again();
   void end();
-  void send(EventCode code, const std::string& what) const;
   void connect();
 
   const V4l2Options& options_;
   const Agreement& agreement_;
   PictureQueue& queue_;
-  Counters& counters_;
+  FrameCounts& counts_;
   std::shared_ptr<VideoCalls> calls_;
   std::unique_ptr<VideoDevice> device_;
   std::shared_ptr<BufferRing> ring_;
@@ -57,9 +59,7 @@ class Streamer {
   int wake_fd_ = -1;
 
   Clock::time_point last_picture_;
-  Clock::time_point lost_at_;
-  std::chrono::milliseconds pause_{0};
-  std::string last_refusal_;
+  Reopening reopening_;
 
   bool checks_signal_ = false;
   Clock::duration signal_answer_{0};  ///< What the quickest one took since the device was opened.
@@ -78,4 +78,4 @@ ExposureClock::Stream clock_stream(const Agreement& agreement, const V4l2Options
 /// Exposures in a picture: 2 where it has both fields.
 int exposures_per_picture(const Agreement& agreement) noexcept;
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -11,7 +11,7 @@
 
 #include <striper/core/event.hpp>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 // v4l2-ctl's rule: letters and digits in lower case, everything between them one underscore.
@@ -247,4 +247,4 @@ std::int64_t read_exposure_ns(const VideoDevice& device) {
   return static_cast<std::int64_t>(static_cast<double>(units) * kExposureUnitUs * 1000.0);
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -12,7 +12,7 @@
 
 #include "v4l2/device/video_device.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 inline constexpr double kExposureUnitUs = 100.0;  ///< V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us.
 
@@ -54,4 +54,4 @@ std::int64_t set_exposure(const VideoDevice& device, double exposure_us, const E
 /// The exposure that the device says it has; 0 where it does not say or chooses by itself.
 std::int64_t read_exposure_ns(const VideoDevice& device);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

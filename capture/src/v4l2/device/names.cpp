@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 struct StandardName {
@@ -97,4 +97,4 @@ std::string field_to_string(std::uint32_t field) {
   return found == kFields.end() ? fmt::format("field order {}", field) : std::string(found->word);
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -8,7 +8,7 @@
 
 #include <linux/videodev2.h>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 // The words that a source's address has for the kernel's television standards and orders of fields.
 
@@ -26,4 +26,4 @@ std::string field_to_string(std::uint32_t field);
 /// Whether two words are the same but for capital letters.
 bool is_same_word(std::string_view a, std::string_view b) noexcept;
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -8,7 +8,7 @@
 
 #include "v4l2/device/names.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 bool has_standard(const v4l2_input& input) {
@@ -140,4 +140,4 @@ std::string signal_trouble(std::uint32_t input_status) {
   return {};
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -11,7 +11,7 @@
 
 #include "v4l2/device/video_device.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// Where a device takes its picture from.
 struct Signal {
@@ -34,4 +34,4 @@ std::vector<v4l2_input> list_inputs(const VideoDevice& device);
 /// when nothing is.
 std::string signal_trouble(std::uint32_t input_status);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

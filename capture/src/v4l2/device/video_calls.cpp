@@ -10,7 +10,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 class SystemVideoCalls final : public VideoCalls {
@@ -50,4 +50,4 @@ class SystemVideoCalls final : public VideoCalls {
 
 std::shared_ptr<VideoCalls> system_video_calls() { return std::make_shared<SystemVideoCalls>(); }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// What became ready while waiting.
 struct Readiness {
@@ -42,4 +42,4 @@ class VideoCalls {
 /// The real ones.
 std::shared_ptr<VideoCalls> system_video_calls();
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 constexpr const char* kListHint = "`striper devices` lists those that there are";
@@ -106,4 +106,4 @@ void VideoDevice::refuse(const std::string& what, int error) const {
 void VideoDevice::fail(ErrorKind kind, const std::string& message) const {
   throw Error(kind, fmt::format("v4l2 {}: {}", path_, message));
 }
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

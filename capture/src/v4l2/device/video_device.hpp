@@ -11,7 +11,7 @@
 
 #include "v4l2/device/video_calls.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// An open device node: its descriptor, its name for messages and what it says of itself.
 class VideoDevice {
@@ -77,4 +77,4 @@ std::string text_of(const Byte (&bytes)[kSize]) {
 /// What an error number of a control call means here and what to do about it.
 std::string advice(int error);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -7,7 +7,7 @@
 
 #include "v4l2/device/names.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 Field Agreement::first_field() const noexcept {
   switch (field) {
@@ -53,4 +53,4 @@ std::string Agreement::describe() const {
   return text;
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -13,7 +13,7 @@
 #include "v4l2/device/signal.hpp"
 #include "v4l2/format/pixel_format.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// What a device and striper agreed on.
 struct Agreement {
@@ -49,4 +49,4 @@ struct Agreement {
   friend bool operator==(const Agreement&, const Agreement&) = default;
 };
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -4,7 +4,7 @@
 #include "v4l2/device/controls.hpp"
 #include "v4l2/format/picture_format.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 Agreement negotiate(const VideoDevice& device, const V4l2Options& options) {
   Agreement agreed;
@@ -17,4 +17,4 @@ Agreement negotiate(const VideoDevice& device, const V4l2Options& options) {
   return agreed;
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

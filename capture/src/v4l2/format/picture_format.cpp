@@ -11,7 +11,7 @@
 #include "v4l2/device/names.hpp"
 #include "v4l2/format/picture_lists.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 const PixelFormat& choose_format(const VideoDevice& device, const std::string& wanted) {
@@ -251,4 +251,4 @@ void set_format(const VideoDevice& device, const Agreement& agreement) {
   }
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

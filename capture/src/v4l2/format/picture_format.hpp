@@ -6,7 +6,7 @@
 #include "v4l2/device/video_device.hpp"
 #include "v4l2/format/agreement.hpp"
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// Chooses and sets pixel format, size, order of fields and rate for the signal that is agreed on,
 /// and writes them into `agreed`.
@@ -17,4 +17,4 @@ void choose_picture(const VideoDevice& device, const V4l2Options& options, Agree
 /// @throws Error{kDevice} where it no longer takes it.
 void set_format(const VideoDevice& device, const Agreement& agreement);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 /// Asks with a growing index until the driver has no more.
@@ -59,4 +59,4 @@ FrameRates list_rates(const VideoDevice& device, std::uint32_t code,
   return rates;
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

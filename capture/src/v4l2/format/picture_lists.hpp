@@ -9,7 +9,7 @@
 #include "v4l2/device/video_device.hpp"
 
 // What a driver lists of the pictures that it has: formats, the sizes of each, the rates of those.
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 std::vector<v4l2_fmtdesc> list_formats(const VideoDevice& device);
 
@@ -24,4 +24,4 @@ struct FrameRates {
 FrameRates list_rates(const VideoDevice& device, std::uint32_t code,
                       const v4l2_frmsize_discrete& size);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -16,7 +16,7 @@
 #define V4L2_PIX_FMT_Y12P v4l2_fourcc('Y', '1', '2', 'P')
 #endif
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "grey formats are little-endian");
@@ -262,4 +262,4 @@ bool convert(const PixelFormat& format, const RawPicture& raw, cv::Mat& image) {
   return false;
 }
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

@@ -9,7 +9,7 @@
 
 #include <opencv2/core/mat.hpp>
 
-namespace striper::v4l2 {
+namespace striper::detail::v4l2 {
 
 /// How the grey (or colour) of a pixel lies in the driver's memory.
 enum class Layout : std::uint8_t {
@@ -82,4 +82,4 @@ cv::Mat view(const PixelFormat& format, const RawPicture& raw);
 /// data is damaged (JPEG alone can be).
 bool convert(const PixelFormat& format, const RawPicture& raw, cv::Mat& image);
 
-}  // namespace striper::v4l2
+}  // namespace striper::detail::v4l2

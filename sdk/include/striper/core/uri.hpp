@@ -9,6 +9,8 @@
 
 namespace striper {
 
+class Cadence;
+
 /// An address taken apart: `scheme:path?key=value&key=value`.
 ///
 /// The query begins at the last `?` that is followed by `key=`, so that a glob may contain question
@@ -65,5 +67,9 @@ class Uri {
   std::map<std::string, std::string> parameters_;
   std::set<std::string> used_;
 };
+
+/// Takes `laser=`, which every source knows; empty where it is absent.
+/// @throws Error{kUsage} quoting source and value where that is no cadence.
+std::optional<Cadence> take_cadence(Uri& uri);
 
 }  // namespace striper

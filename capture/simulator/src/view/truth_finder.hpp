@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <striper/core/pixel_grid.hpp>
+#include <striper/simulator/truth.hpp>
+
+#include "light/beam.hpp"
+#include "view/view.hpp"
+
+namespace striper::detail {
+
+/// What the truth of one exposure is found from.
+struct TruthInput {
+  const View& view;
+  const Beam& beam;
+  int laser;
+  PixelGrid grid;       ///< Of the exposure's own image.
+  cv::Size image_size;  ///< Of the same.
+  cv::Mat daylight;     ///< Electrons per sensor pixel of the region, with all blur.
+  cv::Mat laser_light;  ///< The same of the laser.
+};
+
+/// Finds, in every line of an exposure's image, where the middle of the sheet is on the surfaces
+/// that the camera sees.
+///
+/// Each line is scanned in steps of a pixel for a change of side of the sheet; each change is
+/// solved on the exact lens, surface and sheet to 1e-10 px.
+std::vector<TrueLine> find_truth(const TruthInput& input);
+
+}  // namespace striper::detail
