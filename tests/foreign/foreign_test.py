@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Lets other people's programs read the files that Striper writes: @mcap/core, @foxglove's CDR reader, @loaders.gl.
+"""Lets other people's programs read the files that Striper writes: PCL, @mcap/core, @foxglove's CDR reader,
+@loaders.gl.
 
   foreign_test.py --files PROGRAM --work DIR
 
@@ -9,6 +10,8 @@ skipped, exit code 77. Proves that every field of every message is read to the b
 that what we damage is refused, and that points are where we put them.
 """
 import argparse
+import json
+import math
 import pathlib
 import shutil
 import struct
@@ -53,6 +56,39 @@ def judge(work, *words):
         sys.exit(f"judge.mjs {' '.join(map(str, words))} ended with {result.returncode}")
 
 
+def read_ascii_pcd(path):
+    """Fields and rows of a PCD file as PCL writes it."""
+    lines = path.read_text().splitlines()
+    fields = next(line for line in lines if line.startswith("FIELDS")).split()[1:]
+    rows = lines[lines.index("DATA ascii") + 1:]
+    return fields, [[float(word) for word in row.split()] for row in rows]
+
+
+def judge_with_pcl(work):
+    """PCL's own programs turn our PLY and PCD into text; its 7 digits are ours."""
+    if shutil.which("pcl_ply2pcd") is None:
+        print("SKIPPED: PCL HAS NOT READ OUR POINTS: pcl-tools is not installed", file=sys.stderr)
+        return
+    commands = {"ply": ["pcl_ply2pcd", "-format", "0"], "pcd": ["pcl_convert_pcd_ascii_binary"]}
+    for extension, command in commands.items():
+        read = work / f"pcl_{extension}.pcd"
+        result = run([*command, work / f"points.{extension}", read, *(["0"] if extension == "pcd" else [])])
+        if result.returncode != 0 or not read.exists():
+            sys.exit(f"{command[0]} ended with {result.returncode}:\n{result.stdout}")
+        fields, rows = read_ascii_pcd(read)
+        expected = json.loads((work / f"points_{extension}.json").read_text())
+        if fields != "x y z intensity sigma sigma_cal width confidence status time".split():
+            sys.exit(f"{read}: fields {fields}")
+        if len(rows) != len(expected):
+            sys.exit(f"{read}: {len(rows)} points, {len(expected)} expected")
+        for number, (row, point) in enumerate(zip(rows, expected)):
+            for value, wanted in zip(row, point):
+                is_same = math.isnan(value) if wanted is None else math.isclose(value, wanted, rel_tol=1e-6)
+                if not is_same:
+                    sys.exit(f"{read}: point {number}: {value}, {wanted} expected")
+        print(f"{command[0]}: {len(rows)} points of points.{extension} agree, every field is there")
+
+
 def records(data):
     """Offset, kind and length of each record of an MCAP file."""
     at = 8
@@ -93,6 +129,7 @@ def main():
     written = run([options.files, options.work])
     if written.returncode != 0:
         sys.exit(f"{options.files} ended with {written.returncode}:\n{written.stdout}")
+    judge_with_pcl(options.work)
     install_judges(options.work)
     judge(options.work, "messages", options.work / "zstd.mcap", options.work / "expected.jsonl")
     judge(options.work, "messages", options.work / "plain.mcap", options.work / "expected.jsonl")
