@@ -114,10 +114,10 @@ void define(CLI::App& command, ConvertArguments& arguments) {
       ->type_name("FILE");
   command.add_option("--start", arguments.start_s, "Leave out what is earlier, seconds")
       ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+      ->check(at_least(0.0));
   command.add_option("--end", arguments.end_s, "Leave out what is later, seconds")
       ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
+      ->check(at_least(0.0));
   command.add_option("--head", arguments.head, "This head of several alone")->type_name("H");
   add_shape_arguments(command, arguments.shape);
   define_motion(command, arguments);
@@ -145,6 +145,12 @@ class Part {
           ErrorKind::kUsage,
           fmt::format("--start {} --end {}: expected an end behind the start", *start_s_, *end_s_));
     }
+  }
+
+  void require_within(double duration_s, const std::string& file) const {
+    if (start_s_.value_or(0.0) <= duration_s) return;
+    throw Error(ErrorKind::kUsage,
+                fmt::format("--start {}: '{}' is {:.3f} s long", *start_s_, file, duration_s));
   }
 
   // Times are whole nanoseconds, or seconds that are exact to much less than one.
@@ -206,10 +212,13 @@ void copy_recording(const ConvertArguments& arguments, const Part& part, const R
   done.is_interrupted = done.is_interrupted || copied.was_stopped;
 }
 
-std::unique_ptr<ScanSource> open(const ConvertArguments& arguments, const EventPort& events) {
+// @param known of a recording. One of frames alone is scanned.
+std::unique_ptr<ScanSource> open(const ConvertArguments& arguments,
+                                 const std::optional<RecordingInfo>& known,
+                                 const EventPort& events) {
   std::shared_ptr<const StriperModel> model;
   if (arguments.model) model = std::make_shared<const StriperModel>(load_model(*arguments.model));
-  if (is_recording(arguments.scans) && fs::exists(arguments.scans))
+  if (known && known->scans > 0)
     return read_mcap_scans(arguments.scans, model, arguments.head, true);
   return open_scans(arguments.scans, model, std::nullopt, events);
 }
@@ -265,14 +274,16 @@ class ScanConversion {
 };
 
 void convert_scans(const ConvertArguments& arguments, const Part& part,
-                   const std::vector<SinkUri>& outputs, std::optional<std::uint64_t> total,
+                   const std::vector<SinkUri>& outputs, const std::optional<RecordingInfo>& known,
                    Converted& done) {
   const TerminalEvents events;
-  const auto source = open(arguments, events.port());
+  const auto source = open(arguments, known, events.port());
   ScanBus bus(events.port());
   const ShapeOptions shape = arguments.shape.options();
   for (const SinkUri& uri : outputs) bus.add(uri.text(), shaped_sink(open_sink(uri), shape));
-  ScanConversion(*source, part, bus, done).run(total);
+  const bool is_counted = known && known->scans > 0;
+  ScanConversion(*source, part, bus, done)
+      .run(is_counted ? std::optional(known->scans) : std::nullopt);
   if (done.scans == 0 && !done.is_interrupted) {
     throw Error(
         ErrorKind::kNotFound,
@@ -360,15 +371,15 @@ ExitCode convert(const ConvertArguments& arguments) {
   std::vector<SinkUri> outputs = outputs_of(arguments);
   const std::vector<SinkUri> copies = take_copies(arguments, outputs);
   Converted done;
-  std::optional<std::uint64_t> total;
+  std::optional<RecordingInfo> known;
   if (is_recording(arguments.scans)) {
-    const RecordingInfo known = inspect_recording(arguments.scans);
-    require_head(arguments.head, known, arguments.scans);
-    done.damages = known.damages;
-    total = known.scans;
-    for (const SinkUri& uri : copies) copy_recording(arguments, part, known, uri.path(), done);
+    known = inspect_recording(arguments.scans);
+    require_head(arguments.head, *known, arguments.scans);
+    part.require_within(known->duration_s, arguments.scans);
+    done.damages = known->damages;
+    for (const SinkUri& uri : copies) copy_recording(arguments, part, *known, uri.path(), done);
   }
-  if (!outputs.empty()) convert_scans(arguments, part, outputs, total, done);
+  if (!outputs.empty()) convert_scans(arguments, part, outputs, known, done);
   say_done(done, arguments, copies);
   if (arguments.json) print_json(summarize(done, arguments));
   return done.is_interrupted ? ExitCode::kFailed : ExitCode::kDone;

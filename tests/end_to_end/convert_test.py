@@ -101,6 +101,17 @@ class Parts(Recorded):
         striper("convert", self.path("b.jsonl"), "-o", self.path("c.csv"))
         self.assertEqual(self.read(self.path("b.csv")), self.read(self.path("c.csv")))
 
+    def test_frames_alone_are_scanned(self):
+        recording, model = self.record("a.mcap", 4)
+        striper("convert", recording, "-o", self.path("held.csv"))
+        frames = self.path("frames.mcap")
+        striper("record", "mcap:" + recording, "-o", frames)
+        self.assertEqual((info(frames)["frames"], info(frames)["scans"], info(frames)["heads"]), (4, 0, ["striper"]))
+        striper("convert", frames, "--model", model, "-o", self.path("made.csv"))
+        self.assertEqual(self.read(self.path("made.csv")), self.read(self.path("held.csv")))
+        run = striper("convert", frames, "-o", self.path("none.csv"), code=1)
+        self.assertIn("frames need a model", run.stderr)
+
     def test_shaped_scans_are_others(self):
         recording, _ = self.record("a.mcap", 6)
         striper("convert", recording, "-o", self.path("mean.mcap"), "--average", 3)
@@ -215,7 +226,9 @@ class Refusals(Recorded):
         self.refused("--counts-per-m", "convert", recording, "-o", self.path("b.ply"), "--odometer", "o.csv")
         self.refused("are the same", "convert", recording, "-o", out, "-o", out)
         self.refused("rotate", "convert", recording, "-o", self.path("b.mcap?rotate=1GB"))
-        self.refused("between --start and --end", "convert", recording, "-o", out, "--start", 100, code=1)
+        self.refused("--start 100: ", "convert", recording, "-o", out, "--start", 100)
+        striper("convert", recording, "-o", self.path("all.csv"))
+        self.refused("between --start and --end", "convert", self.path("all.csv"), "-o", out, "--start", 100, code=1)
         self.refused("No such file", "convert", self.path("none.mcap"), "-o", out, code=1)
         self.refused("expected a recording or scans: .mcap, .csv or .jsonl", "info", os.path.join(SOURCE_DIR, "README.md"), code=1)
         self.refused("does not begin as an MCAP file", "info", self.write("c.mcap", b"frame,time_s\n"), code=1)

@@ -22,6 +22,13 @@ bool is_image(std::string_view type) {
   return type == "sensor_msgs/msg/Image" || type == "sensor_msgs/msg/CompressedImage";
 }
 
+// "left" of "/left/polar_scan".
+std::string head_of(std::string_view topic) {
+  topic = topic.substr(0, topic.rfind('/'));
+  if (topic.starts_with("/")) topic.remove_prefix(1);
+  return std::string(topic);
+}
+
 void add_head(std::vector<std::string>& heads, std::string head) {
   if (std::find(heads.begin(), heads.end(), head) == heads.end()) heads.push_back(std::move(head));
 }
@@ -73,7 +80,10 @@ class McapInspection {
     TopicInfo& topic = info_.topics[topic_of(message.channel, channel)];
     topic.add(1e-9 * static_cast<double>(message.log_time_ns));
     if (topic.type == kScanType) add_scan(channel.topic, message);
-    if (topic.type == kFrameType) ++info_.frames;
+    if (topic.type == kFrameType) {
+      ++info_.frames;
+      add_head(info_.heads, head_of(channel.topic));
+    }
     if (is_image(topic.type)) ++images_;
   }
 
@@ -81,9 +91,7 @@ class McapInspection {
     ++info_.scans;
     wire::read_cdr(message.data, scan_);
     info_.lasers.insert(scan_.laser);
-    if (topic.ends_with(kPolarScanTopic)) topic.remove_suffix(kPolarScanTopic.size());
-    if (topic.starts_with("/")) topic.remove_prefix(1);
-    add_head(info_.heads, std::string(topic));
+    add_head(info_.heads, head_of(topic));
   }
 
   void add(const wire::McapAttachment& attachment) {
