@@ -75,6 +75,25 @@ void require_fields(AmbientMethod method, const SourceInfo& source) {
                           source.uri));
 }
 
+// Above full scale nothing would ever be found.
+void require_threshold(const std::optional<double>& threshold_dn, const SourceInfo& source) {
+  const int full_scale_dn = (1 << source.bit_depth) - 1;
+  if (!threshold_dn || *threshold_dn < full_scale_dn) return;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("--threshold {}: the pictures of '{}' have {} bits and end at {} DN",
+                          *threshold_dn, source.uri, source.bit_depth, full_scale_dn));
+}
+
+void warn_of_grey(const ScannerArguments& arguments, Channel channel, const SourceInfo& source,
+                  const EventPort& events) {
+  const bool is_colour = channel != Channel::kGrey && channel != Channel::kAuto;
+  if (!arguments.has("channel") || !is_colour || source.channels != 1) return;
+  events.send(
+      {"channel_of_grey",
+       fmt::format("--channel {}: the pictures of '{}' are grey, and so is what is searched",
+                   to_string(channel), source.uri)});
+}
+
 // Who said it.
 const char* origin(bool is_asked, const ScannerSetup& setup) {
   if (is_asked) return "as you asked";
@@ -124,6 +143,8 @@ ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& 
   setup.options.events = events;
   setup.options.ambient.cadence = source.cadence;
   require_fields(setup.options.ambient.method, source);
+  require_threshold(setup.options.stripe.threshold_dn, source);
+  warn_of_grey(arguments, setup.options.ambient.channel, source, events);
   return setup;
 }
 

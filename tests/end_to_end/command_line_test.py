@@ -162,6 +162,15 @@ class WrongUsage(EndToEnd):
         self.check("--black nan: expected a level", "noise", self.shots, "--black", "nan")
         self.check("--frames = 1e3: expected a number, whole", "capture", self.shots, "--frames", "1e3")
 
+    def test_threshold_that_no_pixel_can_reach(self):
+        self.check("have 8 bits and end at 255 DN", "capture", self.shots, "--threshold", "255")
+        striper("capture", self.shots, "--threshold", "60")
+
+    def test_colour_of_grey_pictures_is_said(self):
+        done = striper("capture", self.shots, "--channel", "red")
+        self.assertIn("--channel red: the pictures of 'images:", done.stderr)
+        self.assertNotIn("--channel", striper("capture", self.shots, "--channel", "grey").stderr)
+
     def test_output_that_holds_something_else(self):
         for name, keep in (("striper.yaml", MODEL.encode()), ("shots/shot1.pgm", pgm())):
             self.check("is there and holds no scans", "capture", self.shots, "-m", self.model, "-o", self.path(name))

@@ -81,21 +81,26 @@ JointWeights initial_weights(const Observations& observations, const JointOption
 }
 
 // The solver's log goes to stderr, and a library does not print: a failed step is no news, the
-// summary says how it ended.
-void keep_solver_quiet() {
-  static const bool once = [] {
-    FLAGS_minloglevel = std::max(FLAGS_minloglevel, static_cast<int>(google::GLOG_FATAL));
-    return true;
-  }();
-  static_cast<void>(once);
-}
+// summary says how it ended. The level is the whole process's, so it is put back after the solve.
+class QuietSolver {
+ public:
+  QuietSolver() : before_(FLAGS_minloglevel) {
+    FLAGS_minloglevel = std::max(before_, static_cast<int>(google::GLOG_FATAL));
+  }
+  QuietSolver(const QuietSolver&) = delete;
+  QuietSolver& operator=(const QuietSolver&) = delete;
+  ~QuietSolver() { FLAGS_minloglevel = before_; }
+
+ private:
+  int before_;
+};
 
 // How far a solve goes: a robust one only has to tell the outliers, the last one gives the answer.
 enum class Precision { kRough, kFull };
 
 ceres::Solver::Summary run(const JointOptions& options, Precision precision, JointState& state,
                            ceres::Problem& problem) {
-  keep_solver_quiet();
+  const QuietSolver quiet;
   ceres::Solver::Options solver;
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   solver.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();

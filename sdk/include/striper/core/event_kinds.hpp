@@ -84,6 +84,7 @@ inline constexpr EventKind kEventKinds[] = {
     {"stripe_seen", Severity::kInfo, "A laser's stripe is in the pictures."},
     {"other_axis", Severity::kError, "A stripe is seen along the other axis."},
     {"other_channel", Severity::kError, "A stripe is seen in another channel."},
+    {"channel_of_grey", Severity::kWarning, "A colour's channel is asked for of grey pictures."},
     {"not_in_the_plane", Severity::kError, "A stripe is seen where the model has none."},
     {"picture_overexposed", Severity::kError, "Many pixels are saturated."},
     {"picture_unlit", Severity::kError, "No frame could be scanned."},
