@@ -6,9 +6,8 @@
 #include <fmt/ranges.h>
 #include <opencv2/core.hpp>
 
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
-#include <striper/core/text_file.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/intrinsics/camera_file.hpp>
 #include <striper/model/model_yaml.hpp>
 

@@ -7,7 +7,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
-#include <striper/core/text_file.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 
 #include "core/yaml_field.hpp"
