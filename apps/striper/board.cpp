@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include <striper/board/board.hpp>
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 
 #include "program.hpp"
 #include "terminal.hpp"

@@ -11,8 +11,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/images/picture_files.hpp>
 #include <striper/images/read_picture.hpp>
 #include <striper/intrinsics/camera_file.hpp>

@@ -16,8 +16,8 @@
 
 #include <striper/compare/centroid_repeatability.hpp>
 #include <striper/compare/scan_comparison.hpp>
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/scans/open_scans.hpp>
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/text_file.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 

@@ -14,8 +14,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/profile/measurement_csv.hpp>
 #include <striper/profile/tools.hpp>

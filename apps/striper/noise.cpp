@@ -10,8 +10,8 @@
 
 #include <striper/ambient/channel_choice.hpp>
 #include <striper/capture/open_source.hpp>
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/stripe/extractor.hpp>
 #include <striper/stripe/photon_transfer.hpp>

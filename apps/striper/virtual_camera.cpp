@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 
 #include <striper/capture/source_uri.hpp>
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/csv_table.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/simulator/simulated_source.hpp>
 #include <striper/virtual_camera/virtual_camera.hpp>
 

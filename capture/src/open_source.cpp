@@ -25,7 +25,7 @@ std::unique_ptr<FrameSource> open_source(std::string_view uri_text, const EventP
   if (uri.scheme() == "v4l2") {
     V4l2Options options = V4l2Options::from_uri(std::move(uri));
     options.events = events;
-    return open_v4l2(std::move(options));
+    return open_v4l2(options);
   }
 #endif
 #ifdef STRIPER_HAS_ARAVIS

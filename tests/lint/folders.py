@@ -10,7 +10,7 @@ import pathlib
 import re
 import sys
 
-PARTS = ("sdk", "calibration", "apps")
+PARTS = ("sdk", "capture", "calibration", "apps")
 FLAT = ("apps/striper",)
 MOST_FILES = 24
 MOST_WITHOUT_README = 8

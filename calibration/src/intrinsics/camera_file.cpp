@@ -5,16 +5,18 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <opencv2/core.hpp>
-#include <yaml-cpp/yaml.h>
 
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
-#include <striper/core/text_file.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/intrinsics/camera_file.hpp>
 #include <striper/model/model_yaml.hpp>
 
+#include "core/yaml_field.hpp"
+
 namespace striper {
 namespace {
+
+using detail::YamlField;
 
 [[noreturn]] void bad_file(const std::filesystem::path& path, const std::string& what) {
   throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", path.string(), what));
@@ -64,31 +66,27 @@ CameraModel make_camera(const std::filesystem::path& path, RawCamera raw) {
   }
 }
 
-std::vector<double> ros_numbers(const std::filesystem::path& path, const YAML::Node& root,
-                                const char* field) {
-  const YAML::Node node = root[field];
-  const YAML::Node data = node && node.IsMap() ? node["data"] : node;
-  if (!data || !data.IsSequence())
-    bad_file(path, fmt::format("{} is missing; expected a matrix with data", field));
-  try {
-    return data.as<std::vector<double>>();
-  } catch (const YAML::Exception&) {
-    bad_file(path, fmt::format("{}.data holds something that is not a number", field));
-  }
+std::vector<double> ros_numbers(const YamlField& field) {
+  const auto data = field.node().IsMap() ? field.at("data", "a list of numbers") : field;
+  std::vector<double> numbers;
+  for (const YamlField& element : data.list()) numbers.push_back(element.number());
+  return numbers;
 }
 
-RawCamera read_ros(const std::filesystem::path& path, const YAML::Node& root) {
+RawCamera read_ros(const YamlField& root) {
+  constexpr int kMostPixels = 100'000;
+  const auto size = [&](std::string_view key) {
+    return root.at(key, "a number of pixels").whole(1, kMostPixels);
+  };
   RawCamera raw;
-  try {
-    raw.width = root["image_width"].as<int>();
-    raw.height = root["image_height"].as<int>();
-    if (root["distortion_model"]) raw.distortion_model = root["distortion_model"].as<std::string>();
-  } catch (const YAML::Exception& error) {
-    bad_file(path, fmt::format("image_width, image_height or distortion_model: {}", error.what()));
+  raw.width = size("image_width");
+  raw.height = size("image_height");
+  if (const auto model = root.find("distortion_model"))
+    raw.distortion_model = model->word("a word");
+  raw.matrix = ros_numbers(root.at("camera_matrix", "a matrix with data"));
+  if (const auto distortion = root.find("distortion_coefficients")) {
+    raw.distortion = ros_numbers(*distortion);
   }
-  raw.matrix = ros_numbers(path, root, "camera_matrix");
-  if (root["distortion_coefficients"])
-    raw.distortion = ros_numbers(path, root, "distortion_coefficients");
   return raw;
 }
 
@@ -170,15 +168,9 @@ KnownCamera load_camera(const std::filesystem::path& path) {
   const std::string text = read_text_file(
       path, "a model of this project, a ROS camera_info or an OpenCV file with camera_matrix");
   if (is_opencv(text)) return {make_camera(path, read_opencv(path, text)), std::nullopt};
-  YAML::Node root;
-  try {
-    root = YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    bad_file(path, fmt::format("it is not YAML: {}", error.what()));
-  }
-  if (root.IsMap() && root["striper_model"]) return from_model(path);
-  if (root.IsMap() && root["camera_matrix"])
-    return {make_camera(path, read_ros(path, root)), std::nullopt};
+  const YamlField root = YamlField::parse(text, {path.string(), {}});
+  if (root.find("striper_model")) return from_model(path);
+  if (root.find("camera_matrix")) return {make_camera(path, read_ros(root)), std::nullopt};
   bad_file(
       path,
       "no camera in it; expected a model of this project, a ROS camera_info, or an OpenCV file "

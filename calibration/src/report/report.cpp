@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/report/report.hpp>
 
 #include "report/picture_marks.hpp"

@@ -171,9 +171,8 @@ GigeSource::State::State(SourceUri given, const EventPort& events)
   common.apply(info);
   controls = make_controls();
   constexpr double kForever_s = std::numeric_limits<double>::infinity();
-  reopening.emplace(events, "camera " + session->description(), kPauses,
+  reopening.emplace(events, "camera " + session->description(), kind_of(setup), kPauses,
                     options.reconnect ? kForever_s : 0.0);
-  reopening->set_kind(kind_of(setup));
 }
 
 Controls GigeSource::State::make_controls() {

@@ -89,7 +89,7 @@ Recorder::Recorder(fs::path directory, const SourceInfo& info)
   const fs::path table = directory_ / detail::kFrameTableName;
   try {
     table_ =
-        std::make_unique<Table>(table.string(), detail::frame_columns(), CsvOutput::Mode::kNew);
+        std::make_unique<Table>(table.string(), detail::frame_columns(), AppendFile::Mode::kNew);
   } catch (const Error&) {
     // Not even its header could be written: the directory can be used again.
     std::error_code ignored;

@@ -11,9 +11,11 @@
 
 namespace striper::detail {
 
-Reopening::Reopening(EventPort events, std::string device, const Pauses& pauses, double give_up_s)
+Reopening::Reopening(EventPort events, std::string device, StreamKind kind, const Pauses& pauses,
+                     double give_up_s)
     : events_(std::move(events)),
       device_(std::move(device)),
+      kind_(std::move(kind)),
       pauses_(pauses),
       give_up_s_(give_up_s) {}
 

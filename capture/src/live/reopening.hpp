@@ -26,12 +26,10 @@ class Reopening {
     kGone,    ///< It was lost for too long.
   };
 
-  /// @param device its name, for messages. @param give_up_s after so long without it; 0: it is not
-  /// opened again at all.
-  Reopening(EventPort events, std::string device, const Pauses& pauses, double give_up_s);
-
-  /// What the device streams, as it was opened first.
-  void set_kind(const StreamKind& kind) { kind_ = kind; }
+  /// @param device its name, for messages. @param kind what it streams, as it was opened first.
+  /// @param give_up_s after so long without it; 0: it is not opened again at all.
+  Reopening(EventPort events, std::string device, StreamKind kind, const Pauses& pauses,
+            double give_up_s);
 
   /// Sends `source_lost`, or `source_gone` where the device is not to be opened again.
   /// @return whether it is.
@@ -52,9 +50,9 @@ class Reopening {
 
   EventPort events_;
   std::string device_;
+  StreamKind kind_;
   Pauses pauses_;
   double give_up_s_;
-  StreamKind kind_;
 
   Clock::time_point lost_at_;
   std::chrono::milliseconds pause_{0};

@@ -10,9 +10,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/yaml_document.hpp"
 #include "model/scan_frame.hpp"
 #include "model/stripe_block.hpp"
-#include "model/yaml_field.hpp"
 
 namespace striper::detail {
 namespace {

@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
-#include <striper/core/text_file.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 
+#include "core/yaml_field.hpp"
 #include "model/model_checks.hpp"
 #include "model/quality_text.hpp"
 #include "model/stripe_block.hpp"
-#include "model/yaml_field.hpp"
 
 namespace striper {
 namespace {
@@ -229,9 +227,7 @@ StriperModel read_model(const YamlField& root, const std::string& yaml) {
 
 StriperModel parse_model(const std::string& yaml, const std::string& name,
                          const EventPort& events) {
-  const YAML::Node document = detail::parse_yaml(yaml, name);
-  return read_model(YamlField(document, "", std::make_shared<const std::string>(name), events),
-                    yaml);
+  return read_model(YamlField::parse(yaml, {name, events}), yaml);
 }
 
 StriperModel load_model(const std::filesystem::path& path, const EventPort& events) {

@@ -6,8 +6,8 @@
 
 #include <striper/model/striper_model.hpp>
 
+#include "core/yaml_field.hpp"
 #include "model/model_checks.hpp"
-#include "model/yaml_field.hpp"
 
 namespace striper::detail {
 

@@ -4,8 +4,8 @@
 #include <striper/core/error.hpp>
 #include <striper/model/striper_model.hpp>
 
+#include "core/yaml_document.hpp"
 #include "model/model_checks.hpp"
-#include "model/yaml_field.hpp"
 
 namespace striper {
 

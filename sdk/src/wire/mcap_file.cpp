@@ -21,39 +21,10 @@ namespace {
 
 }  // namespace
 
-AppendedFile::AppendedFile(const std::filesystem::path& path) : path_(path.string()) {
-  file_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file_ < 0)
-    throw Error(ErrorKind::kIo,
-                fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
-}
-
-AppendedFile::~AppendedFile() {
-  if (file_ >= 0) ::close(file_);
-}
-
-void AppendedFile::append(ByteSpan bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t count = ::write(file_, bytes.data() + done, bytes.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) {
-      const int reason = count < 0 ? errno : ENOSPC;
-      // Where even that fails the reader finds the cut.
-      if (::ftruncate(file_, static_cast<off_t>(size_)) == 0) ::lseek(file_, 0, SEEK_END);
-      throw Error(ErrorKind::kIo,
-                  fmt::format("{}: cannot be written: {}", path_, std::strerror(reason)));
-    }
-    done += static_cast<std::size_t>(count);
-  }
+void CountedFile::append(ByteSpan bytes) {
+  file_.append({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   size_ += bytes.size();
   crc_ = crc32_of(bytes, crc_);
-}
-
-void AppendedFile::close() {
-  const int file = file_;
-  file_ = -1;
-  if (::close(file) != 0) refuse(path_, "cannot be closed", errno);
 }
 
 ReadFile::ReadFile(const std::filesystem::path& path) : path_(path.string()) {

@@ -5,33 +5,31 @@
 #include <filesystem>
 #include <string>
 
+#include <striper/core/append_file.hpp>
+
 #include "wire/mcap_bytes.hpp"
 
 namespace striper::wire {
 
-/// A file that grows by whole pieces only.
-class AppendedFile {
+/// A file that grows by whole pieces, and knows its length and checksum.
+class CountedFile {
  public:
   /// @throws Error{kIo}.
-  explicit AppendedFile(const std::filesystem::path& path);
-  AppendedFile(const AppendedFile&) = delete;
-  AppendedFile& operator=(const AppendedFile&) = delete;
-  ~AppendedFile();
+  explicit CountedFile(const std::filesystem::path& path) : file_(path.string()) {}
 
-  /// All of the bytes or none: cut back where they do not fit. @throws Error{kIo}.
+  /// All of the bytes or none. @throws Error{kIo}.
   void append(ByteSpan bytes);
   /// @throws Error{kIo}.
-  void close();
+  void close() { file_.close(); }
 
   std::uint64_t size() const noexcept { return size_; }
   /// Of all bytes so far.
   std::uint32_t crc() const noexcept { return crc_; }
-  const std::string& path() const noexcept { return path_; }
-  bool is_open() const noexcept { return file_ >= 0; }
+  const std::string& path() const noexcept { return file_.path(); }
+  bool is_open() const noexcept { return file_.is_open(); }
 
  private:
-  std::string path_;
-  int file_ = -1;
+  AppendFile file_;
   std::uint64_t size_ = 0;
   std::uint32_t crc_ = 0;
 };

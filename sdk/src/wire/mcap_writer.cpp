@@ -65,7 +65,7 @@ struct McapWriter::Impl {
   void put_summary_offset(std::size_t group_begin, Bytes& offsets);
 
   McapWriterOptions options;
-  AppendedFile file;
+  CountedFile file;
   Packer packer;
   McapStatistics statistics;
   std::vector<McapSchema> schemas;  ///< By id - 1.

@@ -120,12 +120,20 @@ TEST_F(LoadCamera, RefusesWhatItCannotMean) {
     return text.replace(text.find(from), from.size(), to);
   };
   EXPECT_THAT(refusal(with("610.5, 0,", "610.5, 3,")), HasSubstr("skew of 3"));
-  EXPECT_THAT(refusal(with("image_width: 640", "image_width: wide")), HasSubstr("image_width"));
+  EXPECT_THAT(refusal(with("image_width: 640", "image_width: wide")),
+              HasSubstr("camera.yaml:1: image_width: 'wide' - expected a whole number"));
+  EXPECT_THAT(refusal(with("402.125", "wide")),
+              HasSubstr("camera.yaml:4: camera_matrix.data[4]: 'wide' - expected a finite number"));
+  EXPECT_THAT(refusal("camera_matrix: &a [1]\nb: [*a, *a]\n"),
+              HasSubstr("camera.yaml:2: an alias (*name)"));
   EXPECT_THAT(refusal(with("plumb_bob", "thin_prism")), HasSubstr("'thin_prism'"));
   EXPECT_THAT(refusal(with("0, 0, 1]", "0, 0]")), HasSubstr("has 8 numbers; expected 9"));
   EXPECT_THAT(refusal(with("610.5, 0,", "-610.5, 0,")), HasSubstr("camera.yaml"));
   EXPECT_THAT(refusal("a: 1\n"), HasSubstr("no camera in it"));
-  EXPECT_THAT(refusal("a: [1\n"), HasSubstr("not YAML"));
+  EXPECT_THAT(refusal("[1, 2]\n"), HasSubstr("no camera in it"));
+  EXPECT_THAT(refusal("camera_matrix: 5\nimage_width: 4\nimage_height: 4\n"),
+              HasSubstr("camera.yaml:1: camera_matrix: '5' - expected a list"));
+  EXPECT_THAT(refusal("a: [1\n"), HasSubstr("camera.yaml:2: not valid YAML"));
   EXPECT_THAT(refusal("%YAML:1.0\n---\nnframes: 13\n"), HasSubstr("no camera in it"));
   EXPECT_THROW(load_camera(directory_ / "absent.yaml"), Error);
 }

@@ -25,10 +25,12 @@ using Outcome = Reopening::Outcome;
 
 constexpr double kForever_s = std::numeric_limits<double>::infinity();
 
+const StreamKind kKind{{64, 48}, {64, 48}, 8, 1, "a", "Mono8 64x48"};
+
 class ReopeningTest : public ::testing::Test {
  protected:
   Reopening make(double give_up_s) const {
-    return {heard_.port(), "camera A", {20ms, 100ms}, give_up_s};
+    return {heard_.port(), "camera A", kKind, {20ms, 100ms}, give_up_s};
   }
 
   std::vector<std::string> messages() const {
@@ -86,10 +88,8 @@ TEST_F(ReopeningTest, EndsWhereItIsGoneForTooLong) {
 }
 
 TEST_F(ReopeningTest, AnotherStreamIsRefused) {
-  Reopening reopening = make(kForever_s);
-  const StreamKind was{{64, 48}, {64, 48}, 8, 1, "a", "Mono8 64x48"};
-  reopening.set_kind(was);
-  StreamKind now = was;
+  const Reopening reopening = make(kForever_s);
+  StreamKind now = kKind;
   now.words = "other words for the same";
   EXPECT_NO_THROW(reopening.require_same(now));
   for (StreamKind other : {StreamKind{{32, 48}, {64, 48}, 8, 1, "a", "X"},

@@ -8,21 +8,21 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/core/text_file.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 
-#include "scene/scene_field.hpp"
+#include "core/yaml_field.hpp"
 #include "scene/scene_violation.hpp"
 
 namespace striper {
 namespace {
 
-using detail::SceneField;
+using detail::YamlField;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 template <typename Value, std::size_t kCount>
-Value choice(const SceneField& field,
+Value choice(const YamlField& field,
              const std::array<std::pair<std::string_view, Value>, kCount>& choices) {
   std::string expected;
   for (const auto& [name, _] : choices) {
@@ -44,7 +44,7 @@ constexpr std::array<std::pair<std::string_view, ScanMode>, 5> kScans = {{
     {"alternate-bottom-first", ScanMode::kAlternateBottomFirst},
 }};
 
-Eigen::Matrix3d read_rotation(const SceneField& parent) {
+Eigen::Matrix3d read_rotation(const YamlField& parent) {
   const auto field = parent.find("rotation_deg");
   if (!field) return Eigen::Matrix3d::Identity();
   const Eigen::Vector3d rpy =
@@ -54,7 +54,7 @@ Eigen::Matrix3d read_rotation(const SceneField& parent) {
 
 /// Runs something that refuses values by itself, and adds the place to what it says.
 template <typename Make>
-auto at_field(const SceneField& field, const Make& make) {
+auto at_field(const YamlField& field, const Make& make) {
   try {
     return make();
   } catch (const Error& error) {
@@ -62,11 +62,11 @@ auto at_field(const SceneField& field, const Make& make) {
     const std::string_view what = error.what();
     const std::string path = field.path() + ": ";
     throw Error(ErrorKind::kBadFile,
-                fmt::format("{}: {}{}", field.place(), what.starts_with(path) ? "" : path, what));
+                fmt::format("{}: {}{}", field.where(), what.starts_with(path) ? "" : path, what));
   }
 }
 
-CameraModel read_camera(const SceneField& field) {
+CameraModel read_camera(const YamlField& field) {
   int width = 640;
   int height = 480;
   field.read("width", width);
@@ -82,7 +82,7 @@ CameraModel read_camera(const SceneField& field) {
   std::vector<double> distortion(static_cast<std::size_t>(distortion_count(lens)), 0.0);
   if (const auto list = field.find("distortion")) {
     const std::string expected = fmt::format("{} numbers", distortion.size());
-    const Eigen::VectorXd k = list->numbers(static_cast<int>(distortion.size()), expected);
+    const Eigen::VectorXd k = list->numbers(distortion.size(), expected);
     distortion.assign(k.begin(), k.end());
   }
   double fov_deg = 55.0;
@@ -101,17 +101,16 @@ CameraModel read_camera(const SceneField& field) {
   });
 }
 
-std::vector<int> read_pixels(const SceneField& field, int count, const std::string& expected) {
-  constexpr double kMost = 1e6;
+std::vector<int> read_pixels(const YamlField& field, std::size_t count, std::string_view expected) {
+  constexpr int kMost = 1'000'000;
   std::vector<int> pixels;
-  for (const double value : field.numbers(count, expected)) {
-    if (!(std::abs(value) <= kMost) || value != std::floor(value)) field.refuse(expected);
-    pixels.push_back(static_cast<int>(value));
+  for (const YamlField& element : field.list(count, expected)) {
+    pixels.push_back(element.whole(-kMost, kMost));
   }
   return pixels;
 }
 
-void read_imager(const SceneField& field, Imager& imager) {
+void read_imager(const YamlField& field, Imager& imager) {
   field.require_map({"pixel_pitch_um", "f_number", "lens_transmission", "falloff_exponent",
                      "blur_px", "quantum_efficiency", "filter", "shutter_us", "bits",
                      "dn_per_electron", "black_level_dn", "full_well_e", "bloom", "region",
@@ -148,7 +147,7 @@ void read_imager(const SceneField& field, Imager& imager) {
   }
 }
 
-void read_noise(const SceneField& field, Scene& scene) {
+void read_noise(const YamlField& field, Scene& scene) {
   field.require_map({"shot", "read_e", "prnu", "speckle", "seed"});
   SensorNoise& noise = scene.imager.noise;
   field.read("shot", noise.shot);
@@ -160,7 +159,7 @@ void read_noise(const SceneField& field, Scene& scene) {
   scene.seed = static_cast<std::uint64_t>(seed);
 }
 
-void read_timing(const SceneField& field, Timing& timing) {
+void read_timing(const YamlField& field, Timing& timing) {
   field.require_map({"picture_rate_hz", "scan", "cadence"});
   field.read("picture_rate_hz", timing.picture_rate_hz);
   if (const auto scan = field.find("scan")) timing.scan = choice(*scan, kScans);
@@ -170,7 +169,7 @@ void read_timing(const SceneField& field, Timing& timing) {
   }
 }
 
-SimulatedLaser read_laser(const SceneField& field, const Imager& imager) {
+SimulatedLaser read_laser(const YamlField& field, const Imager& imager) {
   field.require_map({"position_m", "rotation_deg", "fan_deg", "thickness_deg", "thickness_mm",
                      "focus_m", "wavelength_nm", "pulse_uj", "power_mw"});
   SimulatedLaser laser;
@@ -195,7 +194,7 @@ SimulatedLaser read_laser(const SceneField& field, const Imager& imager) {
   return laser;
 }
 
-void read_daylight(const SceneField& field, Daylight& light) {
+void read_daylight(const YamlField& field, Daylight& light) {
   field.require_map({"sun_w_m2_nm", "sun_azimuth_deg", "sun_elevation_deg", "shadows",
                      "sky_w_m2_nm", "ambient_w_m2_nm", "sky_radiance_w_m2_sr_nm"});
   field.read("sun_w_m2_nm", light.sun_w_m2_nm);
@@ -214,12 +213,12 @@ void read_daylight(const SceneField& field, Daylight& light) {
   field.read("sky_radiance_w_m2_sr_nm", light.sky_radiance_w_m2_sr_nm);
 }
 
-void read_motion(const SceneField& field, SteadyMotion& motion) {
+void read_motion(const YamlField& field, SteadyMotion& motion) {
   field.read("velocity_m_s", motion.velocity_m_s);
   field.read("angular_velocity_deg_s", motion.angular_velocity_rad_s, kDegree);
 }
 
-Eigen::Isometry3d read_pose(const SceneField& field) {
+Eigen::Isometry3d read_pose(const YamlField& field) {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   field.read("position_m", position);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -228,13 +227,14 @@ Eigen::Isometry3d read_pose(const SceneField& field) {
   if (const auto normal = field.find("normal")) {
     if (field.find("rotation_deg")) normal->refuse("either normal or rotation_deg, not both");
     const Eigen::Vector3d direction = normal->numbers(3, "a direction [x, y, z]");
-    if (direction.isZero(0.0)) normal->refuse("a direction [x, y, z] that is not zero");
+    if (direction.isZero(0.0))
+      normal->refuse("[0, 0, 0]", "a direction [x, y, z] that is not zero");
     pose.linear() = facing(direction);
   }
   return pose;
 }
 
-Checkerboard read_checkerboard(const SceneField& field) {
+Checkerboard read_checkerboard(const YamlField& field) {
   field.require_map({"columns", "rows", "square_m", "border_m", "black", "white"});
   Checkerboard board;
   field.read("columns", board.columns);
@@ -247,7 +247,7 @@ Checkerboard read_checkerboard(const SceneField& field) {
   return board;
 }
 
-void read_retro(const SceneField& parent, double& gain, double& spread_rad) {
+void read_retro(const YamlField& parent, double& gain, double& spread_rad) {
   const auto field = parent.find("retro");
   if (!field) return;
   field->require_map({"gain", "spread_deg"});
@@ -255,7 +255,7 @@ void read_retro(const SceneField& parent, double& gain, double& spread_rad) {
   field->read("spread_deg", spread_rad, kDegree);
 }
 
-PaintedStripe read_painted_stripe(const SceneField& field) {
+PaintedStripe read_painted_stripe(const YamlField& field) {
   field.require_map(
       {"width_m", "offset_m", "dash_m", "gap_m", "reflectance", "wear", "grain_m", "retro"});
   PaintedStripe stripe;
@@ -270,7 +270,7 @@ PaintedStripe read_painted_stripe(const SceneField& field) {
   return stripe;
 }
 
-WoodGrain read_wood(const SceneField& field) {
+WoodGrain read_wood(const YamlField& field) {
   field.require_map({"fibre_m", "length_m", "direction_deg", "dark", "light"});
   WoodGrain grain;
   field.read("fibre_m", grain.fibre_m);
@@ -281,7 +281,7 @@ WoodGrain read_wood(const SceneField& field) {
   return grain;
 }
 
-Poster read_poster(const SceneField& field) {
+Poster read_poster(const YamlField& field) {
   field.require_map({"cell_m", "darkest", "lightest", "seed"});
   Poster poster;
   field.read("cell_m", poster.cell_m);
@@ -291,9 +291,9 @@ Poster read_poster(const SceneField& field) {
   return poster;
 }
 
-Shape read_shape(const SceneField& field) {
+Shape read_shape(const YamlField& field) {
   constexpr std::string_view kShapes = "plane, rectangle, disc, box, cylinder or sweep";
-  const SceneField kind = field.at("shape", kShapes);
+  const YamlField kind = field.at("shape", kShapes);
   const std::string word = kind.word(kShapes);
   if (word == "plane") return Plane{};
   if (word == "rectangle") {
@@ -311,15 +311,15 @@ Shape read_shape(const SceneField& field) {
   }
   if (word != "sweep") kind.refuse(kShapes);
   Sweep sweep;
-  for (const SceneField& point :
-       field.at("profile_m", "a list of points [y, z]").list("a list of points [y, z]")) {
+  for (const YamlField& point :
+       field.at("profile_m", "a list of points [y, z]").list({}, "a list of points [y, z]")) {
     sweep.profile_m.emplace_back(point.numbers(2, "a point [y, z]"));
   }
   field.read("length_m", sweep.length_m);
   return sweep;
 }
 
-void read_texture(const SceneField& field, Material& material) {
+void read_texture(const YamlField& field, Material& material) {
   const auto read = [&](const char* key, const auto& reader) {
     const auto texture = field.find(key);
     if (!texture) return;
@@ -334,7 +334,7 @@ void read_texture(const SceneField& field, Material& material) {
   read("poster", read_poster);
 }
 
-SceneObject read_object(const SceneField& field) {
+SceneObject read_object(const YamlField& field) {
   field.require_map({"name", "shape", "size_m", "radius_m", "length_m", "profile_m", "position_m",
                      "rotation_deg", "normal", "velocity_m_s", "angular_velocity_deg_s",
                      "reflectance", "retro", "radiance_w_m2_sr_nm", "mottle", "checkerboard",
@@ -358,14 +358,12 @@ SceneObject read_object(const SceneField& field) {
   return object;
 }
 
-void read_version(const SceneField& root) {
-  const SceneField version = root.at("striper_scene", "1, the version of the format");
-  if (version.number("1, the version of the format") != 1.0) {
-    version.refuse("1, the version of the format that this program reads");
-  }
+void read_version(const YamlField& root) {
+  root.at("striper_scene", "1, the version of the format")
+      .whole(1, 1, "the version of the format that this program reads");
 }
 
-Scene read_scene(const SceneField& root, const std::string& name) {
+Scene read_scene(const YamlField& root, const std::string& name) {
   root.require_map({"striper_scene", "camera", "imager", "noise", "timing", "stripe_axis", "lasers",
                     "daylight", "device", "objects", "edge_distance_px"});
   read_version(root);
@@ -387,7 +385,7 @@ Scene read_scene(const SceneField& root, const std::string& name) {
   }
   if (const auto lasers = root.find("lasers")) {
     scene.lasers.clear();
-    for (const SceneField& laser : lasers->list("a list of lasers")) {
+    for (const YamlField& laser : lasers->list({}, "a list of lasers")) {
       scene.lasers.push_back(read_laser(laser, scene.imager));
     }
   }
@@ -398,7 +396,7 @@ Scene read_scene(const SceneField& root, const std::string& name) {
     read_motion(*device, scene.device_motion);
   }
   if (const auto objects = root.find("objects")) {
-    for (const SceneField& object : objects->list("a list of objects")) {
+    for (const YamlField& object : objects->list({}, "a list of objects")) {
       scene.objects.push_back(read_object(object));
     }
   }
@@ -409,20 +407,13 @@ Scene read_scene(const SceneField& root, const std::string& name) {
 }  // namespace
 
 Scene parse_scene(const std::string& yaml, const std::string& name) {
-  YAML::Node node;
-  try {
-    node = YAML::Load(yaml);
-  } catch (const YAML::Exception& error) {
-    throw Error(ErrorKind::kBadFile, fmt::format("scene '{}' line {}: {} - expected YAML", name,
-                                                 error.mark.line + 1, error.msg));
-  }
-  const SceneField root(node, "", name);
+  const YamlField root = YamlField::parse(yaml, {name, {}, detail::UnknownKeys::kRefuse});
   Scene scene = read_scene(root, name);
   try {
     scene.validate();
   } catch (const detail::SceneViolation& bad) {
     throw Error(ErrorKind::kBadFile,
-                fmt::format("{}: {}", root.nearest(bad.field()).place(), bad.what()));
+                fmt::format("{}: {}", root.descend(bad.field()).where(), bad.what()));
   }
   return scene;
 }

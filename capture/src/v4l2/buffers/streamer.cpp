@@ -70,8 +70,8 @@ Streamer::Streamer(std::unique_ptr<VideoDevice> device, const V4l2Options& optio
       calls_(device->calls()),
       device_(std::move(device)),
       clock_(clock_stream(agreement, options)),
-      reopening_(options.events, "v4l2 " + options.device, kPauses, options.reconnect_s) {
-  reopening_.set_kind(kind_of(agreement));
+      reopening_(options.events, "v4l2 " + options.device, kind_of(agreement), kPauses,
+                 options.reconnect_s) {
   connect();
   wake_fd_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   if (wake_fd_ < 0) device_->refuse("make a wake-up descriptor", errno);

@@ -64,39 +64,4 @@ class CsvInput {
   std::vector<std::string_view> cells_;
 };
 
-/// A table's lines on their way to a file. Whole lines only: what was added is written with one
-/// write where the system allows it, and on failure the file is cut back to its last whole line.
-/// Not thread-safe.
-class CsvOutput {
- public:
-  enum class Mode {
-    kReplace,  ///< An old file gives way.
-    kNew,      ///< There must be none.
-  };
-
-  /// @param path "-" is the standard output. @throws Error{kIo} naming it and the system's reason.
-  explicit CsvOutput(std::string path, Mode mode = Mode::kReplace);
-  CsvOutput(const CsvOutput&) = delete;
-  CsvOutput& operator=(const CsvOutput&) = delete;
-  ~CsvOutput();  ///< Closes without reporting; what was not flushed is lost.
-
-  /// To append whole lines to; its memory is used again.
-  std::string& lines() noexcept { return lines_; }
-
-  /// Writes them. @throws Error{kIo} where the disk is full, the pipe closed, ...; they are gone.
-  void flush();
-
-  /// Flushes and closes. @throws Error{kIo}.
-  void close();
-
- private:
-  void write_lines();
-  void cut_back_to_whole_lines(std::size_t done) noexcept;
-  [[noreturn]] void fail(const char* action, int error) const;
-
-  std::string path_;
-  int file_ = -1;
-  std::string lines_;
-};
-
 }  // namespace striper

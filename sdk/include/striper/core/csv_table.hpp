@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <striper/core/append_file.hpp>
 #include <striper/core/csv_cell.hpp>
 #include <striper/core/csv_file.hpp>
 
@@ -143,12 +144,12 @@ class CsvReader {
   std::size_t cut_line_ = 0;
 };
 
-/// Writes a table, header first. As `CsvOutput` in all that is not said here.
+/// Writes a table, header first. As `AppendFile` in all that is not said here.
 template <typename Row>
 class CsvWriter {
  public:
   CsvWriter(std::string path, std::span<const CsvColumn<Row>> columns,
-            CsvOutput::Mode mode = CsvOutput::Mode::kReplace)
+            AppendFile::Mode mode = AppendFile::Mode::kReplace)
       : output_(std::move(path), mode), columns_(columns) {
     append_header(output_.lines(), columns);
     output_.flush();
@@ -172,7 +173,7 @@ class CsvWriter {
   }
 
  private:
-  CsvOutput output_;
+  AppendFile output_;
   std::span<const CsvColumn<Row>> columns_;
 };
 

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include <striper/core/csv_file.hpp>
+#include <striper/core/append_file.hpp>
 
 #include "scan/scan_columns.hpp"
 #include "stream/sinks/built_in.hpp"
@@ -140,7 +140,7 @@ class JsonlScanSink : public ScanSink {
  private:
   std::string path_;
   std::string early_;  // Events from before the first head: no file gives way to them.
-  std::optional<CsvOutput> file_;
+  std::optional<AppendFile> file_;
 };
 
 }  // namespace

@@ -1,74 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "model/yaml_field.hpp"
+#include "core/yaml_field.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numeric>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <yaml-cpp/eventhandler.h>
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
 
+#include "core/yaml_document.hpp"
+
 namespace striper::detail {
 namespace {
-
-int line_of(const YAML::Mark& mark) { return mark.is_null() ? 0 : mark.line + 1; }
-
-std::string place(const std::string& file, const YAML::Mark& mark) {
-  const int line = line_of(mark);
-  return line > 0 ? fmt::format("{}:{}", file, line) : file;
-}
-
-// Looks at the events of a document before a tree is made of them: aliases can tie a tree into a
-// loop or blow it up.
-class Guard : public YAML::EventHandler {
- public:
-  explicit Guard(const std::string& file) : file_(file) {}
-
-  void OnAlias(const YAML::Mark& mark, YAML::anchor_t /*anchor*/) override {
-    refuse(mark, "an alias (*name) - expected every value written out");
-  }
-  void OnDocumentStart(const YAML::Mark& mark) override {
-    if (++documents_ > 1) refuse(mark, "a second document (---) - expected one");
-  }
-  void OnDocumentEnd() override {}
-  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
-  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                const std::string& /*value*/) override {}
-  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/,
-                       YAML::anchor_t /*anchor*/, YAML::EmitterStyle::value /*style*/) override {
-    descend(mark);
-  }
-  void OnSequenceEnd() override { --depth_; }
-  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
-                  YAML::EmitterStyle::value /*style*/) override {
-    descend(mark);
-  }
-  void OnMapEnd() override { --depth_; }
-
- private:
-  void descend(const YAML::Mark& mark) {
-    constexpr int kMaxDepth = 32;
-    if (++depth_ > kMaxDepth) {
-      refuse(mark,
-             fmt::format("lists or maps nested {} deep - expected at most {}", depth_, kMaxDepth));
-    }
-  }
-  [[noreturn]] void refuse(const YAML::Mark& mark, std::string_view what) const {
-    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", place(file_, mark), what));
-  }
-
-  const std::string& file_;
-  int documents_ = 0;
-  int depth_ = 0;
-};
 
 // Longer words are not compared.
 constexpr std::size_t kLongestWord = 64;
@@ -111,38 +60,15 @@ std::optional<Number> parse_whole_text(std::string_view text) {
 
 }  // namespace
 
-std::string quoted(std::string_view text) {
-  constexpr std::size_t kLongest = 60;
-  std::string result = "'";
-  for (const char c : text.substr(0, kLongest)) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      result += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-    } else {
-      result += c;
-    }
-  }
-  return result + (text.size() > kLongest ? "...'" : "'");
+YamlField::YamlField(const YAML::Node& node, std::string path, std::shared_ptr<const YamlFile> file)
+    : node_(node), path_(std::move(path)), file_(std::move(file)) {}
+
+YamlField YamlField::parse(const std::string& text, YamlFile file) {
+  const YAML::Node document = parse_yaml(text, file.name);
+  return {document, "", std::make_shared<const YamlFile>(std::move(file))};
 }
 
-YAML::Node parse_yaml(const std::string& text, const std::string& file) {
-  try {
-    std::istringstream stream(text);
-    YAML::Parser parser(stream);
-    Guard guard(file);
-    while (parser.HandleNextDocument(guard)) {
-    }
-    return YAML::Load(text);
-  } catch (const YAML::Exception& error) {
-    throw Error(ErrorKind::kBadFile,
-                fmt::format("{}: not valid YAML: {}", place(file, error.mark), error.msg));
-  }
-}
-
-YamlField::YamlField(const YAML::Node& node, std::string path,
-                     std::shared_ptr<const std::string> file, EventPort events)
-    : node_(node), path_(std::move(path)), file_(std::move(file)), events_(std::move(events)) {}
-
-std::string YamlField::where() const { return place(*file_, node_.Mark()); }
+std::string YamlField::where() const { return yaml_place(file_->name, node_.Mark()); }
 
 std::string YamlField::child_path(std::string_view key) const {
   return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
@@ -173,21 +99,31 @@ void YamlField::require_map(std::initializer_list<std::string_view> known) const
   if (!node_.IsMap()) refuse(fmt::format("a map with {}", fmt::join(known, ", ")));
   std::set<std::string> seen;
   for (const auto& entry : node_) {
-    const YamlField key(entry.first, path_, file_, events_);
+    const YamlField key(entry.first, path_, file_);
     if (!entry.first.IsScalar()) key.refuse("a word as key");
     const std::string& word = entry.first.Scalar();
     if (!seen.insert(word).second)
       key.refuse(fmt::format("key {} a second time", quoted(word)), "each key once");
-    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
-    events_.send({"unknown_key", fmt::format("{}: unknown key {} is ignored{}", key.where(),
-                                             quoted(child_path(word)), hint(word, known))});
+    if (std::find(known.begin(), known.end(), word) == known.end()) take_unknown(key, known);
   }
 }
 
+void YamlField::take_unknown(const YamlField& key,
+                             std::initializer_list<std::string_view> known) const {
+  const std::string& word = key.node_.Scalar();
+  if (file_->unknown_keys == UnknownKeys::kRefuse) {
+    key.refuse(fmt::format("the key {}", quoted(word)),
+               fmt::format("{}{}", fmt::join(known, ", "), hint(word, known)));
+  }
+  events().send({"unknown_key", fmt::format("{}: unknown key {} is ignored{}", key.where(),
+                                            quoted(child_path(word)), hint(word, known))});
+}
+
 std::optional<YamlField> YamlField::find(std::string_view key) const {
+  if (!node_.IsMap()) return std::nullopt;
   for (const auto& entry : node_) {
     if (entry.first.IsScalar() && entry.first.Scalar() == key) {
-      return YamlField(entry.second, child_path(key), file_, events_);
+      return YamlField(entry.second, child_path(key), file_);
     }
   }
   return std::nullopt;
@@ -195,6 +131,7 @@ std::optional<YamlField> YamlField::find(std::string_view key) const {
 
 YamlField YamlField::at(std::string_view key, std::string_view expected) const {
   if (auto field = find(key)) return *field;
+  if (!node_.IsMap()) refuse(fmt::format("a map with {}", key));
   std::string meant;
   for (const auto& entry : node_) {
     const std::size_t distance = edit_distance(entry.first.Scalar().substr(0, kLongestWord), key);
@@ -206,13 +143,16 @@ YamlField YamlField::at(std::string_view key, std::string_view expected) const {
                                                child_path(key), meant, expected));
 }
 
-std::vector<YamlField> YamlField::list(std::optional<std::size_t> count) const {
-  const std::string expected = count ? fmt::format("a list of {}", *count) : "a list";
-  if (!node_.IsSequence() || (count && node_.size() != *count)) refuse(expected);
+std::vector<YamlField> YamlField::list(std::optional<std::size_t> count,
+                                       std::string_view expected) const {
+  if (!node_.IsSequence() || (count && node_.size() != *count)) {
+    if (!expected.empty()) refuse(expected);
+    refuse(count ? fmt::format("a list of {}", *count) : "a list");
+  }
   std::vector<YamlField> fields;
   fields.reserve(node_.size());
   for (const YAML::Node& child : node_) {
-    fields.emplace_back(child, fmt::format("{}[{}]", path_, fields.size()), file_, events_);
+    fields.push_back(YamlField(child, fmt::format("{}[{}]", path_, fields.size()), file_));
   }
   return fields;
 }
@@ -234,13 +174,25 @@ int YamlField::whole(int low, int high, std::string_view meaning) const {
   return *value;
 }
 
+int YamlField::whole(std::string_view expected) const {
+  const auto value = is_plain_scalar(node_) ? parse_whole_text<int>(node_.Scalar()) : std::nullopt;
+  if (!value) refuse(expected);
+  return *value;
+}
+
+bool YamlField::yes_or_no() const {
+  bool value = false;
+  if (!is_plain_scalar(node_) || !YAML::convert<bool>::decode(node_, value)) refuse("yes or no");
+  return value;
+}
+
 std::string YamlField::word(std::string_view expected) const {
   if (!node_.IsScalar()) refuse(expected);
   return node_.Scalar();
 }
 
-Eigen::VectorXd YamlField::numbers(std::size_t count) const {
-  const std::vector<YamlField> fields = list(count);
+Eigen::VectorXd YamlField::numbers(std::size_t count, std::string_view expected) const {
+  const std::vector<YamlField> fields = list(count, expected);
   Eigen::VectorXd values(static_cast<Eigen::Index>(count));
   for (std::size_t i = 0; i < count; ++i) values[static_cast<Eigen::Index>(i)] = fields[i].number();
   return values;
@@ -254,6 +206,22 @@ Eigen::MatrixXd YamlField::matrix(int rows, int cols, std::string_view meaning) 
   const Eigen::VectorXd data = at("data", fmt::format("a list of {}", count)).numbers(count);
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   return Eigen::Map<const RowMajor>(data.data(), rows, cols);
+}
+
+void YamlField::read(std::string_view key, double& value, double scale) const {
+  if (const auto field = find(key)) value = scale * field->number();
+}
+
+void YamlField::read(std::string_view key, int& value) const {
+  if (const auto field = find(key)) value = field->whole();
+}
+
+void YamlField::read(std::string_view key, bool& value) const {
+  if (const auto field = find(key)) value = field->yes_or_no();
+}
+
+void YamlField::read(std::string_view key, Eigen::Vector3d& value, double scale) const {
+  if (const auto field = find(key)) value = scale * field->numbers(3, "three numbers [x, y, z]");
 }
 
 YamlField YamlField::descend(std::string_view path) const {

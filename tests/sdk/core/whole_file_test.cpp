@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a file appears whole under its name, or where the links of its name lead, with the
-// permissions that it has or any new one gets; that pipes are written straight; and that what
-// cannot be written is told of beforehand, in the same words, without a trace. That the old file
-// stays where writing fails is proven on a full disk by end_to_end/command_line_test.py.
+// Proves that a text file is read as it is, to the byte, and that what is none is refused with its
+// name, the reason and what was expected. That a file appears whole under its name, or where the
+// links of its name lead, with the permissions that it has or any new one gets; that pipes are
+// written straight; and that what cannot be written is told of beforehand, in the same words,
+// without a trace. That the old file stays where writing fails is proven on a full disk by
+// end_to_end/command_line_test.py.
 #include <array>
 #include <filesystem>
 #include <iterator>
@@ -13,8 +15,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <striper/core/atomic_file.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 
 #include "support/error_of.hpp"
 #include "support/scratch_directory.hpp"
@@ -97,6 +99,33 @@ TEST_F(AtomicFile, WhatCannotBeWrittenIsToldBeforehand) {
             missing.string() + ": cannot be written: No such file or directory");
   EXPECT_NO_THROW(require_writable(scratch_ / "possible"));
   EXPECT_EQ(files(), 2) << "it leaves no trace";
+}
+
+Error refusal(const std::filesystem::path& path) {
+  return testing::error_of([&] { read_text_file(path, "a poem"); });
+}
+
+TEST(TextFile, IsReadToTheByte) {
+  const testing::ScratchDirectory scratch;
+  const std::string text("one\r\ntwo\0three\xff", 15);
+  testing::write_bytes(scratch / "file", text);
+  EXPECT_EQ(read_text_file(scratch / "file", "a poem"), text);
+  testing::write_bytes(scratch / "empty", "");
+  EXPECT_EQ(read_text_file(scratch / "empty", "a poem"), "");
+}
+
+TEST(TextFile, WhatIsNoneIsRefused) {
+  const testing::ScratchDirectory scratch;
+  const std::string missing = (scratch / "missing").string();
+  EXPECT_EQ(refusal(missing).kind(), ErrorKind::kNotFound);
+  EXPECT_EQ(refusal(missing).what(), missing + ": there is no such file - expected a poem");
+  EXPECT_EQ(refusal(scratch.path()).kind(), ErrorKind::kBadFile);
+  EXPECT_EQ(refusal(scratch.path()).what(),
+            scratch.path().string() + ": is a directory - expected a poem");
+  testing::write_bytes(scratch / "large", std::string((16U << 20U) + 1, ' '));
+  EXPECT_EQ(refusal(scratch / "large").kind(), ErrorKind::kBadFile);
+  EXPECT_EQ(refusal("/dev/zero").what(),
+            std::string("/dev/zero: is larger than 16 MiB - expected a poem"));
 }
 
 }  // namespace

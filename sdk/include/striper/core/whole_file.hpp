@@ -2,9 +2,16 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace striper {
+
+/// Reads a text file whole: a model, a scene, a camera; at most 16 MiB. Thread-safe.
+/// @param expected what it should be, to end messages with: "a striper model".
+/// @throws Error naming the file: kNotFound where there is none, kIo where it cannot be read,
+///         kBadFile where it is a directory or larger.
+std::string read_text_file(const std::filesystem::path& path, std::string_view expected);
 
 /// Writes a file that appears whole or not at all: written beside, flushed to the disk, renamed.
 /// The target of a symbolic link is replaced or made, not the link; what is there and is no regular
