@@ -4,8 +4,8 @@
 
 #include <striper/profile/smooth.hpp>
 
-#include "profile/curve_filter.hpp"
 #include "profile/cutter.hpp"
+#include "profile/shape/curve_filter.hpp"
 
 namespace striper {
 namespace {
@@ -54,7 +54,7 @@ struct Smoother::Impl {
   void smooth_pieces(PolarScan& scan);
   bool may_continue(std::size_t k) const;
   std::size_t smooth_from(std::size_t k, PolarScan& scan);
-  void smooth_line(const Run& run, PolarScan& scan);
+  void smooth_on(const Run& run, PolarScan& scan);
   void smooth_curve(std::size_t from, std::size_t to, double strength, PolarScan& scan);
   void put(std::size_t i, double q, double variance, PolarScan& scan);
 
@@ -90,9 +90,10 @@ void Smoother::Impl::smooth_pieces(PolarScan& scan) {
 
 // Whether piece k + 1 may be on the same surface as piece k.
 bool Smoother::Impl::may_continue(std::size_t k) const {
-  if (k + 1 >= cutter.runs.size() || cutter.runs[k + 1].is_rough) return false;
+  if (k + 1 >= cutter.runs.size()) return false;
   const Run& run = cutter.runs[k];
   const Run& next = cutter.runs[k + 1];
+  if (next.is_rough || next.is_circular) return false;
   return run.meets_next || (run.to - run.from < kShort && next.to - next.from < kShort);
 }
 
@@ -101,6 +102,10 @@ bool Smoother::Impl::may_continue(std::size_t k) const {
 std::size_t Smoother::Impl::smooth_from(std::size_t k, PolarScan& scan) {
   const Run& first = cutter.runs[k];
   if (first.is_rough) return k + 1;
+  if (first.is_circular) {
+    smooth_on(first, scan);
+    return k + 1;
+  }
   double of_pieces = 0.0;
   double best_gain = kLeastGain;
   double best_strength = 0.0;
@@ -122,18 +127,23 @@ std::size_t Smoother::Impl::smooth_from(std::size_t k, PolarScan& scan) {
   if (best_strength > 0.0) {
     smooth_curve(first.from, cutter.runs[best_end - 1].to, best_strength, scan);
   } else {
-    smooth_line(first, scan);
+    smooth_on(first, scan);
   }
   return best_end;
 }
 
-void Smoother::Impl::smooth_line(const Run& run, PolarScan& scan) {
+// Puts a run's returns on its line or circle.
+void Smoother::Impl::smooth_on(const Run& run, PolarScan& scan) {
   const InverseRanges& ranges = cutter.ranges;
   const double width =
       std::abs(std::asin(std::clamp(ranges.turn(run.from, run.to - 1), -1.0, 1.0)));
   for (std::size_t i = run.from; i < run.to; ++i) {
-    put(i, run.fit.at(ranges.cosine[i], ranges.sine[i]),
-        run.fit.variance_at(ranges.cosine[i], ranges.sine[i]), scan);
+    const double c = ranges.cosine[i];
+    const double s = ranges.sine[i];
+    const detail::OnCircle on = run.is_circular
+                                    ? detail::on_circle(ranges, i, run.circle)
+                                    : detail::OnCircle{run.fit.at(c, s), run.fit.variance_at(c, s)};
+    put(i, on.q, on.variance, scan);
     returns[ranges.index[i]].correlation_rad = width;
   }
 }
