@@ -171,12 +171,4 @@ OnCircle on_circle(const InverseRanges& ranges, std::size_t i, const CircleFit& 
   return {q, by.dot(circle.covariance * by) * std::pow(q * q / facing, 2.0)};
 }
 
-LineFit tangent(const InverseRanges& ranges, std::size_t i, const CircleFit& circle) noexcept {
-  const Eigen::Vector2d centre = circle.centre_m - ranges.pivot;
-  const Eigen::Vector2d normal = (from_pivot(ranges, i) - centre).normalized();
-  LineFit line;
-  line.parameters = normal / (normal.dot(centre) + circle.radius_m);
-  return line;
-}
-
 }  // namespace striper::detail

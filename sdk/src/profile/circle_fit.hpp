@@ -46,7 +46,4 @@ struct OnCircle {
 };
 OnCircle on_circle(const InverseRanges& ranges, std::size_t i, const CircleFit& circle) noexcept;
 
-/// The circle's tangent where element i's ray comes nearest to it; its parameters alone.
-LineFit tangent(const InverseRanges& ranges, std::size_t i, const CircleFit& circle) noexcept;
-
 }  // namespace striper::detail

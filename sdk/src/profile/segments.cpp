@@ -15,13 +15,18 @@ namespace {
 // straight line in 1e5 is called rough (chi2 of one degree of freedom beyond 20).
 constexpr double kRoughPenalty = 20.0;
 
-// Of a circle along its tangent there.
+// Of a circle where its outermost return is on it.
 detail::SurfaceEdge edge_of(const detail::InverseRanges& ranges, const detail::Run& run,
                             bool is_end) noexcept {
   const std::size_t outer = is_end ? run.to - 1 : run.from;
   const std::size_t inner = is_end ? outer - 1 : outer + 1;
-  const LineFit fit = run.is_circular ? detail::tangent(ranges, outer, run.circle) : run.fit;
-  return detail::edge_beyond(ranges, fit, outer, inner);
+  if (!run.is_circular) return detail::edge_beyond(ranges, run.fit, outer, inner);
+  detail::SurfaceEdge edge;
+  edge.direction = {ranges.cosine[outer], ranges.sine[outer]};
+  edge.q = detail::on_circle(ranges, outer, run.circle).q;
+  edge.at_m = ranges.pivot + edge.direction / edge.q;
+  edge.sigma_m = Piece::kNone;
+  return edge;
 }
 
 }  // namespace

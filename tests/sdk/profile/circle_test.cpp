@@ -118,6 +118,8 @@ TEST(CircularPieces, AreWhereTheyAreWithTrueBars) {
       const Piece* const piece = circular_piece(found, scene);
       ASSERT_NE(piece, nullptr) << scene.name;
       const ScanCircle& circle = *piece->circle;
+      for (const Eigen::Vector2d& end : {piece->begin_m, piece->end_m})
+        EXPECT_NEAR((end - circle.centre_m).norm() / circle.radius_m, 1.0, 1e-9) << scene.name;
       right += found.pieces.size() == scene.pieces && circle.is_hollow == scene.is_hollow ? 1 : 0;
       x.add((circle.centre_m.x() - scene.centre_m.x()) / std::sqrt(circle.covariance(0, 0)));
       y.add((circle.centre_m.y() - scene.centre_m.y()) / std::sqrt(circle.covariance(1, 1)));

@@ -54,10 +54,12 @@ struct Piece {
   std::optional<ScanCircle> circle;  ///< Of a circular piece (SegmentOptions::find_circles).
 
   /// Where the surface begins and ends, scan frame: at a corner the corner; at an edge half a
-  /// column's spacing beyond the outermost return, for there it is somewhere in between.
+  /// column's spacing beyond the outermost return, for there it is somewhere in between;
+  /// of a circular piece where its outermost returns are on the circle, which turns away there and
+  /// may go on unseen for several columns.
   Eigen::Vector2d begin_m{kNone, kNone};
   Eigen::Vector2d end_m{kNone, kNone};
-  double sigma_begin_m = kNone;  ///< Along the line: spacing / sqrt(12) at an edge.
+  double sigma_begin_m = kNone;  ///< Along the line: spacing / sqrt(12) at an edge; NaN of circles.
   double sigma_end_m = kNone;
   bool is_begin_seen =
       false;  ///< False where the scan itself begins or ends: the surface may go on.
