@@ -5,11 +5,12 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
 #include <striper/core/robust.hpp>
+#include <striper/geometry/line_fit.hpp>
 
 namespace striper::detail {
 namespace {
@@ -159,20 +160,25 @@ ReferenceLine ReferenceLines::line_through(std::size_t first, std::size_t last) 
     centre += beams_[i].point / count;
     variance += beams_[i].sigma_m * beams_[i].sigma_m / count;
   }
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  for (std::size_t i = first; i <= last; ++i)
-    scatter += (beams_[i].point - centre) * (beams_[i].point - centre).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(scatter);
+  // Across the chord, which is nearly the line: what counts across it counts across the line too.
+  const Eigen::Vector2d chord = (beams_[last].point - beams_[first].point).normalized();
+  const Eigen::Vector2d across(-chord.y(), chord.x());
+  LineSums sums;
+  for (std::size_t i = first; i <= last; ++i) {
+    const Eigen::Vector2d p = beams_[i].point - centre;
+    sums.add(1.0, chord.dot(p), across.dot(p), 1.0);
+  }
+  const LineFit fit = sums.solve();
   ReferenceLine line;
   line.status = ReferenceLine::Status::kFound;
   line.point = centre;
-  line.normal = axes.eigenvectors().col(0);
+  line.normal = (across - fit.parameters[1] * chord).normalized();
   if (line.normal.dot(centre) > 0.0) line.normal = -line.normal;
   line.sigma_m = std::sqrt(variance / count);
   line.roundings = independent_roundings(first, last);
   const double quantum_m = options_.reference_quantum_m;
   const double rounding2 = quantum_m * quantum_m / 12.0 * count / line.roundings;
-  const double spread2_m2 = axes.eigenvalues()[1];
+  const double spread2_m2 = 1.0 / fit.covariance(1, 1);
   line.sigma_normal_rad = std::sqrt((variance + rounding2) / spread2_m2);
   // Along a straight surface rounding is a sawtooth: of R teeth over a length L it turns the line
   // by about 0.6 / R of a step over L, one sigma.

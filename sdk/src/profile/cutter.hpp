@@ -6,6 +6,7 @@
 
 #include <striper/profile/segments.hpp>
 
+#include "profile/circle_search.hpp"
 #include "profile/inverse_ranges.hpp"
 #include "profile/joints.hpp"
 #include "profile/outlier_gate.hpp"
@@ -34,6 +35,7 @@ class Cutter {
   OutlierGate gate;
   Texture texture;
   Partition partition;
+  CircleSearch circles;
   CornerSearch corners;
 };
 

@@ -9,6 +9,7 @@
 
 #include <striper/profile/segments.hpp>
 
+#include "profile/circle_fit.hpp"
 #include "profile/inverse_ranges.hpp"
 
 namespace striper::detail {
@@ -19,15 +20,17 @@ struct Knot {
   double sigma_rad = 0.0;
 };
 
-/// Elements [from, to) of an InverseRanges on one line.
+/// Elements [from, to) of an InverseRanges on one line or circle.
 struct Run {
   std::size_t from = 0;
   std::size_t to = 0;
   LineFit fit;  // 1/distance = p0 cos + p1 sin.
   bool is_rough = false;
   double scale = 1.0;
-  bool meets_next = false;  // The next run begins at a corner,
-  Knot knot{};              // which is here.
+  bool is_circular = false;  // On `circle`; `fit` is then the best straight line,
+  CircleFit circle{};        // and this where they are.
+  bool meets_next = false;   // The next run begins at a corner,
+  Knot knot{};               // which is here.
 };
 
 /// Fits elements [from, to), in coordinates in which short runs lose no digits.

@@ -15,6 +15,20 @@ namespace {
 // straight line in 1e5 is called rough (chi2 of one degree of freedom beyond 20).
 constexpr double kRoughPenalty = 20.0;
 
+// Of a circle where its outermost return is on it.
+detail::SurfaceEdge edge_of(const detail::InverseRanges& ranges, const detail::Run& run,
+                            bool is_end) noexcept {
+  const std::size_t outer = is_end ? run.to - 1 : run.from;
+  const std::size_t inner = is_end ? outer - 1 : outer + 1;
+  if (!run.is_circular) return detail::edge_beyond(ranges, run.fit, outer, inner);
+  detail::SurfaceEdge edge;
+  edge.direction = {ranges.cosine[outer], ranges.sine[outer]};
+  edge.q = detail::on_circle(ranges, outer, run.circle).q;
+  edge.at_m = ranges.pivot + edge.direction / edge.q;
+  edge.sigma_m = Piece::kNone;
+  return edge;
+}
+
 }  // namespace
 
 struct Segmenter::Impl {
@@ -51,9 +65,14 @@ void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentat
   out.penalty = piece_penalty(options.false_split_rate, ranges.size());
   take_runs(partition.cut(ranges, {out.penalty, kRoughPenalty}));
   for (Run& run : runs) judge_roughness(run, kRoughPenalty);
+  if (options.find_circles) {
+    const double bend = bend_penalty(options.false_split_rate);
+    circles.join(ranges, {out.penalty, bend, kRoughPenalty}, runs);
+  }
+  const auto is_plain = [](const Run& run) { return !run.is_rough && !run.is_circular; };
   for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
     runs[k].meets_next =
-        !runs[k].is_rough && !runs[k + 1].is_rough && corners.settle(ranges, runs[k], runs[k + 1]);
+        is_plain(runs[k]) && is_plain(runs[k + 1]) && corners.settle(ranges, runs[k], runs[k + 1]);
   }
   report_pieces(scan, out);
   report_joints(out);
@@ -71,7 +90,10 @@ void Cutter::take_runs(const std::vector<std::size_t>& cuts) {
   runs.clear();
   for (std::size_t k = 0; k < cuts.size(); ++k) {
     const std::size_t to = k + 1 < cuts.size() ? cuts[k + 1] : ranges.size();
-    runs.push_back({cuts[k], to, fit_run(ranges, cuts[k], to), false, 1.0, false});
+    Run& run = runs.emplace_back();
+    run.from = cuts[k];
+    run.to = to;
+    run.fit = fit_run(ranges, cuts[k], to);
   }
 }
 
@@ -97,8 +119,14 @@ void Cutter::report_pieces(const PolarScan& scan, Segmentation& out) const {
     piece.chi2 = run.fit.chi2;
     piece.dof = run.fit.dof();
     piece.scale = run.scale;
-    const SurfaceEdge begin = edge_beyond(ranges, run.fit, run.from, run.from + 1);
-    const SurfaceEdge end = edge_beyond(ranges, run.fit, run.to - 1, run.to - 2);
+    if (run.is_circular) {
+      piece.chi2 = run.circle.chi2;
+      piece.dof = run.circle.dof();
+      piece.circle = ScanCircle{run.circle.centre_m, run.circle.radius_m, run.circle.is_hollow,
+                                run.circle.covariance};
+    }
+    const SurfaceEdge begin = edge_of(ranges, run, false);
+    const SurfaceEdge end = edge_of(ranges, run, true);
     piece.begin_m = begin.at_m;
     piece.sigma_begin_m = begin.sigma_m;
     piece.end_m = end.at_m;

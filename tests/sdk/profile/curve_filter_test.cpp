@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the curve's filter and smoother say of a wandering line what the dense Gaussian of
 // all returns together says. That surfaces are such is not proven here.
-#include "profile/curve_filter.hpp"
+#include "profile/shape/curve_filter.hpp"
 
 #include <cmath>
 #include <vector>

@@ -88,6 +88,47 @@ TEST(Smoother, WavesAreFollowed) {
   EXPECT_NEAR(errors.pull.value(), 1.0, 0.05);
 }
 
+// Boards, corners, pipes and waves of random sizes beside each other, bends too slight to be found
+// among them.
+std::vector<double> mixed_ranges(const ProfileStriper& striper) {
+  std::vector<double> ranges;
+  while (ranges.size() < 640) {
+    const auto count = static_cast<std::size_t>(testing::uniform(15.0, 120.0));
+    const std::size_t from = ranges.size();
+    const double kind = testing::uniform(0.0, 1.0);
+    const double b0 = striper.bearing_rad(from);
+    const double middle = striper.bearing_rad(from + count / 2);
+    const double at = kind > 0.7 && from > 0 ? ranges.back() : testing::uniform(0.8, 2.2);
+    const double turn = testing::uniform(-0.7, 0.7);
+    const double radius = testing::uniform(0.05, 0.4);
+    const double amplitude = kind < 0.2 ? testing::uniform(2.0, 15.0) : 0.0;  // Sigmas.
+    for (std::size_t i = from; i < std::min<std::size_t>(from + count, 640); ++i) {
+      const double b = striper.bearing_rad(i);
+      const double across = (at + radius) * std::sin(b - middle);
+      double range = range_of_line(b, turn, at * std::cos(b0 - turn));
+      if (kind > 0.2 && kind < 0.4 && std::abs(across) < 0.98 * radius)
+        range = (at + radius) * std::cos(b - middle) - std::sqrt(radius * radius - across * across);
+      if (!(range > 0.3 && range < 6.0)) range = range_of_line(b, 0.0, 2.5);
+      range +=
+          amplitude * std::sin(0.12 * static_cast<double>(i - from)) * striper.sigma_m(i, range);
+      ranges.push_back(range);
+    }
+  }
+  return ranges;
+}
+
+TEST(Smoother, MixedScenesTellTheirError) {
+  const ProfileStriper striper;
+  Rms gain, pull;
+  for (int scene = 0; scene < 500; ++scene) {
+    const Errors errors = errors_of(mixed_ranges(striper), 0, 640, 1);
+    gain.add(errors.gain.value());
+    pull.add(errors.pull.value());
+  }
+  EXPECT_LT(gain.value(), 0.40);
+  EXPECT_NEAR(pull.value(), 1.0, 0.05);
+}
+
 TEST(Smoother, RoughPiecesAndBearingsStayAsTheyAre) {
   const ProfileStriper striper;
   std::vector<double> ranges(640, 1.5);

@@ -18,6 +18,10 @@ struct SegmentOptions {
   /// Whether a surface may be rougher than the error bars say; its texture is then estimated.
   bool estimate_texture = true;
 
+  /// Whether pieces may be circular too: pipes, wheels, rounded edges. Straight pieces that one
+  /// circle explains at less cost are then joined to it.
+  bool find_circles = false;
+
   /// The point of the scan plane through which the noise moves every return, metres, scan frame:
   /// where the camera's own v axis (stripe axis columns) or u axis (rows) through its centre meets
   /// the plane (`noise_pivot`). The scan's origin, the default, is right for a camera that is not

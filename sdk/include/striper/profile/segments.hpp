@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -29,8 +30,17 @@ struct ScanLine {
   double offset_variance_m2(const Eigen::Vector2d& p_scan) const;
 };
 
-/// A run of returns on one straight line. Doubtful and missing returns in between belong to no
-/// piece.
+/// A circle of the scan plane.
+struct ScanCircle {
+  Eigen::Vector2d centre_m{0.0, 0.0};  ///< Scan frame.
+  double radius_m = 0.0;
+  bool is_hollow = false;  ///< Its inside is seen.
+  Eigen::Matrix3d covariance =
+      Eigen::Matrix3d::Zero();  ///< Of centre and radius: random error alone.
+};
+
+/// A run of returns on one straight line or circle. Doubtful and missing returns in between belong
+/// to no piece.
 struct Piece {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -40,13 +50,16 @@ struct Piece {
   std::size_t last = 0;   ///< Included.
   int points = 0;
 
-  ScanLine line;
+  ScanLine line;                     ///< Of a circular piece the best straight one.
+  std::optional<ScanCircle> circle;  ///< Of a circular piece (SegmentOptions::find_circles).
 
   /// Where the surface begins and ends, scan frame: at a corner the corner; at an edge half a
-  /// column's spacing beyond the outermost return, for there it is somewhere in between.
+  /// column's spacing beyond the outermost return, for there it is somewhere in between;
+  /// of a circular piece where its outermost returns are on the circle, which turns away there and
+  /// may go on unseen for several columns.
   Eigen::Vector2d begin_m{kNone, kNone};
   Eigen::Vector2d end_m{kNone, kNone};
-  double sigma_begin_m = kNone;  ///< Along the line: spacing / sqrt(12) at an edge.
+  double sigma_begin_m = kNone;  ///< Along the line: spacing / sqrt(12) at an edge; NaN of circles.
   double sigma_end_m = kNone;
   bool is_begin_seen =
       false;  ///< False where the scan itself begins or ends: the surface may go on.
@@ -62,7 +75,7 @@ struct Piece {
 enum class JointKind {
   kCorner,  ///< The surfaces meet.
   kStep     ///< One ends before the other: an edge in front of something. All joints of rough
-            ///< pieces, which meet nothing exactly.
+            ///< pieces, which meet nothing exactly, and of circular ones.
 };
 
 /// Between piece i and piece i + 1.
@@ -87,8 +100,9 @@ struct Segmentation {
 ///
 /// In 1/range a straight line is linear and a striper's noise Gaussian, so a piece's chi2 comes
 /// from six sums; the best of all ways to cut is found exactly (src/profile/partition.hpp). Speckle
-/// is left out before. Calibration errors move all returns together and are not in any figure here.
-/// Sigmas have to be right: returns without one are not used.
+/// is left out before. Where circles are looked for, straight pieces are joined to them
+/// (src/profile/circle_search.hpp). Calibration errors move all returns together and are not in any
+/// figure here. Sigmas have to be right: returns without one are not used.
 ///
 /// About 200 us for 640 returns on a few surfaces (the partition 110), 400 us on waves; no
 /// allocation after the first scans. Not thread-safe.

@@ -19,13 +19,14 @@ struct SmoothedReturn {
 
 /// Re-estimates every return of a scan from its own piece and neighbours (`--smooth line`).
 ///
-/// On a straight piece a return becomes the piece's line. Pieces that meet may together be one
+/// On a straight piece a return becomes the piece's line, on a circular one its circle. Where a
+/// straight piece may be bent, by less than a cut is worth, it is the mean of both, each as far as
+/// it is probable, and the sigma has how far they differ. Pieces that meet may together be one
 /// curved surface: then it is a Gaussian process whose second derivative is white noise about a
 /// straight line (in 1/range, q'' + q = w, a Kalman filter and smoother with two states; Kohn &
 /// Ansley 1987 for its likelihood), of that strength which the returns make most likely; where its
 /// residuals say that it is known better or worse, the sigmas follow. Never across a step, nor
-/// across a corner. In rough pieces the scatter is the surface's own: these stay
-/// as they are.
+/// across a corner. In rough pieces the scatter is the surface's own: these stay as they are.
 ///
 /// Of each return bearing, near, far, row sigma and pixel stay; range_m, x_m, y_m and sigma_m
 /// change. sigma_m is then true for one return; means over neighbours do not get better with it.

@@ -127,6 +127,7 @@ void Measurer::Impl::measure(const PolarScan& scan) {
   const LaserGeometry& geometry = geometry_of(scan.laser);
   SegmentOptions here = options;
   here.pivot_m = geometry.pivot_m;
+  here.find_circles = false;  // Tools tell themselves what is one.
   cutter.cut(scan, here, segmentation);
   modes =
       geometry.modes && geometry.modes->take(scan, cutter.ranges) ? geometry.modes.get() : nullptr;

@@ -8,7 +8,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "profile/tools/circle_fit.hpp"
+#include <striper/core/robust.hpp>
+
+#include "profile/circle_fit.hpp"
 #include "profile/tools/enclosed_area.hpp"
 
 namespace striper::detail {
@@ -161,22 +163,44 @@ ToolValues position_of(const InverseRanges& ranges, const PatchLine& first,
   return values;
 }
 
+// Leaves out what is far off for the scatter; whether there was any.
+bool trim(const InverseRanges& ranges, const CircleFit& circle,
+          std::vector<std::size_t>& elements) {
+  constexpr double kGateSigmas = 5.0;
+  std::vector<double> sigmas;
+  for (const std::size_t i : elements) sigmas.push_back(misfit(ranges, i, circle));
+  std::vector<double> sorted = sigmas;
+  const double gate = kGateSigmas * std::max(1.0, kSigmaOfMedianAbsolute * upper_median(sorted));
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < elements.size(); ++k)
+    if (sigmas[k] <= gate) elements[kept++] = elements[k];
+  const bool is_trimmed = kept < elements.size();
+  elements.resize(kept);
+  return is_trimmed;
+}
+
+CircleFit fit_most(const InverseRanges& ranges, std::vector<std::size_t> elements) {
+  constexpr int kTrims = 2;
+  CircleFit fit = fit_circle(ranges, elements);
+  for (int k = 0; k < kTrims && fit.is_determined && trim(ranges, fit, elements); ++k)
+    fit = fit_circle(ranges, elements);
+  return fit;
+}
+
 ToolValues circle_of(const InverseRanges& ranges, const Patch& patch) {
-  const CircleFit fit = fit_circle(ranges, patch.all);
-  ToolValues values;
+  const CircleFit fit = fit_most(ranges, patch.all);
+  const double scale = scatter_scale(fit.chi2, fit.dof());
+  const Eigen::Vector3d variance = scale * scale * fit.covariance.diagonal();
+  const double most = kMostRelativeSigma * fit.radius_m;
   MeasureStatus status = MeasureStatus::kOk;
   if (!fit.is_determined || 5 * fit.points < 4 * static_cast<int>(patch.all.size()))
     status = MeasureStatus::kNoLine;
-  else if (std::sqrt(fit.covariance(2, 2)) > kMostRelativeSigma * fit.parameters[2])
+  else if (variance[2] > most * most)
     status = MeasureStatus::kAmbiguous;
-  constexpr std::array<int, 3> kOrder{2, 0, 1};  // Radius, x, y.
-  for (std::size_t k = 0; k < kOrder.size(); ++k) {
-    const int of = kOrder[k];
-    values[k] = status == MeasureStatus::kOk
-                    ? ToolValue{fit.parameters[of], fit.covariance(of, of), status}
-                    : refused(status);
-  }
-  return values;
+  if (status != MeasureStatus::kOk) return {refused(status), refused(status), refused(status)};
+  return {ToolValue{fit.radius_m, variance[2], status},
+          ToolValue{fit.centre_m.x(), variance[0], status},
+          ToolValue{fit.centre_m.y(), variance[1], status}};
 }
 
 ToolValues of_ends(const MeasureTool& tool, const InverseRanges& ranges, const Patches& pieces,

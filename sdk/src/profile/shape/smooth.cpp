@@ -4,8 +4,8 @@
 
 #include <striper/profile/smooth.hpp>
 
-#include "profile/curve_filter.hpp"
 #include "profile/cutter.hpp"
+#include "profile/shape/curve_filter.hpp"
 
 namespace striper {
 namespace {
@@ -13,9 +13,9 @@ namespace {
 using detail::InverseRanges;
 using detail::Run;
 
-// What a bend has to gain over a straight line, in -2 log likelihood: one scan of a straight line
-// in fifty is bent a little (the strength is on its bound, so half of chi2 of one degree of
-// freedom).
+// What a bend has to gain over a straight line, in -2 log likelihood, to be as probable: one scan
+// of a straight line in fifty gains so much (the strength is on its bound, so half of chi2 of one
+// degree of freedom).
 constexpr double kLeastGain = 4.0;
 // Pieces of fewer returns than this, beside each other, may be one curved surface even where their
 // lines do not meet.
@@ -48,13 +48,25 @@ double variance_factor(const InverseRanges& ranges, std::size_t from,
   return std::clamp(1.0 + trust * (measured - 1.0), 0.5, 2.0);
 }
 
+double kernel_width(const InverseRanges& ranges, std::size_t from, double strength) {
+  return kKernelWidth * std::abs(ranges.turn(from, from + 1)) / std::pow(strength, 0.25);
+}
+
+// The most likely curve through a run and those after it.
+struct Curve {
+  std::size_t end = 0;  // The run behind it.
+  double gain = 0.0;    // Over the runs, in -2 log likelihood.
+  double strength = 0.0;
+};
+
 }  // namespace
 
 struct Smoother::Impl {
   void smooth_pieces(PolarScan& scan);
   bool may_continue(std::size_t k) const;
   std::size_t smooth_from(std::size_t k, PolarScan& scan);
-  void smooth_line(const Run& run, PolarScan& scan);
+  void smooth_on(const Run& run, PolarScan& scan);
+  void smooth_bent(const Run& run, const Curve& curve, PolarScan& scan);
   void smooth_curve(std::size_t from, std::size_t to, double strength, PolarScan& scan);
   void put(std::size_t i, double q, double variance, PolarScan& scan);
 
@@ -90,9 +102,10 @@ void Smoother::Impl::smooth_pieces(PolarScan& scan) {
 
 // Whether piece k + 1 may be on the same surface as piece k.
 bool Smoother::Impl::may_continue(std::size_t k) const {
-  if (k + 1 >= cutter.runs.size() || cutter.runs[k + 1].is_rough) return false;
+  if (k + 1 >= cutter.runs.size()) return false;
   const Run& run = cutter.runs[k];
   const Run& next = cutter.runs[k + 1];
+  if (next.is_rough || next.is_circular) return false;
   return run.meets_next || (run.to - run.from < kShort && next.to - next.from < kShort);
 }
 
@@ -101,39 +114,68 @@ bool Smoother::Impl::may_continue(std::size_t k) const {
 std::size_t Smoother::Impl::smooth_from(std::size_t k, PolarScan& scan) {
   const Run& first = cutter.runs[k];
   if (first.is_rough) return k + 1;
+  if (first.is_circular) {
+    smooth_on(first, scan);
+    return k + 1;
+  }
   double of_pieces = 0.0;
-  double best_gain = kLeastGain;
-  double best_strength = 0.0;
-  std::size_t best_end = k + 1;
+  Curve alone;
+  Curve best{k + 1, kLeastGain, 0.0};
   filter.begin(cutter.ranges, first.from);
   for (std::size_t end = k + 1;; ++end) {
     const Run& last = cutter.runs[end - 1];
     of_pieces += last.fit.chi2 + (end > k + 1 ? segmentation.penalty : 0.0);
     filter.extend(last.to);
-    const auto best = filter.best();
-    const double gain = of_pieces - best.cost;
-    if (gain > best_gain) {
-      best_gain = gain;
-      best_strength = best.strength;
-      best_end = end;
-    }
-    if (gain < best_gain - kHopeless * segmentation.penalty || !may_continue(end - 1)) break;
+    const auto [strength, cost] = filter.best();
+    const Curve now{end, of_pieces - cost, strength};
+    if (end == k + 1) alone = now;
+    if (now.gain > best.gain) best = now;
+    if (now.gain < best.gain - kHopeless * segmentation.penalty || !may_continue(end - 1)) break;
   }
-  if (best_strength > 0.0) {
-    smooth_curve(first.from, cutter.runs[best_end - 1].to, best_strength, scan);
+  if (best.end > k + 1) {
+    smooth_curve(first.from, cutter.runs[best.end - 1].to, best.strength, scan);
   } else {
-    smooth_line(first, scan);
+    smooth_bent(first, alone, scan);
   }
-  return best_end;
+  return best.end;
 }
 
-void Smoother::Impl::smooth_line(const Run& run, PolarScan& scan) {
+// Puts a run's returns on its line or circle.
+void Smoother::Impl::smooth_on(const Run& run, PolarScan& scan) {
   const InverseRanges& ranges = cutter.ranges;
   const double width =
       std::abs(std::asin(std::clamp(ranges.turn(run.from, run.to - 1), -1.0, 1.0)));
   for (std::size_t i = run.from; i < run.to; ++i) {
-    put(i, run.fit.at(ranges.cosine[i], ranges.sine[i]),
-        run.fit.variance_at(ranges.cosine[i], ranges.sine[i]), scan);
+    const double c = ranges.cosine[i];
+    const double s = ranges.sine[i];
+    const detail::OnCircle on = run.is_circular
+                                    ? detail::on_circle(ranges, i, run.circle)
+                                    : detail::OnCircle{run.fit.at(c, s), run.fit.variance_at(c, s)};
+    put(i, on.q, on.variance, scan);
+    returns[ranges.index[i]].correlation_rad = width;
+  }
+}
+
+// A run that may be a little bent: the mean of its line and the curve, each as far as it is
+// probable (Hoeting et al. 1999, equations 3 and 4). Taking the more probable one for certain would
+// make the bars too small by what the other one differs.
+void Smoother::Impl::smooth_bent(const Run& run, const Curve& bend, PolarScan& scan) {
+  if (!(bend.gain > 0.0)) {  // Less than one in nine.
+    smooth_on(run, scan);
+    return;
+  }
+  const double bent = 1.0 / (1.0 + std::exp(0.5 * (kLeastGain - bend.gain)));
+  const InverseRanges& ranges = cutter.ranges;
+  const auto& estimates = curve.smooth(ranges, run.from, run.to, bend.strength);
+  const double factor = variance_factor(ranges, run.from, estimates);
+  const double width = kernel_width(ranges, run.from, bend.strength);
+  for (std::size_t i = run.from; i < run.to; ++i) {
+    const double on_line = run.fit.at(ranges.cosine[i], ranges.sine[i]);
+    const double of_line = run.fit.variance_at(ranges.cosine[i], ranges.sine[i]);
+    const auto [on_curve, of_curve] = estimates[i - run.from];
+    const double between = on_curve - on_line;
+    put(i, on_line + bent * between,
+        (1.0 - bent) * (of_line + bent * between * between) + bent * factor * of_curve, scan);
     returns[ranges.index[i]].correlation_rad = width;
   }
 }
@@ -143,8 +185,7 @@ void Smoother::Impl::smooth_curve(std::size_t from, std::size_t to, double stren
   const InverseRanges& ranges = cutter.ranges;
   const auto& estimates = curve.smooth(ranges, from, to, strength);
   const double factor = variance_factor(ranges, from, estimates);
-  const double spacing = std::abs(ranges.turn(from, from + 1));
-  const double width = kKernelWidth * spacing / std::pow(strength, 0.25);
+  const double width = kernel_width(ranges, from, strength);
   for (std::size_t i = from; i < to; ++i) {
     put(i, estimates[i - from].q, factor * estimates[i - from].variance, scan);
     returns[ranges.index[i]].correlation_rad = width;
@@ -156,15 +197,16 @@ void Smoother::Impl::put(std::size_t i, double q, double variance, PolarScan& sc
   if (!(q > 0.0)) return;
   const InverseRanges& ranges = cutter.ranges;
   Return& r = scan.returns[ranges.index[i]];
-  const double old_sigma_q = std::sqrt(ranges.noise[i]);
-  const double cosine = r.x_m / r.range_m;
-  const double sine = r.y_m / r.range_m;
-  const double x = ranges.pivot.x() + ranges.cosine[i] / q;
-  const double y = ranges.pivot.y() + ranges.sine[i] / q;
-  r.sigma_m *= std::sqrt(variance) / old_sigma_q * (ranges.q[i] * ranges.q[i]) / (q * q);
-  r.range_m = std::sqrt(x * x + y * y);
-  r.x_m = r.range_m * cosine;
-  r.y_m = r.range_m * sine;
+  const double distance = 1.0 / q;
+  const double x = ranges.pivot.x() + ranges.cosine[i] * distance;
+  const double y = ranges.pivot.y() + ranges.sine[i] * distance;
+  const double range = std::sqrt(x * x + y * y);
+  const double growth = range / r.range_m;
+  const double of_q = ranges.q[i] * distance;
+  r.sigma_m *= std::sqrt(variance / ranges.noise[i]) * of_q * of_q;
+  r.range_m = range;
+  r.x_m *= growth;
+  r.y_m *= growth;
   returns[ranges.index[i]].sigma_m = r.sigma_m;
 }
 

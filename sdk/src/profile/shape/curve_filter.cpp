@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "profile/curve_filter.hpp"
+#include "profile/shape/curve_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
