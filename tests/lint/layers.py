@@ -26,7 +26,8 @@ SDK["stripe"] = {"core", "ambient"}
 SDK["design"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["profile"] = {"core", "model", "geometry", "scan"}
-SDK["compare"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan", "profile"}
+SDK["track"] = {"core"}
+SDK["compare"] = SDK["detect"] = SDK["guidance"] = SDK["scan"] | {"scan", "profile", "motion", "track"}
 SDK["pipeline"] = set(SDK) - {"pipeline", "wire"}
 SDK["stream"] = set(SDK)
 

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/detect/curb_finder.hpp>
+
+#include "detect/road_side.hpp"
+#include "profile/cutter.hpp"
+
+namespace striper {
+namespace {
+
+// Up is given to within what a vehicle on a road leans by: roll, and the road's own slope.
+const double kLeastFacingUp = std::cos(20.0 * std::numbers::pi / 180.0);
+
+// Shorter is no road: boxes and wheels are nearer than it at times, but have no such faces.
+constexpr double kLeastRoad_m = 0.3;
+
+constexpr std::array<std::string_view, kCurbKindCount> kKindWords{"none", "up",     "down", "ramp",
+                                                                  "wall", "object", "rough"};
+
+}  // namespace
+
+std::string_view to_string(CurbKind kind) noexcept {
+  return kKindWords[static_cast<std::size_t>(kind)];
+}
+
+void CurbOptions::validate() const {
+  if (!(min_height_m > 0.0 && min_height_m < max_height_m && max_height_m <= 1.0)) {
+    throw Error(ErrorKind::kBadValue,
+                fmt::format("min_height_m is {}, max_height_m {}; expected 0 < min < max <= 1",
+                            min_height_m, max_height_m));
+  }
+  if (up_rad && !std::isfinite(*up_rad))
+    throw Error(ErrorKind::kBadValue, "up_rad is not finite; expected an angle in radians");
+  segments.validate();
+}
+
+struct CurbFinder::Impl {
+  const Piece* road_of(const PolarScan& scan) const;
+  void look_along(StripeAxis axis);
+
+  CurbOptions options;
+  detail::Cutter cutter;
+  Segmentation pieces;
+  detail::RoadSide side;
+  CurbView view;
+};
+
+CurbFinder::CurbFinder(const CurbOptions& options) : impl_(std::make_unique<Impl>()) {
+  options.validate();
+  impl_->options = options;
+  impl_->view.findings.reserve(2);
+}
+CurbFinder::CurbFinder(CurbFinder&&) noexcept = default;
+CurbFinder& CurbFinder::operator=(CurbFinder&&) noexcept = default;
+CurbFinder::~CurbFinder() = default;
+
+const CurbOptions& CurbFinder::options() const noexcept { return impl_->options; }
+
+const CurbView& CurbFinder::find(const PolarScan& scan) {
+  Impl& m = *impl_;
+  m.view.findings.clear();
+  m.cutter.cut(scan, m.options.segments, m.pieces);
+  const Piece* road = m.road_of(scan);
+  m.view.has_road = road != nullptr;
+  if (road == nullptr) return m.view;
+  m.view.road = road->line;
+  m.look_along(scan.axis);
+  const auto at = static_cast<std::size_t>(road - m.pieces.pieces.data());
+  for (const double out : {-1.0, 1.0}) {
+    const detail::RoadEnd end = m.side.look({m.cutter, m.pieces, m.options}, at, m.view.along, out);
+    (out < 0.0 ? m.view.from_m : m.view.to_m) = end.lateral_m;
+    if (end.finding) m.view.findings.push_back(*end.finding);
+  }
+  return m.view;
+}
+
+// The smooth piece nearest to the sensor.
+const Piece* CurbFinder::Impl::road_of(const PolarScan& /*scan*/) const {
+  const Piece* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Piece& piece : pieces.pieces) {
+    if (piece.is_rough || (piece.end_m - piece.begin_m).norm() < kLeastRoad_m) continue;
+    if (options.up_rad) {
+      const Eigen::Vector2d up(std::cos(*options.up_rad), std::sin(*options.up_rad));
+      if (-piece.line.normal().dot(up) < kLeastFacingUp) continue;
+    }
+    const double distance = std::min(piece.begin_m.norm(), piece.end_m.norm());
+    if (distance >= least) continue;
+    least = distance;
+    nearest = &piece;
+  }
+  return nearest;
+}
+
+// Lateral grows towards +x of scans with the stripe axis rows, else +y.
+void CurbFinder::Impl::look_along(StripeAxis axis) {
+  constexpr double kUpright = 1e-6;
+  view.along = view.road.direction();
+  double sign = axis == StripeAxis::kRows ? view.along.x() : view.along.y();
+  if (std::abs(sign) < kUpright) sign = view.along.x() + view.along.y();
+  if (sign < 0.0) view.along = -view.along;
+}
+
+}  // namespace striper

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <striper/detect/curb_finder.hpp>
+
+namespace striper::detail {
+
+/// What is seen of something that leaves the road, besides its figures.
+struct CurbEvidence {
+  double gain = 0.0;      ///< By how much chi2 grows if there is nothing.
+  double penalty = 25.0;  ///< What a further surface had to gain (Segmentation::penalty).
+  bool is_down = false;
+  bool is_rough = false;          ///< No smooth face and no smooth top.
+  bool is_ground_behind = false;  ///< The road's level is seen again farther out.
+  double top_length_m = 0.0;      ///< 0 where no top is seen.
+};
+
+/// Fills kind and posterior of a finding whose figures are known.
+void weigh(const CurbEvidence& evidence, const CurbOptions& options, CurbFinding& finding) noexcept;
+
+}  // namespace striper::detail

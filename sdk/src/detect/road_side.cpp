@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/road_side.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace striper::detail {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+// Gutters fall by 6 degrees, roads lean by 3, ramps for wheels by 6; what rises by more is looked
+// at.
+constexpr double kLevel_rad = 15.0 * kDegree;
+
+// Ground is uneven by less: patches, slabs, gutters' lips.
+constexpr double kUneven_m = 0.02;
+
+constexpr int kFewestPoints = 3;        // Fewer are on anything.
+constexpr double kLeastGround_m = 0.1;  // Of a piece that is ground of its own.
+constexpr double kLeastBehind_m = 0.15;
+
+// Of a face that no return is on: upright, to the 20 degrees that faces lean by.
+constexpr double kFaceLean_rad = 20.0 * kDegree;
+// Of a top that is not seen: level, to the slope of a road.
+constexpr double kTopLean_rad = 3.0 * kDegree;
+
+}  // namespace
+
+bool RoadSide::Strip::is_at(double z_m) const { return std::abs(near.y() - z_m) < kUneven_m; }
+
+const Piece& RoadSide::piece(Index k) const {
+  return scan_->pieces.pieces[static_cast<std::size_t>(k)];
+}
+
+bool RoadSide::has(Index k) const {
+  return k >= 0 && k < static_cast<Index>(scan_->pieces.pieces.size());
+}
+
+RoadSide::Strip RoadSide::strip(Index k) const {
+  const ScanLine& ground = piece(ground_).line;
+  const Piece& p = piece(k);
+  const auto seen = [&](const Eigen::Vector2d& at) {
+    return Eigen::Vector2d(out_.dot(at), -ground.offset_m(at));
+  };
+  Strip s;
+  s.near = seen(step_ > 0 ? p.begin_m : p.end_m);
+  s.far = seen(step_ > 0 ? p.end_m : p.begin_m);
+  s.slope_rad = std::atan2(s.far.y() - s.near.y(), s.far.x() - s.near.x());
+  s.is_level = std::abs(s.slope_rad) < kLevel_rad;
+  s.is_rough = p.is_rough;
+  s.points = p.points;
+  return s;
+}
+
+void RoadSide::take_ground(Index k) {
+  reach_m_ = std::max(reach_m_, strip(k).far.x());
+  ground_ = k;
+  out_ = piece(k).line.direction();
+  if (out_.dot(along_) < 0.0) out_ = -out_;
+}
+
+RoadEnd RoadSide::look(const CutScan& scan, std::size_t road, const Eigen::Vector2d& along,
+                       double out) {
+  scan_ = &scan;
+  along_ = out_ = out * along;
+  ground_ = first_ = static_cast<Index>(road);
+  const Piece& first = piece(ground_);
+  step_ = (first.end_m - first.begin_m).dot(out_) > 0.0 ? 1 : -1;
+  reach_m_ = strip(ground_).far.x();
+  leaving_ = face_ = top_ = kNowhere;
+  evidence_ = CurbEvidence{};
+  evidence_.penalty = scan.pieces.penalty;
+  find_leaving();
+  RoadEnd end;
+  if (has(leaving_)) {
+    end.finding = leaves_.is_rough && leaves_.is_at(0.0) ? verge()
+                  : leaves_.near.y() < -kUneven_m        ? drop()
+                                                         : rise();
+  }
+  if (end.finding && out < 0.0) end.finding->lateral_m = -end.finding->lateral_m;
+  end.lateral_m = out * reach_m_;
+  return end;
+}
+
+// The ground bends and changes on the way: gutters, crowns, slabs.
+void RoadSide::find_leaving() {
+  for (Index k = ground_ + step_; has(k); k += step_) {
+    const Strip s = strip(k);
+    if (s.points < kFewestPoints) continue;
+    const bool is_small = std::abs(s.near.y()) < kUneven_m && std::abs(s.far.y()) < kUneven_m;
+    const bool is_ground = s.is_level && s.is_at(0.0);
+    if (s.is_rough && (is_ground || is_small) && s.length_m() < kLeastBehind_m) continue;
+    if (!s.is_rough && is_ground) {
+      if (s.length_m() >= kLeastGround_m) take_ground(k);
+      continue;
+    }
+    if (!s.is_rough && is_small) continue;
+    if (s.slope_rad < -kLevel_rad && s.near.y() > -kUneven_m) continue;  // A hump's far side.
+    leaving_ = k;
+    leaves_ = s;
+    return;
+  }
+}
+
+// The face is the longest of what rises; the top is what is level behind it.
+void RoadSide::find_top() {
+  double longest = 0.0;
+  for (Index k = leaving_; has(k); k += step_) {
+    const Strip s = strip(k);
+    if (s.points < kFewestPoints) continue;
+    if (s.slope_rad >= kLevel_rad) {
+      const double length = (s.far - s.near).norm();
+      if (length <= longest) continue;
+      longest = length;
+      face_ = k;
+      continue;
+    }
+    if (s.is_level && s.near.y() > kUneven_m) top_ = k;
+    return;
+  }
+}
+
+void RoadSide::look_behind(Index from) {
+  for (Index k = from; has(k); k += step_) {
+    const Strip s = strip(k);
+    if (!s.is_level || s.points < kFewestPoints) continue;
+    const double middle = 0.5 * (s.near.y() + s.far.y());
+    if (middle > kUneven_m && has(top_)) evidence_.top_length_m = s.far.x() - strip(top_).near.x();
+    if (std::abs(middle) < 2.0 * kUneven_m && s.length_m() > kLeastBehind_m)
+      evidence_.is_ground_behind = true;
+  }
+}
+
+double RoadSide::gain(Index k) const {
+  if (!has(k)) return 0.0;
+  const Run& run = scan_->cutter.runs[static_cast<std::size_t>(k)];
+  double chi2 = 0.0;
+  for (std::size_t i = run.from; i < run.to; ++i)
+    chi2 += misfit(scan_->cutter.ranges, i, piece(ground_).line);
+  return chi2 - run.fit.chi2;
+}
+
+// What is not seen is put where it has to be, with errors as large as what is known of it.
+CurbLines RoadSide::first_lines() const {
+  const Piece& ground = piece(ground_);
+  const Eigen::Vector2d up = -ground.line.normal();
+  CurbLines lines{ground.line, {}, {}};
+  const bool is_up = step_ > 0;
+  if (has(face_)) {
+    lines.face = piece(face_).line;
+  } else {
+    const Eigen::Vector2d from = is_up ? ground.end_m : ground.begin_m;
+    const Eigen::Vector2d to = is_up ? piece(top_).begin_m : piece(top_).end_m;
+    const double gap = std::abs(out_.dot(to - from));
+    const double sigma = std::hypot(gap, ground.sigma_end_m) / std::sqrt(12.0);
+    lines.face = line_through(0.5 * (from + to), up, sigma, kFaceLean_rad);
+  }
+  if (has(top_)) {
+    lines.top = piece(top_).line;
+  } else {
+    const Piece& face = piece(face_);
+    const Eigen::Vector2d end = is_up ? face.end_m : face.begin_m;
+    lines.top =
+        line_through(end, out_, is_up ? face.sigma_end_m : face.sigma_begin_m, kTopLean_rad);
+  }
+  return lines;
+}
+
+std::optional<CurbFinding> RoadSide::rise() {
+  find_top();
+  if (!has(face_) && !has(top_)) return std::nullopt;
+  look_behind(has(top_) ? top_ : face_ + step_);
+  CurbLines lines = first_lines();
+  if (!lines.do_meet()) return std::nullopt;
+  if (has(face_) && has(top_)) {
+    const auto& runs = scan_->cutter.runs;
+    const Run& first = runs[static_cast<std::size_t>(std::min(ground_, top_))];
+    const Run& last = runs[static_cast<std::size_t>(std::max(ground_, top_))];
+    refiner_.refine(scan_->cutter.ranges, {first.from, last.to, step_ > 0}, lines);
+  }
+  CurbFinding finding;
+  lines.describe(out_, finding);
+  const Piece& ground = piece(ground_);
+  finding.road_m = step_ > 0 ? ground.begin_m : ground.end_m;
+  const Piece& last = piece(has(top_) ? top_ : face_);
+  finding.beyond_m = step_ > 0 ? last.end_m : last.begin_m;
+  evidence_.gain = gain(face_) + gain(top_);
+  const bool is_face_rough = !has(face_) || piece(face_).is_rough;
+  evidence_.is_rough = is_face_rough && (!has(top_) || piece(top_).is_rough);
+  weigh(evidence_, scan_->options, finding);
+  return finding;
+}
+
+std::optional<CurbFinding> RoadSide::drop() {
+  const Piece& ground = piece(ground_);
+  const Piece& lower = piece(leaving_);
+  const bool is_up = step_ > 0;
+  // Behind a hump the ground is below the hump's line, and where the road was.
+  const Eigen::Vector2d& nearest = is_up ? lower.begin_m : lower.end_m;
+  const bool is_below_road = piece(first_).line.offset_m(nearest) > kUneven_m;
+  if (leaves_.length_m() < kLeastBehind_m || !leaves_.is_level || !is_below_road)
+    return std::nullopt;
+  CurbFinding f;
+  f.road = ground.line;
+  f.road_m = is_up ? ground.begin_m : ground.end_m;
+  f.foot_m = is_up ? ground.end_m : ground.begin_m;
+  f.top_m = is_up ? lower.begin_m : lower.end_m;
+  f.beyond_m = is_up ? lower.end_m : lower.begin_m;
+  f.lateral_m = out_.dot(f.foot_m);
+  f.sigma_lateral_m = is_up ? ground.sigma_end_m : ground.sigma_begin_m;
+  f.height_m = ground.line.offset_m(f.top_m);
+  f.sigma_height_m =
+      std::sqrt(ground.line.offset_variance_m2(f.top_m) + lower.line.offset_variance_m2(f.top_m));
+  f.covariance.setZero();
+  f.covariance.block<2, 2>(0, 0) = f.sigma_lateral_m * f.sigma_lateral_m * out_ * out_.transpose();
+  f.covariance.block<2, 2>(2, 2) =
+      f.sigma_height_m * f.sigma_height_m * ground.line.normal() * ground.line.normal().transpose();
+  look_behind(leaving_ + step_);
+  evidence_.gain = gain(leaving_);
+  evidence_.is_down = true;
+  weigh(evidence_, scan_->options, f);
+  return f;
+}
+
+// Grass at the road's own level has no height; where it begins is known to the road's end.
+std::optional<CurbFinding> RoadSide::verge() const {
+  const Piece& ground = piece(ground_);
+  CurbFinding f;
+  f.kind = CurbKind::kRough;
+  f.posterior[static_cast<std::size_t>(CurbKind::kRough)] = 1.0;
+  f.road = ground.line;
+  f.foot_m = step_ > 0 ? ground.end_m : ground.begin_m;
+  f.lateral_m = out_.dot(f.foot_m);
+  f.sigma_lateral_m = step_ > 0 ? ground.sigma_end_m : ground.sigma_begin_m;
+  return f;
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include <striper/detect/curb_finder.hpp>
+
+#include "detect/curb_lines.hpp"
+#include "detect/curb_posterior.hpp"
+#include "profile/cutter.hpp"
+
+namespace striper::detail {
+
+/// A scan as its pieces, and what is asked of them.
+struct CutScan {
+  const Cutter& cutter;
+  const Segmentation& pieces;
+  const CurbOptions& options;
+};
+
+/// How the road ends on one side.
+struct RoadEnd {
+  double lateral_m = 0.0;  ///< As far as ground is seen.
+  std::optional<CurbFinding> finding;
+};
+
+/// Goes outwards from the road, piece by piece, to the first surface that leaves it.
+class RoadSide {
+ public:
+  /// @param road the piece to begin with. @param along where lateral grows.
+  /// @param out +1 or -1: the side, along `along`.
+  RoadEnd look(const CutScan& scan, std::size_t road, const Eigen::Vector2d& along, double out);
+
+ private:
+  using Index = std::ptrdiff_t;
+  static constexpr Index kNowhere = -1;
+
+  /// A piece seen from the ground's line: s outwards, z above it.
+  struct Strip {
+    Eigen::Vector2d near{0.0, 0.0};
+    Eigen::Vector2d far{0.0, 0.0};
+    double slope_rad = 0.0;
+    bool is_level = false;
+    bool is_rough = false;
+    int points = 0;
+
+    double length_m() const { return far.x() - near.x(); }
+    bool is_at(double z_m) const;  ///< Its nearer end, to what unevenness makes.
+  };
+
+  const Piece& piece(Index k) const;
+  bool has(Index k) const;
+  Strip strip(Index k) const;
+  void take_ground(Index k);
+  void find_leaving();
+  void find_top();
+  void look_behind(Index from);
+  std::optional<CurbFinding> rise();
+  std::optional<CurbFinding> drop();
+  std::optional<CurbFinding> verge() const;
+  CurbLines first_lines() const;
+  double gain(Index k) const;
+
+  const CutScan* scan_ = nullptr;
+  Eigen::Vector2d along_{1.0, 0.0};
+  Eigen::Vector2d out_{1.0, 0.0};
+  Index step_ = 1;
+  Index first_ = 0;           // Of the road.
+  Index ground_ = 0;          // The last straight piece of it.
+  double reach_m_ = 0.0;      // Of the ground, outwards.
+  Index leaving_ = kNowhere;  // The first piece off the ground,
+  Strip leaves_;              // seen from it.
+  Index face_ = kNowhere;
+  Index top_ = kNowhere;
+  CurbEvidence evidence_;
+  CurbRefiner refiner_;
+};
+
+}  // namespace striper::detail
