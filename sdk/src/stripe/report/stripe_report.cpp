@@ -129,8 +129,7 @@ void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {
   choose_by_height(candidates, width, options, stripe);
   if (options.peak != PeakRule::kContinuous) return;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, false, BackgroundReach::kWide);
-  follower_.follow(at_hand.frame, at_hand.images, candidates, width, plan, limits, at_hand.noise,
-                   stripe);
+  follower_.follow(at_hand, candidates, width, plan, limits, stripe);
   follower_.drop_strays(finder.chunks(), stripe);
 }
 

@@ -46,10 +46,11 @@ PeakLimits without_threshold(PeakLimits limits) {
 
 }  // namespace
 
-void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
-                          const PeakCandidates& candidates, const WidthModel& width,
-                          ProfilePlan plan, const PeakLimits& limits, const PlanNoise& noise,
+void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& candidates,
+                          const WidthModel& width, ProfilePlan plan, const PeakLimits& limits,
                           Stripe& stripe) {
+  const LitFrame& frame = at_hand.frame;
+  const PlanNoise& noise = at_hand.noise;
   const double typical = typical_width(width);
   tracker_.track(frame, stripe.axis, typical, noise);
   const auto lines = static_cast<int>(candidates.firsts.size());
@@ -73,7 +74,7 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
   // The line alone would lose its way: the filter's peak is looked for close by and stands.
   plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
   plan.aligned = 0;
-  measure_profiles(images, plan, followed_.seeds.data(), static_cast<int>(followed_.size()),
+  measure_profiles(at_hand.images, plan, followed_.seeds.data(), static_cast<int>(followed_.size()),
                    followed_.measurements());
   for (std::size_t n = 0; n < followed_.size(); ++n) {
     const PeakPlace place{followed_.seeds[n].line, followed_.across[n], typical,
@@ -85,7 +86,7 @@ void LineFollower::follow(const LitFrame& frame, const ProfileImages& images,
   // However little a line shows, its peak is not farther off than it was looked for.
   const float farthest = limits.step * (static_cast<float>(plan.reach) + 0.5F);
   for (float& sigma : followed_.sigma) sigma = std::min(sigma, farthest);
-  put_followed(images.length, stripe);
+  put_followed(at_hand.images.length, stripe);
 }
 
 bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,

@@ -5,6 +5,7 @@
 #include <striper/core/stripe_axis.hpp>
 #include <striper/stripe/candidates.hpp>
 
+#include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/select/line_choice.hpp"
 #include "stripe/select/peak_judge.hpp"
 #include "stripe/track/continuous_tracker.hpp"
@@ -18,9 +19,8 @@ namespace striper::detail {
 class LineFollower {
  public:
   /// @param plan for weak peaks, not refined. @param limits those of the frame.
-  void follow(const LitFrame& frame, const ProfileImages& images, const PeakCandidates& candidates,
-              const WidthModel& width, ProfilePlan plan, const PeakLimits& limits,
-              const PlanNoise& noise, Stripe& stripe);
+  void follow(const FrameAtHand& at_hand, const PeakCandidates& candidates, const WidthModel& width,
+              ProfilePlan plan, const PeakLimits& limits, Stripe& stripe);
 
   /// After `follow`: of lines side by side that are partly blind, drops what the chain alone made a
   /// return of, unless it goes on in a line that is not. Where the stripe is hidden the chain finds
