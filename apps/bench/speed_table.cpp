@@ -182,7 +182,7 @@ class Bench {
 
   const cv::Mat& next_of_ring() { return ring_[next_++ % ring_.size()]; }
 
-  // What is taken off a lit picture.
+  // What is subtracted from a lit picture.
   const cv::Mat& dark_of(const cv::Mat& lit) {
     return lit.data == hot_.data ? hot_dark_ : next_of_ring();
   }
@@ -193,20 +193,21 @@ class Bench {
   }
 
   void add_candidate_passes() {
-    ChunkMaxima chunks;
+    BlockMaxima blocks;
     const auto find = [&](StripeAxis axis) {
-      return [&chunks, axis](const cv::Mat& image) { chunks.find(lit_frame(image), axis); };
+      return [&blocks, axis](const cv::Mat& image) { blocks.find(lit_frame(image), axis); };
     };
     add("candidate pass, columns", find(StripeAxis::kColumns));
     pass_of_roof_ = of_roof();
     add("candidate pass, rows", find(StripeAxis::kRows));
-    // Two pictures at a time: what is lit and what is taken off it, which is part of the pass.
+    // Two pictures at a time: what is lit and what is subtracted from it, which is part of the
+    // pass.
     add(
         "two pictures, roofline (sum)", [&](const cv::Mat& lit) { read(lit, 2); }, 2);
     const auto find_difference = [&](const cv::Mat& lit) {
       LitFrame frame = lit_frame(lit);
       frame.dark = dark_of(lit);
-      chunks.find(frame, StripeAxis::kColumns);
+      blocks.find(frame, StripeAxis::kColumns);
     };
     add("candidate pass, lit - dark", find_difference, 2);
   }

@@ -193,22 +193,24 @@ CalibrationOptions options_of(const CalibrateArguments& arguments) {
 }
 
 // How the stripe is read, and what the other ways would have given.
-void say_recipes(const Calibration& calibration) {
+void say_compared_settings(const Calibration& calibration) {
   const StriperModel& model = calibration.model;
   say(fmt::format("stripe: axis {}, channel {}{}", to_string(model.axis), to_string(model.channel),
                   model.difference_channel ? fmt::format(" (with a dark exposure subtracted: {})",
                                                          to_string(*model.difference_channel))
                                            : std::string()));
-  const auto longest = std::max_element(
-      calibration.recipes.begin(), calibration.recipes.end(), [](const auto& a, const auto& b) {
-        return to_string(a.recipe).size() < to_string(b.recipe).size();
-      });
-  if (longest == calibration.recipes.end()) return;
-  const std::size_t width = to_string(longest->recipe).size();
+  const auto longest =
+      std::max_element(calibration.compared_settings.begin(), calibration.compared_settings.end(),
+                       [](const auto& a, const auto& b) {
+                         return to_string(a.settings).size() < to_string(b.settings).size();
+                       });
+  if (longest == calibration.compared_settings.end()) return;
+  const std::size_t width = to_string(longest->settings).size();
   say(fmt::format("    {:{}}  stripes  on the plane  rms px", "read as", width));
-  for (const RecipeScore& score : calibration.recipes)
+  for (const SettingsScore& score : calibration.compared_settings)
     say(fmt::format(
-        "    {:{}}  {:7}  {:12}  {}", to_string(score.recipe), width, score.stripes, score.on_plane,
+        "    {:{}}  {:7}  {:12}  {}", to_string(score.settings), width, score.stripes,
+        score.on_plane,
         score.on_plane > 0 ? fmt::format("{:6.3f}", score.rms_px) : std::string("     -")));
 }
 
@@ -239,7 +241,7 @@ void say_result(const Calibration& calibration) {
   if (calibration.model.lasers.empty())
     say("camera only: no laser (a model for scans needs --lasers or --pairs)");
   else
-    say_recipes(calibration);
+    say_compared_settings(calibration);
   for (std::size_t laser = 0; laser < calibration.model.lasers.size(); ++laser)
     say_look(laser, calibration.model.lasers[laser].look);
   for (std::size_t laser = 0; laser < calibration.range_sigmas.size(); ++laser)
@@ -257,16 +259,16 @@ void say_result(const Calibration& calibration) {
   say(calibration.verdict());
 }
 
-nlohmann::json recipes_of(const Calibration& calibration) {
-  nlohmann::json recipes = nlohmann::json::array();
-  for (const RecipeScore& score : calibration.recipes)
-    recipes.push_back({{"axis", to_string(score.recipe.axis)},
-                       {"channel", to_string(score.recipe.channel)},
-                       {"subtract_off", score.recipe.subtract_off},
-                       {"stripes", score.stripes},
-                       {"on_plane", score.on_plane},
-                       {"rms_px", score.rms_px}});
-  return recipes;
+nlohmann::json compared_settings_of(const Calibration& calibration) {
+  nlohmann::json compared_settings = nlohmann::json::array();
+  for (const SettingsScore& score : calibration.compared_settings)
+    compared_settings.push_back({{"axis", to_string(score.settings.axis)},
+                                 {"channel", to_string(score.settings.channel)},
+                                 {"subtract_off", score.settings.subtract_off},
+                                 {"stripes", score.stripes},
+                                 {"on_plane", score.on_plane},
+                                 {"rms_px", score.rms_px}});
+  return compared_settings;
 }
 
 nlohmann::json summarize(const Calibration& calibration, const std::string& output) {
@@ -287,7 +289,7 @@ nlohmann::json summarize(const Calibration& calibration, const std::string& outp
     summary["channel"] = to_string(calibration.model.channel);
     if (calibration.model.difference_channel)
       summary["difference_channel"] = to_string(*calibration.model.difference_channel);
-    summary["recipes"] = recipes_of(calibration);
+    summary["settings"] = compared_settings_of(calibration);
   }
   summary["findings"] = nlohmann::json::array();
   for (const Event& finding : calibration.findings)

@@ -217,7 +217,7 @@ void PictureExam::conclude_light(std::vector<Event>& findings) const {
        "iris, fit the band-pass filter"});
 }
 
-// A lamp post does so too where the stripe does not reach from side to side.
+// A lantern post does so too where the stripe does not reach from side to side.
 void PictureExam::conclude_axis(std::vector<Event>& findings) const {
   if (across_.part() < along_.part() + kOtherAxis) return;
   const bool is_there = across_.part() >= kFromSideToSide && along_.part() < kHardly;

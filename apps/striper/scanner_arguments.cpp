@@ -69,7 +69,7 @@ void require_fields(AmbientMethod method, const SourceInfo& source) {
   if (method != AmbientMethod::kFields || source.field != Field::kProgressive) return;
   throw Error(ErrorKind::kUsage,
               fmt::format("--ambient fields needs pictures of two fields, and source '{}' gives "
-                          "whole ones; if they are woven of two, say so in its address with "
+                          "whole ones; if they are interlaced, say so in its address with "
                           "fields=split-top or fields=split-bottom (the field exposed first; NTSC "
                           "has the bottom one first, PAL the top one)",
                           source.uri));

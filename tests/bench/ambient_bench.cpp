@@ -22,7 +22,7 @@
 namespace {
 
 using striper::AmbientStage;
-using striper::ChunkMaxima;
+using striper::BlockMaxima;
 using striper::Frame;
 using striper::LitFrame;
 using striper::StripeAxis;
@@ -87,14 +87,14 @@ void roofline(benchmark::State& state) {
 // The candidates of single images, or of lit - dark.
 void candidates(benchmark::State& state, bool is_fused) {
   const std::vector<Frame> all = exposures(size_of(state), false);
-  ChunkMaxima chunks;
+  BlockMaxima blocks;
   LitFrame lit;
   lit.full_scale_dn = 255;
   std::size_t n = 0;
   for ([[maybe_unused]] auto _ : state) {
     lit.lit = all[n++ % all.size()].image;
     if (is_fused) lit.dark = all[n++ % all.size()].image;
-    chunks.find(lit, StripeAxis::kColumns);
+    blocks.find(lit, StripeAxis::kColumns);
   }
   set_bytes(state, is_fused ? 2 : 1);
 }
@@ -109,7 +109,7 @@ void stage(benchmark::State& state, bool are_fields, bool with_candidates, bool 
   options.noise = striper::NoiseModel{2.0, 0.0, 0.0};
   options.cadence = striper::Cadence::parse("0,dark");
   AmbientStage ambient(options);
-  ChunkMaxima chunks;
+  BlockMaxima blocks;
   std::size_t n = 0;
   std::size_t scans = 0;
   const auto scan_one = [&] {
@@ -118,7 +118,7 @@ void stage(benchmark::State& state, bool are_fields, bool with_candidates, bool 
       ambient.push(frame);
       frame.sequence += are_fields ? kPairs : 2 * kPairs;
       while (const LitFrame* const lit = ambient.next()) {
-        if (with_candidates) chunks.find(*lit, StripeAxis::kColumns);
+        if (with_candidates) blocks.find(*lit, StripeAxis::kColumns);
         ++scans;
       }
     }
@@ -149,7 +149,7 @@ void colour(benchmark::State& state, double line_dn) {
   striper::ColourDifference difference;
   for ([[maybe_unused]] auto _ : state) {
     LitFrame frame = green_red;
-    difference.mend(frame, StripeAxis::kColumns);
+    difference.correct(frame, StripeAxis::kColumns);
     benchmark::DoNotOptimize(frame.dark.data);
   }
   // The other colour is read where something is clipped.

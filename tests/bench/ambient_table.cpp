@@ -88,13 +88,13 @@ void print_rows(const std::string& name, const Scene& scene, int pictures) {
   }
 }
 
-void remove_lamps(Scene& scene) {
+void remove_light_sources(Scene& scene) {
   std::erase_if(scene.objects, [](const SceneObject& object) {
     return object.material.radiance_w_m2_sr_nm > 0.0;
   });
 }
 
-void dim_lamps(Scene& scene, double factor) {
+void dim_light_sources(Scene& scene, double factor) {
   for (SceneObject& object : scene.objects) object.material.radiance_w_m2_sr_nm *= factor;
 }
 
@@ -113,24 +113,28 @@ void print_head(const Scene& scene, int pictures) {
       "as it stands is the\n"
       "paper's hard case (bright sun, a stripe on asphalt at 2 m, grass and snow above it in the "
       "same columns, rear lights, a\n"
-      "sun glint); each group of lines changes one thing. Across the view the scene is a long wall "
+      "specular highlight of the sun); each group of lines changes one thing. Across the view the "
+      "scene is a long wall "
       "that passes by; the\n"
-      "lamps and the glint go along, as those of a vehicle ahead, or pass by too, a set of them "
+      "light sources and the specular highlight go along, as those of a vehicle ahead, or pass by "
+      "too, a set of them "
       "always in view.\n\n"
       "- **none (`paper`)**: the paper's method on the lit fields of the NTSC camera, nothing "
-      "taken off.\n"
-      "- **fields, `paper`**: the same after the dark field has been taken off.\n"
-      "- **spatial only**: `refined` on the lit fields, nothing taken off: the filter's and the "
+      "subtracted.\n"
+      "- **fields, `paper`**: the same after the dark field has been subtracted.\n"
+      "- **spatial only**: `refined` on the lit fields, nothing subtracted: the filter's and the "
       "width's own selectivity.\n"
       "- **fields**: `refined` with the tracker (`--peak continuous`) after the dark fields have "
-      "been taken off.\n"
+      "been subtracted.\n"
       "- **alternate**: the same with a camera of 59.94 whole pictures a second.\n"
       "- **temporal**: the same minus the running median, the laser always on: for stripes that "
       "wander past a standing sensor.\n"
-      "  It takes a standing stripe off too, so these scenes are not for it.\n\n"
-      "Found: of the columns whose stripe is no edge and not covered by a lamp. Blind: of the same "
+      "  It subtracts a standing stripe too, so these scenes are not for it.\n\n"
+      "Found: of the columns whose stripe is no edge and not covered by a light source. Blind: of "
+      "the same "
       "columns, not found and said to\n"
-      "be blind: a lamp that passes by also hides what it covers in the dark fields before and "
+      "be blind: a light source that passes by also hides what it covers in the dark fields before "
+      "and "
       "after. False: good returns more\n"
       "than {:.0f} rows off, per column. Error: robust deviation of the range. Pull: robust "
       "deviation of error over predicted sigma;\n"
@@ -162,12 +166,12 @@ void print_table(const std::string& path, int pictures) {
     set_reflectance(scene, "snow bank", reflectance);
     print_rows(fmt::format("background {:.0f} %", 100.0 * reflectance), scene, pictures);
   }
-  Scene no_lamps = base;
-  remove_lamps(no_lamps);
-  print_rows("no lamps", no_lamps, pictures);
+  Scene no_light_sources = base;
+  remove_light_sources(no_light_sources);
+  print_rows("no light sources", no_light_sources, pictures);
   Scene dim = base;
-  dim_lamps(dim, 0.02);
-  print_rows("lamps of 2 % (not saturated)", dim, pictures);
+  dim_light_sources(dim, 0.02);
+  print_rows("light sources of 2 % (not saturated)", dim, pictures);
   for (const double speed_km_h : {5.0, 20.0, 36.0, 60.0, 100.0}) {
     Scene scene = base;
     testing::drive(scene, speed_km_h / 3.6);
@@ -175,8 +179,8 @@ void print_table(const std::string& path, int pictures) {
   }
   for (const double speed_km_h : {5.0, 10.8, 36.0, 60.0, 100.0}) {
     Scene scene = base;
-    testing::drive_past_lamps(scene, speed_km_h / 3.6, pictures);
-    print_rows(fmt::format("{:.0f} km/h past lamps", speed_km_h), scene, pictures);
+    testing::drive_past_light_sources(scene, speed_km_h / 3.6, pictures);
+    print_rows(fmt::format("{:.0f} km/h past light sources", speed_km_h), scene, pictures);
   }
 }
 

@@ -20,13 +20,13 @@ using namespace striper;
 class BrightestPeaks {
  public:
   void find(const LitFrame& frame) {
-    chunks_.find(frame, StripeAxis::kColumns);
-    chunks_.rank(ChunkMaxima::kFirst);
-    const auto count = static_cast<std::size_t>(chunks_.lines());
+    blocks_.find(frame, StripeAxis::kColumns);
+    blocks_.rank(BlockMaxima::kFirst);
+    const auto count = static_cast<std::size_t>(blocks_.lines());
     peaks_.make_room(count);
     peaks_.seeds.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
-      peaks_.seeds[i] = {static_cast<std::int32_t>(i), chunks_.best_across()[i]};
+      peaks_.seeds[i] = {static_cast<std::int32_t>(i), blocks_.best_across()[i]};
     }
     measure_profiles(images_of(frame), plan_of(frame), peaks_.seeds.data(), static_cast<int>(count),
                      peaks_.measurements());
@@ -51,7 +51,7 @@ class BrightestPeaks {
     return detail::plan_profile(width, noise, false, detail::BackgroundReach::kUsual);
   }
 
-  ChunkMaxima chunks_;
+  BlockMaxima blocks_;
   detail::PeakList peaks_;
 };
 

@@ -53,7 +53,7 @@ class Calibrate(unittest.TestCase):
         self.assertIn("stripe: axis columns, channel grey\n", self.result.stderr)
         self.assertRegex(self.result.stderr, r"columns grey +10 +10 +0\.0")
         self.assertEqual(("columns", "grey"), (summary["axis"], summary["channel"]))
-        self.assertEqual(10, summary["recipes"][0]["on_plane"])
+        self.assertEqual(10, summary["settings"][0]["on_plane"])
 
     def test_measures_what_the_stripe_looks_like(self):
         """Within a fifth of the truth at its own ranges: the truth's boards face the laser, these are tilted."""
@@ -226,7 +226,7 @@ class Session(unittest.TestCase):
 
 class CalibratePairs(unittest.TestCase):
     def test_takes_the_laser_off_and_on(self):
-        """The same poses without and with the laser: what is taken off leaves the stripe alone."""
+        """The same poses without and with the laser: what is subtracted leaves the stripe alone."""
         scene = (SOURCE / "data/scenes/calibration.yaml").read_text()
         lit, noise = "pulse_uj: 10.4", "seed: 1991"
         self.assertIn(lit, scene)

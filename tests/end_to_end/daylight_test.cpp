@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves, against the simulator's exact truth, that the stripe is found in sunlight where the
 // paper's method fails: in the two fields of its NTSC camera, beside brighter surfaces and under
-// lamps, weak, moving, with pictures lost, with several lasers. With STRIPER_FULL_TRIALS there are
-// as many pictures as decide the goals. It does not prove what real asphalt or a real lens does.
+// light sources, weak, moving, with pictures lost, with several lasers. With STRIPER_FULL_TRIALS
+// there are as many pictures as decide the goals. It does not prove what real asphalt or a real
+// lens does.
 #include "support/daylight.hpp"
 
 #include <array>
@@ -31,13 +32,13 @@ using ::testing::Not;
 constexpr int kPictures = 121;
 constexpr int kMovingPictures = 11;  // Later the bank of snow crosses the wall.
 constexpr int kDetectionScenes = 8;
-constexpr std::array kSpeedsPastLamps{1.4, 3.0, 10.0};
+constexpr std::array kSpeedsPastLightSources{1.4, 3.0, 10.0};
 constexpr std::array kSpeedsOfLosses{0.0, 5.0};
 #else
 constexpr int kPictures = 7;
 constexpr int kMovingPictures = 3;
 constexpr int kDetectionScenes = 1;
-constexpr std::array kSpeedsPastLamps{3.0};
+constexpr std::array kSpeedsPastLightSources{3.0};
 constexpr std::array kSpeedsOfLosses{0.0};
 #endif
 
@@ -88,11 +89,11 @@ TEST(HardCase, WhatPassesByMakesNoGhosts) {
   EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
 }
 
-// Edges and lamps that jump from picture to picture show lines in dark exposures too.
+// Edges and light sources that jump from picture to picture show lines in dark exposures too.
 TEST(HardCase, CadenceOfWholePicturesIsFoundAtSpeed) {
   for (const char* const cadence : {"0,dark", "0"}) {
     Scene scene = hard_case();
-    testing::drive_past_lamps(scene, 16.7, CadenceFinder::kPictures);
+    testing::drive_past_light_sources(scene, 16.7, CadenceFinder::kPictures);
     scene.timing.scan = ScanMode::kProgressive;
     scene.timing.cadence = Cadence::parse(cadence);
     Simulator simulator(scene);
@@ -107,12 +108,13 @@ TEST(HardCase, CadenceOfWholePicturesIsFoundAtSpeed) {
   }
 }
 
-// Lamps that stand in the world hide what they cover in three fields, not one; all else is found.
-TEST(HardCase, LampsThatPassByHideWhatTheyCoverAndMakeNoGhosts) {
-  for (const double speed_m_s : kSpeedsPastLamps) {
+// Light sources that stand in the world hide what they cover in three fields, not one; all else is
+// found.
+TEST(HardCase, LightSourcesThatPassByHideWhatTheyCoverAndMakeNoGhosts) {
+  for (const double speed_m_s : kSpeedsPastLightSources) {
     SCOPED_TRACE(speed_m_s);
     Scene scene = hard_case();
-    testing::drive_past_lamps(scene, speed_m_s, kMovingPictures);
+    testing::drive_past_light_sources(scene, speed_m_s, kMovingPictures);
     const DaylightScore score = scan(scene, {}, kMovingPictures);
     EXPECT_EQ(score.scans_of_dark, 0U);
     EXPECT_GE(score.found_fraction(), 0.87);
@@ -123,13 +125,13 @@ TEST(HardCase, LampsThatPassByHideWhatTheyCoverAndMakeNoGhosts) {
 
 #ifdef STRIPER_FULL_TRIALS
 
-// At a speed where the halo of a glint, half-way between where the dark fields have it, lies beside
-// a stripe that a lamp of those fields hides.
-TEST(HardCase, LampsThatPassAtRoadSpeedMakeNoGhosts) {
+// At a speed where the flare of a specular highlight, half-way between where the dark fields have
+// it, lies beside a stripe that a light source of those fields hides.
+TEST(HardCase, LightSourcesThatPassAtRoadSpeedMakeNoGhosts) {
   for (const double speed_km_h : {60.0, 65.0, 70.0, 80.0, 100.0}) {
     SCOPED_TRACE(speed_km_h);
     Scene scene = hard_case();
-    testing::drive_past_lamps(scene, speed_km_h / 3.6, kMovingPictures);
+    testing::drive_past_light_sources(scene, speed_km_h / 3.6, kMovingPictures);
     const DaylightScore score = scan(scene, {}, kMovingPictures);
     EXPECT_EQ(score.scans_of_dark, 0U);
     EXPECT_GE(score.found_fraction(), 0.85);
@@ -226,7 +228,7 @@ TEST(HardCase, CadenceIsFoundAtAHundredKilometresPerHour) {
 TEST(FieldOrder, WrongOneIsReported) {
   for (const double speed_m_s : {0.5, 1.4, 3.0, 5.0, 10.0}) {
     Scene scene = hard_case();
-    testing::drive_past_lamps(scene, speed_m_s, 6);
+    testing::drive_past_light_sources(scene, speed_m_s, 6);
     Simulator simulator(scene);
     const testing::Heard of_right;
     const testing::Heard of_wrong;
@@ -399,9 +401,9 @@ TEST(WeakStripes, TheTrackerFindsWhatNoColumnShows) {
   expect_lost(1.5, PeakRule::kContinuous, 0.02);
 }
 
-// Four lamps of 4 to 10 pixels' radius and a bar of light that saturate, before a stripe of SNR 5
-// without gaps.
-TEST(WeakStripes, LampsHideWhatTheyCoverAndNothingElse) {
+// Four light sources of 4 to 10 pixels' radius and a bar of light that saturate, before a stripe of
+// SNR 5 without gaps.
+TEST(WeakStripes, LightSourcesHideWhatTheyCoverAndNothingElse) {
   testing::reseed();
   Scene scene = panels(1e-6, false);
   for (int step = 0; step < 3; ++step) {
@@ -409,26 +411,27 @@ TEST(WeakStripes, LampsHideWhatTheyCoverAndNothingElse) {
     scene.lasers[0].pulse_energy_j *= 5.0 / median_of(signal_to_noise(probe));
   }
   const double focal_px = scene.camera.fx();
-  const auto add_lamp = [&](double column, double row, const Shape& shape) {
-    SceneObject lamp;
-    lamp.name = "lamp";
-    lamp.shape = shape;
-    lamp.material.reflectance = 0.1;
-    lamp.material.radiance_w_m2_sr_nm = 20.0;
-    lamp.T_world_object.translation() =
+  const auto add_light_source = [&](double column, double row, const Shape& shape) {
+    SceneObject light_source;
+    light_source.name = "light source";
+    light_source.shape = shape;
+    light_source.material.reflectance = 0.1;
+    light_source.material.radiance_w_m2_sr_nm = 20.0;
+    light_source.T_world_object.translation() =
         Eigen::Vector3d(1.0, (319.5 - column) / focal_px, (239.5 - row) / focal_px);
-    scene.objects.push_back(lamp);
+    scene.objects.push_back(light_source);
   };
   for (const double radius_px : {4.0, 6.0, 8.0, 10.0}) {
-    add_lamp(testing::uniform(60.0, 580.0), testing::uniform(300.0, 440.0),
-             Disc{radius_px / focal_px});
+    add_light_source(testing::uniform(60.0, 580.0), testing::uniform(300.0, 440.0),
+                     Disc{radius_px / focal_px});
   }
-  add_lamp(testing::uniform(60.0, 580.0), 350.0, Rectangle{4.0 / focal_px, 60.0 / focal_px});
+  add_light_source(testing::uniform(60.0, 580.0), 350.0,
+                   Rectangle{4.0 / focal_px, 60.0 / focal_px});
   DaylightScore score;
   Simulator simulator(scene);
   for_each_scan(simulator, PeakRule::kContinuous, kPictures,
                 [&](const PolarScan& scan) { testing::add_scan(scan, simulator, score); });
-  std::cout << "lamps: found " << score.found << " of " << score.countable << ", "
+  std::cout << "light sources: found " << score.found << " of " << score.countable << ", "
             << score.false_points << " false points in " << score.columns << "\n";
   EXPECT_LE(score.false_per_column(), with_chance(5e-4, score.columns));
   EXPECT_GE(score.found_fraction(), 0.98);

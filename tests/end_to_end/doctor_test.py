@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves that `striper doctor` says of pictures what is wrong with light, laser, focus, fields, numbers and
-model, for grey and colour, for a stripe along either axis, for whole and for woven pictures. What it says of
+model, for grey and colour, for a stripe along either axis, for whole and for interlaced pictures. What it says of
 cameras and networks is in gige_test.py and gige_network_test.py.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 doctor_test.py
@@ -180,30 +180,30 @@ class Axis(Doctor):
 
 
 class Fields(Doctor):
-    """Woven pictures with the laser in one field alone, in the sun."""
+    """Interlaced pictures with the laser in one field alone, in the sun."""
 
     @classmethod
     def setUpClass(cls):
-        cls.woven = tempfile.TemporaryDirectory(prefix="striper-test-")
-        striper("simulate", NTSC, "-o", cls.woven.name, "--frames", "4")
-        os.remove(os.path.join(cls.woven.name, "frames.csv"))
+        cls.interlaced = tempfile.TemporaryDirectory(prefix="striper-test-")
+        striper("simulate", NTSC, "-o", cls.interlaced.name, "--frames", "4")
+        os.remove(os.path.join(cls.interlaced.name, "frames.csv"))
 
     @classmethod
     def tearDownClass(cls):
-        cls.woven.cleanup()
+        cls.interlaced.cleanup()
 
     def test_each_field_for_itself(self):
-        source = f"images:{self.woven.name}?fields=split-bottom"
+        source = f"images:{self.interlaced.name}?fields=split-bottom"
         findings = self.findings(source, 0)
         self.check(findings, "good", r"cadence .*dark.*, ambient fields")
         self.check(findings, "good", r"a stripe in (9\d|100) % of the columns")
 
-    def test_woven_without_a_word(self):
-        findings = self.findings(f"images:{self.woven.name}", None)
-        self.check(findings, "doubtful", "look woven of two fields")
+    def test_interlaced_without_a_word(self):
+        findings = self.findings(f"images:{self.interlaced.name}", None)
+        self.check(findings, "doubtful", "look interlaced")
 
     def test_laser_that_the_address_gets_wrong(self):
-        findings = self.findings(f"images:{self.woven.name}?fields=split-bottom&laser=dark,0", None)
+        findings = self.findings(f"images:{self.interlaced.name}?fields=split-bottom&laser=dark,0", None)
         self.check(findings, "bad|doubtful", "no laser stripe|could be scanned|the pictures show")
 
 

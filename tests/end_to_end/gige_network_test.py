@@ -28,13 +28,13 @@ def ip(*arguments):
 def answer_as_a_camera(address):
     """Answers discoveries as GigE Vision 1.2 (16.2.3) wants it of a camera that has no way back to who
     asked: with a broadcast, where the request allows that."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ears:
-        ears.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-        ears.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"cable")
-        ears.bind(("", 3956))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as broadcast_socket:
+        broadcast_socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        broadcast_socket.setsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, b"cable")
+        broadcast_socket.bind(("", 3956))
         print("ready", flush=True)
         while True:
-            request, who = ears.recvfrom(1024)
+            request, who = broadcast_socket.recvfrom(1024)
             flags, command, number = request[1], *struct.unpack(">H2xH", request[2:8])
             if command != 2 or not flags & 0x10:
                 continue
@@ -46,7 +46,7 @@ def answer_as_a_camera(address):
             about[0x68:0x6D] = b"Model"
             about[0xD8:0xDC] = b"FAR1"
             answer = struct.pack(">HHHH", 0, 3, len(about), number) + about
-            ears.sendto(answer, ("255.255.255.255", who[1]))
+            broadcast_socket.sendto(answer, ("255.255.255.255", who[1]))
 
 
 # What the fake camera's pattern of slopes looks like to a striper is not what these tests are about.

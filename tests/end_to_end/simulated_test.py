@@ -139,7 +139,7 @@ class Replay(Simulated):
         self.check("alternate", "&laser=0,dark", "-m", self.model)
 
     def test_laser_in_the_top_field(self):
-        self.check("woven", "&fields=split-top&laser=0,dark", "-m", self.model)
+        self.check("interlaced", "&fields=split-top&laser=0,dark", "-m", self.model)
 
     def test_a_frame_per_field(self):
         self.check("fields", "&fields=alternate-bottom&laser=0", "-m", self.model)
@@ -196,7 +196,7 @@ class Simulate(Simulated):
 
 
 class Ntsc(Simulated):
-    """The paper's hard case as a stranger would have it: a directory of interlaced pictures, bright sun."""
+    """The paper's hard case as anybody would have it: a directory of interlaced pictures, bright sun."""
 
     @classmethod
     def setUpClass(cls):
@@ -236,7 +236,7 @@ class Ntsc(Simulated):
         return done.stderr
 
     def test_fields_and_nothing_else_is_said(self):
-        # The lamps cover 3 % of the columns, in 3 % the stripe is too weak for a column by itself: more
+        # The light_sources cover 3 % of the columns, in 3 % the stripe is too weak for a column by itself: more
         # in the first scan, which has no dark field before it.
         self.assertIn("cadence 0,dark (found)", self.check("?fields=split-top", least=0.9, in_first=0.65))
 
@@ -247,9 +247,9 @@ class Ntsc(Simulated):
         self.check("?fields=split-top&laser=0,dark", least=0.9, in_first=0.65)
 
     def test_laser_and_shutter_run_together(self):
-        woven = scene_path("ntsc_sun.yaml")
+        interlaced = scene_path("ntsc_sun.yaml")
         for query, verdict, laser, code in (("", "locked", "0,dark", 0), ("?laser=0", "no_difference", None, 3)):
-            watch = ("--check-sync", f"sim:{woven}{query}", "--seconds", "0.8", "--json")
+            watch = ("--check-sync", f"sim:{interlaced}{query}", "--seconds", "0.8", "--json")
             report = json.loads(striper("devices", *watch, code=code).stdout)
             self.assertEqual((report["verdict"], report["laser"]), (verdict, laser), report)
 

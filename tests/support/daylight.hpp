@@ -23,7 +23,7 @@ struct DaylightScore {
 
   std::size_t scans = 0;
   std::size_t scans_of_dark = 0;  ///< Made of an exposure that no laser lit: all of it is false.
-  std::size_t countable = 0;      ///< Columns whose stripe is no edge and not under a lamp.
+  std::size_t countable = 0;      ///< Columns whose stripe is no edge and not under a light source.
   std::size_t found = 0;
   std::size_t blind = 0;  ///< Of the countable columns: not found, and said to be blind.
   std::size_t columns = 0;
@@ -188,20 +188,20 @@ inline void drive(Scene& scene, double speed_m_s) {
 
 /// The same where what shines stands in the world and passes by too, again and again: as far apart
 /// as a picture is wide at 2 m.
-inline void drive_past_lamps(Scene& scene, double speed_m_s, int pictures) {
+inline void drive_past_light_sources(Scene& scene, double speed_m_s, int pictures) {
   constexpr double kApart_m = 2.1;
   drive(scene, speed_m_s);
   const double way_m = speed_m_s * pictures / scene.timing.picture_rate_hz;
-  std::vector<SceneObject> lamps;
+  std::vector<SceneObject> light_sources;
   for (SceneObject& object : scene.objects) {
     if (object.material.radiance_w_m2_sr_nm <= 0.0) continue;
     object.motion.velocity_m_s.setZero();
     for (int n = 1; n <= static_cast<int>(std::ceil(way_m / kApart_m)); ++n) {
-      lamps.push_back(object);
-      lamps.back().T_world_object.translation().y() += n * kApart_m;
+      light_sources.push_back(object);
+      light_sources.back().T_world_object.translation().y() += n * kApart_m;
     }
   }
-  scene.objects.insert(scene.objects.end(), lamps.begin(), lamps.end());
+  scene.objects.insert(scene.objects.end(), light_sources.begin(), light_sources.end());
 }
 
 }  // namespace striper::testing

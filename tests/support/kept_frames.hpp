@@ -50,12 +50,12 @@ inline std::vector<Frame> full_frames() {
   return {frame, dark};
 }
 
-inline Frame woven_frame() {
-  Frame woven = plain_frame(4);
-  woven.field = Field::kInterlacedBottomFirst;
-  woven.exposures_per_picture = 2;
-  woven.field_period_ns = 16'683'333;
-  return woven;
+inline Frame interlaced_frame() {
+  Frame interlaced = plain_frame(4);
+  interlaced.field = Field::kInterlacedBottomFirst;
+  interlaced.exposures_per_picture = 2;
+  interlaced.field_period_ns = 16'683'333;
+  return interlaced;
 }
 
 inline std::vector<Frame> single_fields() {

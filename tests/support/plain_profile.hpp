@@ -19,7 +19,7 @@ namespace striper::testing {
 class PlainProfile {
  public:
   struct Pictures {
-    cv::Mat lit, dark, blind, variance;  // Lines are columns.
+    cv::Mat lit, dark, masked, variance;  // Lines are columns.
     int full_scale_dn = 255;
   };
 
@@ -81,8 +81,8 @@ class PlainProfile {
   }
   double seen(int k) const {
     const bool is_inside = centre_ + k >= 0 && centre_ + k < length();
-    const bool is_blind = !pictures_.blind.empty() && pixel(pictures_.blind, k) != 0.0;
-    return is_inside && !is_blind ? 1.0 : 0.0;
+    const bool is_masked = !pictures_.masked.empty() && pixel(pictures_.masked, k) != 0.0;
+    return is_inside && !is_masked ? 1.0 : 0.0;
   }
   double usable(int k) const {
     return pixel(pictures_.lit, k) < pictures_.full_scale_dn ? seen(k) : 0.0;

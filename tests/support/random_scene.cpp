@@ -205,7 +205,7 @@ void add_walls(Scene& scene, SceneDice& dice, double wall_m) {
            Eigen::Vector3d::UnitY());
 }
 
-// Papers just before the far wall, lamps and glints anywhere.
+// Papers just before the far wall, light sources and specular highlights anywhere.
 void add_decoration(Scene& scene, SceneDice& dice, double sheet_m, double wall_m) {
   const Eigen::Matrix3d on_wall = scene.objects[2].T_world_object.linear();
   for (int i = dice.whole(0, 3); i > 0; --i) {
@@ -223,15 +223,15 @@ void add_decoration(Scene& scene, SceneDice& dice, double sheet_m, double wall_m
     scene.objects.push_back(std::move(paper));
   }
   for (int i = dice.whole(0, 4); i > 0; --i) {
-    SceneObject lamp;
-    lamp.name = "lamp";
-    lamp.shape = Disc{dice.ratio(0.004, 0.06)};
-    lamp.material.radiance_w_m2_sr_nm =
+    SceneObject light_source;
+    light_source.name = "light source";
+    light_source.shape = Disc{dice.ratio(0.004, 0.06)};
+    light_source.material.radiance_w_m2_sr_nm =
         dice.ratio(0.3, 30.0) * scene.daylight.ambient_w_m2_nm / std::numbers::pi;
     const double x = dice.between(0.7, wall_m - 0.1);
-    lamp.T_world_object =
+    light_source.T_world_object =
         turned({x, dice.between(-0.7, 0.7) * x, sheet_m + dice.between(-0.5, 0.7)}, 0.0);
-    scene.objects.push_back(std::move(lamp));
+    scene.objects.push_back(std::move(light_source));
   }
 }
 

@@ -32,8 +32,8 @@ class SceneDice {
   std::mt19937_64 generator_;
 };
 
-/// A furnished room with textures, lamps, black and shiny things before a striper of random optics;
-/// the laser is always on. Nothing moves: pictures differ by their noise.
+/// A furnished room with textures, light sources, black and shiny things before a striper of random
+/// optics; the laser is always on. Nothing moves: pictures differ by their noise.
 Scene random_room(std::uint64_t seed);
 
 /// A calibration session as data/scenes/calibration.yaml: a board of one of four kinds is turned

@@ -38,7 +38,8 @@ struct Street {
   std::function<double(int laser, int column)> row = [](int laser, int column) {
     return 120.0 + 40.0 * laser + 12.0 * std::sin(column / 40.0);
   };
-  std::vector<cv::Vec3d> lamps;  ///< Saturating discs: column, row, radius; they move along.
+  std::vector<cv::Vec3d>
+      light_sources;  ///< Saturating discs: column, row, radius; they move along.
 
   /// The world that passes by; made by `build`.
   cv::Mat world;
@@ -66,9 +67,10 @@ struct Street {
     const int shift = static_cast<int>(std::lround(speed_px * static_cast<double>(number % 512)));
     const int left = shift % (world.cols - size.width);
     cv::Mat image = world(cv::Rect(left, 0, size.width, size.height)).clone();
-    for (const cv::Vec3d& lamp : lamps) {
-      cv::circle(image, {static_cast<int>(lamp[0]) - shift, static_cast<int>(lamp[1])},
-                 static_cast<int>(lamp[2]), 1e4, cv::FILLED);
+    for (const cv::Vec3d& light_source : light_sources) {
+      cv::circle(image,
+                 {static_cast<int>(light_source[0]) - shift, static_cast<int>(light_source[1])},
+                 static_cast<int>(light_source[2]), 1e4, cv::FILLED);
     }
     const Illumination lit = cadence.at(number);
     if (!lit.is_lit() || amplitude_dn <= 0.0) return image;

@@ -61,7 +61,7 @@ inline LitFrame transposed(const LitFrame& frame) {
   LitFrame out = frame;
   out.lit = frame.lit.t();
   if (!frame.dark.empty()) out.dark = frame.dark.t();
-  if (!frame.blind.empty()) out.blind = frame.blind.t();
+  if (!frame.masked.empty()) out.masked = frame.masked.t();
   if (!frame.variance.empty()) out.variance = frame.variance.t();
   out.grid = {frame.grid.v, frame.grid.u};
   return out;

@@ -53,7 +53,7 @@ class WatchedCalls final : public PassedCalls {
   int control(int fd, unsigned long request, void* argument) noexcept override;
 
   /// Pictures that the driver's numbers leave out. By its numbers alone, as plainly as can be: one
-  /// that it gives twice, as the virtual driver does when it is late, takes nothing off.
+  /// that it gives twice, as the virtual driver does when it is late, subtracts nothing.
   static std::uint64_t lost_between(const Taken& one, const Taken& following) noexcept {
     const std::uint32_t step = following.sequence - one.sequence;
     return step > 0 ? step - 1 : 0;

@@ -172,18 +172,18 @@ std::vector<Frame> test_pattern(const std::string& query, int frames) {
   return taken;
 }
 
-TEST(VividPattern, SequentialFieldsAreTheLinesOfTheWovenPicture) {
+TEST(VividPattern, SequentialFieldsAreTheLinesOfTheInterlacedPicture) {
   if (!Node(output_path()).is_vivid())
     GTEST_SKIP() << "only the virtual driver has a known picture";
-  const cv::Mat woven = test_pattern("field=interlaced", 1)[0].image.clone();
+  const cv::Mat interlaced = test_pattern("field=interlaced", 1)[0].image.clone();
   for (const char* const order : {"seq-tb", "seq-bt"}) {
     for (const Frame& field : test_pattern(std::string("field=") + order, 4)) {
       const bool is_first = field.exposure_in_picture == 0;
       EXPECT_EQ(field.field == Field::kTop, is_first == (order == std::string("seq-tb")));
-      ASSERT_EQ(field.image.rows * 2, woven.rows);
+      ASSERT_EQ(field.image.rows * 2, interlaced.rows);
       for (int line = 0; line < field.image.rows; ++line) {
         const int row = static_cast<int>(field.grid.sensor_v(line));
-        ASSERT_EQ(cv::norm(field.image.row(line), woven.row(row), cv::NORM_INF), 0.0) << row;
+        ASSERT_EQ(cv::norm(field.image.row(line), interlaced.row(row), cv::NORM_INF), 0.0) << row;
       }
     }
   }

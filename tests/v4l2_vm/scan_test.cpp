@@ -17,7 +17,7 @@
 #include <striper/ambient/sync_check.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
-#include "capture/v4l2/televised_scene.hpp"
+#include "capture/v4l2/interlaced_scene.hpp"
 #include "v4l2/v4l2_stream.hpp"
 #include "v4l2_vm/calls_between.hpp"
 #include "v4l2_vm/vivid.hpp"
@@ -67,7 +67,7 @@ struct OnAir {
     FAIL() << "what is sent does not arrive";
   }
 
-  TelevisedScene scene;
+  InterlacedScene scene;
   std::shared_ptr<WatchedCalls> watched = std::make_shared<WatchedCalls>();
   std::unique_ptr<FrameSource> source;
   Transmitter transmitter;

@@ -12,7 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "capture/v4l2/televised_scene.hpp"
+#include "capture/v4l2/interlaced_scene.hpp"
 #include "v4l2_vm/vivid.hpp"
 
 namespace {

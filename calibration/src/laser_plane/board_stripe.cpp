@@ -38,10 +38,10 @@ constexpr double kMostWidthPx = 8.0;
 constexpr double kLeastGatePx = 0.3;
 
 // Along the line, where nothing is left to be mistaken for the stripe, the best there is.
-std::unique_ptr<StripeExtractor> fine_extractor(const StripeRecipe& recipe, double width_px,
+std::unique_ptr<StripeExtractor> fine_extractor(const ExtractionSettings& settings, double width_px,
                                                 const std::optional<NoiseModel>& noise) {
   ExtractOptions options;
-  options.axis = recipe.axis;
+  options.axis = settings.axis;
   options.noise = noise;
   options.method = ExtractMethod::kRefined;
   options.stripe_sigma_px = width_px;
@@ -146,7 +146,7 @@ struct Surroundings {
   const LaserPicture& picture;
   const BoardInPicture& scene;
   const StripeCourse& course;
-  const StripeRecipe& recipe;
+  const ExtractionSettings& settings;
   const std::optional<NoiseModel>& noise;
 };
 
@@ -177,15 +177,15 @@ class FineSearch {
  private:
   void look_around(double width_px) {
     const double about_px = std::clamp(width_px, kLeastWidthPx, kMostWidthPx);
-    seen_ = coarse_.mask & even_ground(around_.scene, around_.course.across, around_.recipe.axis,
+    seen_ = coarse_.mask & even_ground(around_.scene, around_.course.across, around_.settings.axis,
                                        ground_for(about_px, demand_));
   }
 
   std::optional<FineLine> line_of(double width_px) const {
     width_px = std::clamp(width_px, kLeastWidthPx, kMostWidthPx);
     Returns returns =
-        returns_within(seen_, around_.picture, around_.scene.camera, around_.recipe,
-                       *fine_extractor(around_.recipe, width_px, around_.noise), Verdict::kGood);
+        returns_within(seen_, around_.picture, around_.scene.camera, around_.settings,
+                       *fine_extractor(around_.settings, width_px, around_.noise), Verdict::kGood);
     auto line = fit_line(returns.undistorted, kLeastGatePx);
     if (!line || static_cast<int>(line->inliers.size()) < kFewestPoints) return std::nullopt;
     return FineLine{std::move(returns), std::move(*line), width_px};
@@ -227,18 +227,18 @@ class FineSearch {
 }  // namespace
 
 BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
-                              const CameraModel& camera, const StripeRecipe& recipe,
+                              const CameraModel& camera, const ExtractionSettings& settings,
                               const std::optional<NoiseModel>& noise) {
-  const CoarseLine coarse = detail::find_coarse_line(picture, board, camera, recipe, noise);
+  const CoarseLine coarse = detail::find_coarse_line(picture, board, camera, settings, noise);
   BoardStripe stripe = coarse.stripe;
   if (!stripe.found()) return stripe;
-  const StripeCourse course{recipe.axis,
-                            across_of(coarse.line, coarse.returns, camera, recipe.axis),
+  const StripeCourse course{settings.axis,
+                            across_of(coarse.line, coarse.returns, camera, settings.axis),
                             2.0 * reach_px(stripe.width_px)};
   const BoardInPicture scene{board, camera, picture.T_cam_board.inverse(),
                              find_paper(to_grey8(picture.off.empty() ? picture.on : picture.off),
                                         board, camera, picture.T_cam_board, course)};
-  const std::vector<std::size_t> clear = clear_of_albedo_edges(coarse, scene, recipe.axis);
+  const std::vector<std::size_t> clear = clear_of_albedo_edges(coarse, scene, settings.axis);
   stripe.at_albedo_edge = stripe.on_line - static_cast<int>(clear.size());
   if (static_cast<int>(clear.size()) < kFewestPoints) {
     stripe.reason = fmt::format(
@@ -246,7 +246,7 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
         stripe.at_albedo_edge, stripe.on_line);
     return stripe;
   }
-  const Surroundings around{picture, scene, course, recipe, noise};
+  const Surroundings around{picture, scene, course, settings, noise};
   std::optional<FineLine> fine;
   for (const Demand demand : {Demand::kWholeProfile, Demand::kMostOfIt})
     if (!fine) fine = FineSearch(coarse, around, demand).run(clear);
@@ -259,7 +259,7 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
   }
   if (picture.on.channels() == 3) {
     const int full_scale_dn = (1 << picture.bit_depth) - 1;
-    stripe.colour = detail::stripe_colour(picture.on, stripe, recipe.axis, full_scale_dn);
+    stripe.colour = detail::stripe_colour(picture.on, stripe, settings.axis, full_scale_dn);
   }
   return stripe;
 }

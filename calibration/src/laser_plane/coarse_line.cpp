@@ -23,28 +23,28 @@ constexpr double kMostLineRmsPx = 4.0;  // A blurred, speckled line; noise scatt
 
 // The line is looked for with the method that takes the brightest pixel: white squares among black
 // ones are peaks too, and the others would learn the width of these for the stripe's.
-std::unique_ptr<StripeExtractor> coarse_extractor(const StripeRecipe& recipe,
+std::unique_ptr<StripeExtractor> coarse_extractor(const ExtractionSettings& settings,
                                                   const std::optional<NoiseModel>& noise) {
   ExtractOptions options;
-  options.axis = recipe.axis;
+  options.axis = settings.axis;
   options.noise = noise;
   options.method = ExtractMethod::kPaper;
   return make_extractor(options);
 }
 
-LitFrame lit_frame(const LaserPicture& picture, const StripeRecipe& recipe) {
+LitFrame lit_frame(const LaserPicture& picture, const ExtractionSettings& settings) {
   ChannelImages on;
-  select_channel(picture.on, recipe.channel, on);
+  select_channel(picture.on, settings.channel, on);
   LitFrame frame;
   frame.lit = on.lit;
   frame.dark = on.dark;
   frame.full_scale_dn = (1 << picture.bit_depth) - 1;
-  if (recipe.subtract_off && on.dark.empty()) {
+  if (settings.subtract_off && on.dark.empty()) {
     ChannelImages off;
-    select_channel(picture.off, recipe.channel, off);
+    select_channel(picture.off, settings.channel, off);
     frame.dark = off.lit;
   } else if (!frame.dark.empty()) {
-    ColourDifference().mend(frame, recipe.axis);
+    ColourDifference().correct(frame, settings.axis);
   }
   return frame;
 }
@@ -72,12 +72,13 @@ std::string why_no_line(const BoardStripe& stripe, const std::optional<StraightL
 }  // namespace
 
 Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const CameraModel& camera,
-                       const StripeRecipe& recipe, StripeExtractor& extractor, Verdict worst) {
-  LitFrame frame = lit_frame(picture, recipe);
-  cv::bitwise_not(seen, frame.blind);
+                       const ExtractionSettings& settings, StripeExtractor& extractor,
+                       Verdict worst) {
+  LitFrame frame = lit_frame(picture, settings);
+  cv::bitwise_not(seen, frame.masked);
   Stripe stripe;
   extractor.extract(frame, stripe);
-  const bool columns = recipe.axis == StripeAxis::kColumns;
+  const bool columns = settings.axis == StripeAxis::kColumns;
   Returns returns;
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     if (verdict(stripe.status[i]) > worst) continue;
@@ -114,12 +115,12 @@ std::optional<double> unclipped_width_px(const Returns& returns,
 }
 
 CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
-                            const CameraModel& camera, const StripeRecipe& recipe,
+                            const CameraModel& camera, const ExtractionSettings& settings,
                             const std::optional<NoiseModel>& noise) {
   CoarseLine coarse;
   coarse.mask = board_mask(board, camera, picture.T_cam_board, kMarginSquares);
-  coarse.returns = returns_within(coarse.mask, picture, camera, recipe,
-                                  *coarse_extractor(recipe, noise), Verdict::kDoubtful);
+  coarse.returns = returns_within(coarse.mask, picture, camera, settings,
+                                  *coarse_extractor(settings, noise), Verdict::kDoubtful);
   BoardStripe& stripe = coarse.stripe;
   stripe.returns = static_cast<int>(coarse.returns.pixel.size());
   const auto line = fit_line(coarse.returns.undistorted, kLeastGatePx);

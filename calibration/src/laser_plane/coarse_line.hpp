@@ -28,7 +28,8 @@ struct Returns {
 
 /// @param seen where the extractor may look, 255. @param worst which returns count.
 Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const CameraModel& camera,
-                       const StripeRecipe& recipe, StripeExtractor& extractor, Verdict worst);
+                       const ExtractionSettings& settings, StripeExtractor& extractor,
+                       Verdict worst);
 
 double median_of(const std::vector<float>& values, const std::vector<std::size_t>& some);
 
@@ -48,7 +49,7 @@ struct CoarseLine {
 };
 
 CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
-                            const CameraModel& camera, const StripeRecipe& recipe,
+                            const CameraModel& camera, const ExtractionSettings& settings,
                             const std::optional<NoiseModel>& noise);
 
 }  // namespace striper::detail

@@ -134,21 +134,21 @@ class Report {
     }
     lens_trials();
     add("</div>");
-    if (!o_.stripes.empty()) recipes();
+    if (!o_.stripes.empty()) compared_settings();
     if (c_.bend_solved)
       add("<p>The board's bend was solved for: its middle stands {} (across) and {} (down) off its "
           "ends.</p>",
           mm(s_.bend_m.x()), mm(s_.bend_m.y()));
   }
 
-  void recipes() {
+  void compared_settings() {
     add("<p>The stripe is read as: {}; single frames are searched in channel {}.</p><table><tr>"
         "<th>read as</th><th>stripes</th><th>on the plane</th><th>rms</th></tr>",
-        escape_html(to_string(c_.recipe)), to_string(c_.model.channel));
-    for (const RecipeScore& score : c_.recipes)
+        escape_html(to_string(c_.settings)), to_string(c_.model.channel));
+    for (const SettingsScore& score : c_.compared_settings)
       add("<tr><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
           "</tr>",
-          escape_html(to_string(score.recipe)), score.stripes, score.on_plane, px(score.rms_px));
+          escape_html(to_string(score.settings)), score.stripes, score.on_plane, px(score.rms_px));
     add("</table>");
   }
 

@@ -98,7 +98,7 @@ class Calibrator {
     model.camera = result_.solution.camera;
     for (const LaserPlane& plane : result_.solution.planes)
       model.lasers.push_back({plane, std::nullopt, std::nullopt});
-    model.axis = result_.recipe.axis;
+    model.axis = result_.settings.axis;
     for (std::size_t laser = 0; laser < model.lasers.size(); ++laser)
       model.lasers[laser].look = detail::measure_look(result_, static_cast<int>(laser));
     model.noise = options_.noise;

@@ -25,22 +25,22 @@ void find_boards(const CalibrationInput& input, const CalibrationOptions& option
 LaserPicture laser_picture(const Calibration& calibration, const PictureResult& picture);
 
 /// Finds the stripes: every plausible way of reading them is tried on all pictures, and the one
-/// whose stripes lie on planes best is taken. Fills recipes, observations.stripes, and the channels
-/// of the model.
+/// whose stripes lie on planes best is taken. Fills settings, observations.stripes, and the
+/// channels of the model.
 /// @throws Error{kUntrustworthy} where no way shows a stripe, or the lists are swapped.
 void find_stripes(const CalibrationInput& input, const CalibrationOptions& options,
                   Calibration& calibration);
 
-/// Tries some ways of reading the stripe on pictures that `load` gives; in the order of `recipes`.
-struct RecipeTrial {
-  RecipeScore score;
+/// Tries some ways of reading the stripe on pictures that `load` gives; in the order of `settings`.
+struct SettingsTrial {
+  SettingsScore score;
   std::vector<BoardStripe> stripes;  ///< One per picture.
 };
-std::vector<RecipeTrial> try_recipes(const std::vector<StripeRecipe>& recipes,
-                                     const std::vector<const PictureResult*>& pictures,
-                                     const std::function<LaserPicture(const PictureResult&)>& load,
-                                     const CalibrationOptions& options,
-                                     const Calibration& calibration);
+std::vector<SettingsTrial> try_compared_settings(
+    const std::vector<ExtractionSettings>& compared_settings,
+    const std::vector<const PictureResult*>& pictures,
+    const std::function<LaserPicture(const PictureResult&)>& load,
+    const CalibrationOptions& options, const Calibration& calibration);
 
 /// Refuses lists that are swapped: the stripe is in the pictures that should be without it.
 /// @param on_plane how many stripes were found where they should be.

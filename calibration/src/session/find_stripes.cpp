@@ -73,11 +73,11 @@ void for_each_index(std::size_t count, int threads, const Work& work) {
 
 // The distance of each stripe from the plane of most of its laser's, px rms; NaN where there is no
 // stripe or no plane.
-std::vector<double> distances_px(const RecipeTrial& trial,
+std::vector<double> distances_px(const SettingsTrial& trial,
                                  const std::vector<const PictureResult*>& pictures,
                                  const Calibration& calibration) {
   Observations all = calibration.observations;
-  all.axis = trial.score.recipe.axis;
+  all.axis = trial.score.settings.axis;
   all.stripes.clear();
   std::vector<std::size_t> picture_of;
   JointSolution solution = calibration.solution;
@@ -110,11 +110,11 @@ double median_of_finite(const std::vector<double>& values) {
 
 // One bound for all trials: a way of reading that scatters more gets no more room, and none gets
 // more than a calibration may have.
-void judge(std::vector<RecipeTrial>& trials, const std::vector<const PictureResult*>& pictures,
+void judge(std::vector<SettingsTrial>& trials, const std::vector<const PictureResult*>& pictures,
            const CalibrationOptions& options, const Calibration& calibration) {
   std::vector<std::vector<double>> distances;
   double usual_px = std::numeric_limits<double>::infinity();
-  for (const RecipeTrial& trial : trials) {
+  for (const SettingsTrial& trial : trials) {
     distances.push_back(distances_px(trial, pictures, calibration));
     usual_px = std::min(usual_px, median_of_finite(distances.back()));
   }
@@ -122,7 +122,7 @@ void judge(std::vector<RecipeTrial>& trials, const std::vector<const PictureResu
                          std::max(1.0, calibration.observations.image_width / 640.0);
   const double bound_px = std::clamp(kStripeOutlier * usual_px, kLeastStripePx, most_px);
   for (std::size_t t = 0; t < trials.size(); ++t) {
-    RecipeScore& score = trials[t].score;
+    SettingsScore& score = trials[t].score;
     double squares = 0.0;
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       score.stripes += trials[t].stripes[i].found() ? 1 : 0;
@@ -134,26 +134,26 @@ void judge(std::vector<RecipeTrial>& trials, const std::vector<const PictureResu
   }
 }
 
-double merit(const RecipeScore& score) {
+double merit(const SettingsScore& score) {
   return score.on_plane > 0 ? score.on_plane / std::max(score.rms_px, kLeastRmsPx) : 0.0;
 }
 
 // The best of those that `counts` names, the better first impression where two are about as good;
 // null where there is none.
 template <typename Counts>
-const RecipeTrial* best_of(const std::vector<RecipeTrial>& trials, const Counts& counts) {
-  const RecipeTrial* best = nullptr;
-  for (const RecipeTrial& trial : trials) {
+const SettingsTrial* best_of(const std::vector<SettingsTrial>& trials, const Counts& counts) {
+  const SettingsTrial* best = nullptr;
+  for (const SettingsTrial& trial : trials) {
     if (!counts(trial.score)) continue;
     if (best == nullptr || merit(trial.score) > kBetter * merit(best->score)) best = &trial;
   }
   return best;
 }
 
-void take(const RecipeTrial& chosen, const std::vector<PictureResult*>& lit,
+void take(const SettingsTrial& chosen, const std::vector<PictureResult*>& lit,
           Calibration& calibration) {
-  calibration.recipe = chosen.score.recipe;
-  calibration.observations.axis = chosen.score.recipe.axis;
+  calibration.settings = chosen.score.settings;
+  calibration.observations.axis = chosen.score.settings.axis;
   for (std::size_t i = 0; i < lit.size(); ++i) {
     PictureResult& picture = *lit[i];
     picture.stripe = chosen.stripes[i];
@@ -166,34 +166,35 @@ void take(const RecipeTrial& chosen, const std::vector<PictureResult*>& lit,
 
 // The channel for single frames is the one that is best without the laser-off pictures; the one for
 // differences is kept beside it where there are such pictures and it is another.
-void choose_channels(const std::vector<RecipeTrial>& trials, const RecipeTrial& chosen,
+void choose_channels(const std::vector<SettingsTrial>& trials, const SettingsTrial& chosen,
                      const std::vector<PictureResult*>& lit, Calibration& calibration) {
-  const StripeAxis axis = chosen.score.recipe.axis;
-  const RecipeTrial* const single = best_of(trials, [axis](const RecipeScore& score) {
-    return !score.recipe.subtract_off && score.recipe.axis == axis && score.on_plane > 0;
+  const StripeAxis axis = chosen.score.settings.axis;
+  const SettingsTrial* const single = best_of(trials, [axis](const SettingsScore& score) {
+    return !score.settings.subtract_off && score.settings.axis == axis && score.on_plane > 0;
   });
-  const RecipeTrial* const difference = best_of(trials, [axis](const RecipeScore& score) {
-    return score.recipe.subtract_off && score.recipe.axis == axis && score.on_plane > 0;
+  const SettingsTrial* const difference = best_of(trials, [axis](const SettingsScore& score) {
+    return score.settings.subtract_off && score.settings.axis == axis && score.on_plane > 0;
   });
   StriperModel& model = calibration.model;
   // Where no single picture shows it, a scanner is to look for itself.
   const Channel unknown =
-      chosen.score.recipe.channel == Channel::kGrey ? Channel::kGrey : Channel::kAuto;
-  model.channel = single != nullptr ? single->score.recipe.channel : unknown;
-  if (difference != nullptr && difference->score.recipe.channel != model.channel)
-    model.difference_channel = difference->score.recipe.channel;
+      chosen.score.settings.channel == Channel::kGrey ? Channel::kGrey : Channel::kAuto;
+  model.channel = single != nullptr ? single->score.settings.channel : unknown;
+  if (difference != nullptr && difference->score.settings.channel != model.channel)
+    model.difference_channel = difference->score.settings.channel;
   if (single == nullptr || single == &chosen) return;
   for (std::size_t i = 0; i < lit.size(); ++i) lit[i]->single_frame = single->stripes[i];
 }
 
-RecipeRanking recipes_to_try(const std::vector<PictureResult*>& lit,
-                             const CalibrationOptions& options, const Calibration& calibration) {
+SettingsRanking compared_settings_to_try(const std::vector<PictureResult*>& lit,
+                                         const CalibrationOptions& options,
+                                         const Calibration& calibration) {
   std::vector<LaserPicture> some;
   const std::size_t step = std::max<std::size_t>(1, lit.size() / 6);
   for (std::size_t k = 0; k < lit.size(); k += step)
     some.push_back(laser_picture(calibration, *lit[k]));
-  return rank_recipes(some, calibration.observations.board, calibration.solution.camera,
-                      options.axis, options.channel);
+  return rank_settings(some, calibration.observations.board, calibration.solution.camera,
+                       options.axis, options.channel);
 }
 
 }  // namespace
@@ -210,24 +211,24 @@ LaserPicture laser_picture(const Calibration& calibration, const PictureResult& 
   return laser;
 }
 
-std::vector<RecipeTrial> try_recipes(const std::vector<StripeRecipe>& recipes,
-                                     const std::vector<const PictureResult*>& pictures,
-                                     const std::function<LaserPicture(const PictureResult&)>& load,
-                                     const CalibrationOptions& options,
-                                     const Calibration& calibration) {
-  std::vector<RecipeTrial> trials;
-  trials.reserve(recipes.size());
-  for (const StripeRecipe& recipe : recipes)
-    trials.push_back({{recipe}, std::vector<BoardStripe>(pictures.size())});
+std::vector<SettingsTrial> try_compared_settings(
+    const std::vector<ExtractionSettings>& compared_settings,
+    const std::vector<const PictureResult*>& pictures,
+    const std::function<LaserPicture(const PictureResult&)>& load,
+    const CalibrationOptions& options, const Calibration& calibration) {
+  std::vector<SettingsTrial> trials;
+  trials.reserve(compared_settings.size());
+  for (const ExtractionSettings& settings : compared_settings)
+    trials.push_back({{settings}, std::vector<BoardStripe>(pictures.size())});
   std::mutex lock;
   std::size_t done = 0;
   for_each_index(pictures.size(), options.threads, [&](std::size_t i) {
     const LaserPicture picture = load(*pictures[i]);
-    for (RecipeTrial& trial : trials) {
-      StripeRecipe recipe = trial.score.recipe;
-      if (picture.off.empty()) recipe.subtract_off = false;
+    for (SettingsTrial& trial : trials) {
+      ExtractionSettings settings = trial.score.settings;
+      if (picture.off.empty()) settings.subtract_off = false;
       trial.stripes[i] = find_board_stripe(picture, calibration.observations.board,
-                                           calibration.solution.camera, recipe, options.noise);
+                                           calibration.solution.camera, settings, options.noise);
     }
     const std::lock_guard guard(lock);
     report_progress(
@@ -249,37 +250,38 @@ void find_stripes(const CalibrationInput& input, const CalibrationOptions& optio
                 "says nothing. Move the laser so that it leaves most corners free, or take pairs "
                 "(laser off, then on)");
   report_progress(options, "looking how the stripe is seen best", 0.6);
-  RecipeRanking recipes;
+  SettingsRanking compared_settings;
   try {
-    recipes = recipes_to_try(lit, options, calibration);
+    compared_settings = compared_settings_to_try(lit, options, calibration);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::kUntrustworthy) throw;
     refuse_swapped_lists(input, options, calibration, 0);
     throw;
   }
-  const auto try_all = [&](const std::vector<StripeRecipe>& some) {
-    return try_recipes(
+  const auto try_all = [&](const std::vector<ExtractionSettings>& some) {
+    return try_compared_settings(
         some, {lit.begin(), lit.end()},
         [&](const PictureResult& one) { return laser_picture(calibration, one); }, options,
         calibration);
   };
-  const auto any = [](const RecipeScore&) { return true; };
-  const auto is_found = [&lit](const RecipeScore& score) {
+  const auto any = [](const SettingsScore&) { return true; };
+  const auto is_found = [&lit](const SettingsScore& score) {
     return 2 * score.on_plane >= static_cast<int>(lit.size());
   };
-  std::vector<RecipeTrial> trials = try_all(recipes.plausible);
+  std::vector<SettingsTrial> trials = try_all(compared_settings.plausible);
   if (std::none_of(trials.begin(), trials.end(),
-                   [&](const RecipeTrial& trial) { return is_found(trial.score); })) {
-    for (RecipeTrial& trial : try_all(recipes.others)) trials.push_back(std::move(trial));
+                   [&](const SettingsTrial& trial) { return is_found(trial.score); })) {
+    for (SettingsTrial& trial : try_all(compared_settings.others))
+      trials.push_back(std::move(trial));
   }
-  const RecipeTrial& chosen = *best_of(trials, any);
+  const SettingsTrial& chosen = *best_of(trials, any);
   if (!is_found(chosen.score))
     refuse_swapped_lists(input, options, calibration, chosen.score.on_plane);
   take(chosen, lit, calibration);
   choose_channels(trials, chosen, lit, calibration);
-  for (const RecipeTrial& trial : trials) calibration.recipes.push_back(trial.score);
-  std::swap(calibration.recipes.front(),
-            calibration.recipes[static_cast<std::size_t>(&chosen - trials.data())]);
+  for (const SettingsTrial& trial : trials) calibration.compared_settings.push_back(trial.score);
+  std::swap(calibration.compared_settings.front(),
+            calibration.compared_settings[static_cast<std::size_t>(&chosen - trials.data())]);
 }
 
 }  // namespace striper::detail

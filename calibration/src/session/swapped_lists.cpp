@@ -38,13 +38,13 @@ int stripes_in(const std::vector<const PictureResult*>& pictures, const Load& lo
     std::vector<LaserPicture> first;
     for (std::size_t i = 0; i < std::min<std::size_t>(6, pictures.size()); ++i)
       first.push_back(load(*pictures[i]));
-    const std::vector<StripeRecipe> recipes =
-        rank_recipes(first, calibration.observations.board, calibration.solution.camera,
-                     options.axis, options.channel)
+    const std::vector<ExtractionSettings> compared_settings =
+        rank_settings(first, calibration.observations.board, calibration.solution.camera,
+                      options.axis, options.channel)
             .plausible;
     int most = 0;
-    for (const RecipeTrial& trial :
-         try_recipes({recipes.front()}, pictures, load, options, calibration))
+    for (const SettingsTrial& trial :
+         try_compared_settings({compared_settings.front()}, pictures, load, options, calibration))
       most = std::max(most, trial.score.on_plane);
     return most < kFewestStripes || 2 * most < static_cast<int>(pictures.size()) ? 0 : most;
   } catch (const Error& error) {

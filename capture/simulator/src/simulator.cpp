@@ -42,9 +42,9 @@ Scene checked(Scene scene) {
 /// region of interest is a piece of the whole picture to the last bit.
 cv::Rect lit_region(const Scene& scene) {
   const Imager& imager = scene.imager;
-  const double halo_px = imager.bloom.fraction > 0.0 ? imager.bloom.sigma_px : 0.0;
+  const double flare_px = imager.bloom.fraction > 0.0 ? imager.bloom.sigma_px : 0.0;
   const int reach = 3 + static_cast<int>(std::ceil(5.0 * imager.blur_sigma_px)) +
-                    static_cast<int>(std::ceil(5.0 * halo_px));
+                    static_cast<int>(std::ceil(5.0 * flare_px));
   const cv::Rect wide(imager.region.x - reach, imager.region.y - reach,
                       imager.region.width + 2 * reach, imager.region.height + 2 * reach);
   return wide & cv::Rect(0, 0, scene.camera.width(), scene.camera.height());
@@ -233,7 +233,7 @@ class Simulator::Impl {
     return *kept;
   }
 
-  /// With the lens' halo, and without what is not read.
+  /// With the lens' flare, and without what is not read.
   cv::Mat as_read(const cv::Mat& electrons) const {
     const cv::Rect& region = scene_.imager.region;
     const cv::Rect read(region.tl() - rays_.region().tl(), region.size());

@@ -105,7 +105,7 @@ struct GigeSource::State {
   void supervise();
   bool pause(std::chrono::milliseconds time);
   void look_after(Session& camera);
-  void lay_to_rest(std::shared_ptr<Session> camera);
+  void close_in_background(std::shared_ptr<Session> camera);
   bool try_reopen();
   void end_stream(const Session& camera);
 
@@ -143,7 +143,7 @@ struct GigeSource::State {
   Controls controls;
 
   std::thread supervisor;  // and what only it uses
-  std::future<void> burial;
+  std::future<void> pending_close;
   std::optional<detail::Reopening> reopening;
   std::int64_t numbered_until_ns = 0;  // of a camera that is lost
 };
@@ -418,7 +418,7 @@ void GigeSource::State::supervise() {
     if (camera) {
       look_after(*camera);
       if (camera->is_lost()) camera->darken();
-      if (camera->is_lost() && options.reconnect) lay_to_rest(camera);
+      if (camera->is_lost() && options.reconnect) close_in_background(camera);
       if (camera->is_lost() && !options.reconnect) end_stream(*camera);
     } else if (!try_reopen()) {
       rest = std::max<std::chrono::milliseconds>(rest, reopening->pause());
@@ -431,7 +431,7 @@ void GigeSource::State::look_after(Session& camera) {
 }
 
 /// Closing a camera that does not answer takes seconds: nobody waits for that.
-void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
+void GigeSource::State::close_in_background(std::shared_ptr<Session> camera) {
   reopening->lose(camera->loss());
   const bool is_timed_by_others =
       !camera->numbers_by_trigger() && !options.trigger.empty() && options.trigger != "off";
@@ -447,7 +447,8 @@ void GigeSource::State::lay_to_rest(std::shared_ptr<Session> camera) {
     session.reset();
   }
   try {
-    burial = std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });
+    pending_close =
+        std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });
   } catch (const std::system_error&) {  // No thread for it: it was closed here.
   }
 }

@@ -25,7 +25,7 @@ using namespace std::chrono_literals;
 constexpr auto kProbeWithin = 400ms;
 constexpr int kProbes = 3;
 constexpr auto kPictureBegins = 500ms;  // after the exposure, for a software trigger
-constexpr std::int64_t kSurelyWrong_ns = 2'000'000'000;
+constexpr std::int64_t kImplausible_ns = 2'000'000'000;
 
 // A late thread loses packets. Without the right to ask for it this does nothing.
 void raise_priority(const EventPort& events) {
@@ -296,7 +296,7 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
   const std::int64_t now_ns = monotonic_now_ns();
   const auto first_packet_ns =
       static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer)) - utc_offset_now_ns();
-  const bool is_plausible = first_packet_ns <= now_ns && now_ns - first_packet_ns < kSurelyWrong_ns;
+  const bool is_plausible = first_packet_ns <= now_ns && now_ns - first_packet_ns < kImplausible_ns;
   last_arrival_ns_ = now_ns;
   {
     const std::lock_guard lock(mutex_);

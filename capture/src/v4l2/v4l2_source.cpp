@@ -101,7 +101,7 @@ SourceInfo V4l2Source::info() const {
   info.is_live = true;
   info.has_clock = true;
   info.picture_rate_hz = agreement_.picture_rate_hz;
-  if (agreement_.is_woven()) {
+  if (agreement_.is_interlaced()) {
     info.field = agreement_.first_field() == Field::kTop ? Field::kInterlacedTopFirst
                                                          : Field::kInterlacedBottomFirst;
   }
@@ -209,7 +209,7 @@ Field V4l2Source::field_of(int part) const {
     if (part == 0) return first;
     return first == Field::kTop ? Field::kBottom : Field::kTop;
   }
-  if (!agreement_.is_woven()) return Field::kProgressive;
+  if (!agreement_.is_interlaced()) return Field::kProgressive;
   return first == Field::kTop ? Field::kInterlacedTopFirst : Field::kInterlacedBottomFirst;
 }
 

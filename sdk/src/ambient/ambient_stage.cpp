@@ -5,17 +5,18 @@
 #include <striper/ambient/fields.hpp>
 
 #include "ambient/illumination/illumination_tracker.hpp"
+#include "ambient/pixels/interlaced_picture.hpp"
 #include "ambient/pixels/lit_frame_maker.hpp"
-#include "ambient/pixels/woven_picture.hpp"
 
 namespace striper {
 namespace {
 
 constexpr const char* kNoFields =
-    "ambient fields needs pictures of two fields, and these are whole: if they are woven of two, "
+    "ambient fields needs pictures of two fields, and these are whole: if they are interlaced of "
+    "two, "
     "say so with fields=split-top or fields=split-bottom (the field exposed first)";
-constexpr const char* kWoven =
-    "the pictures look woven of two fields: every other row differs; if they are, say so with "
+constexpr const char* kInterlaced =
+    "the pictures look interlaced: every other row differs; if they are, say so with "
     "fields=split-top or fields=split-bottom (the field exposed first; NTSC has the bottom one "
     "first, PAL the top one)";
 
@@ -34,7 +35,7 @@ struct AmbientStage::State {
   detail::OnceEvents events;
   detail::IlluminationTracker tracker;
   detail::LitFrameMaker maker;
-  int looks_for_weave = 3;  // First pictures still to be looked at: may they be woven?
+  int looks_for_weave = 3;  // First pictures still to be looked at: may they be interlaced?
 };
 
 // What was asked for, or not, and the pictures.
@@ -43,7 +44,7 @@ void AmbientStage::State::check_method(const Frame& exposure) {
   --looks_for_weave;
   if (exposure.field != Field::kProgressive) return;
   if (options.method == AmbientMethod::kFields) events.send_once({"not_two_fields", kNoFields});
-  if (detail::looks_woven(exposure.image)) events.send_once({"woven_fields", kWoven});
+  if (detail::looks_interlaced(exposure.image)) events.send_once({"woven_fields", kInterlaced});
 }
 
 AmbientStage::AmbientStage(const AmbientOptions& options) {

@@ -207,7 +207,7 @@ Fit search(const Matcher& coarse, const Matcher& fine) {
   return refine(fine, best.unknowns, std::vector<double>(15, options.gate_m));
 }
 
-// What is left of the information once that is taken off which the lines' wrong directions feign:
+// What is left of the information once that is left out which the lines' wrong directions feign:
 // along a single wall it is none.
 Information true_information(const std::vector<Pair>& pairs, bool has_offset) {
   Information sum = information_of(pairs, 1.0, has_offset);

@@ -7,9 +7,9 @@
 
 namespace striper::detail {
 
-/// The text under the top-level key `quality`, with its comments, its common indentation taken off,
-/// every line ended. Where the text cannot be cut out (the whole file is in flow style), the value
-/// is written anew.
+/// The text under the top-level key `quality`, with its comments, its common indentation
+/// removed, every line ended. Where the text cannot be cut out (the whole file is in flow
+/// style), the value is written anew.
 /// @param root the document of `yaml`, which has a key `quality`.
 std::string quality_text(const std::string& yaml, const YAML::Node& root);
 

@@ -123,7 +123,7 @@ std::vector<ScannerOption> choices() {
        .unit = {},
        .words = words_of(kAmbientMethods),
        .what_if_not_given = "auto: what the lasers' cadence allows",
-       .help = "How daylight is taken off: auto, none, alternate (dark pictures), fields (dark "
+       .help = "How daylight is subtracted: auto, none, alternate (dark pictures), fields (dark "
                "fields; the source must have fields, see fields= below) or temporal (a standing "
                "sensor before a stripe that wanders)",
        .put = [](Options& o, Text v) { put_word(kAmbientMethods, v, o.ambient.method); },

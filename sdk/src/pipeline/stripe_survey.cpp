@@ -15,7 +15,7 @@ constexpr std::array kColourChannels{Channel::kRed,           Channel::kGreen,
                                      Channel::kGreenMinusRed, Channel::kRedMinusGreen};
 
 // With a label of its own a frame need not be compared with others to know whether it is lit. Two
-// woven fields may be lit differently: the cadence tells.
+// interlaced fields may be lit differently: the cadence tells.
 Frame labelled(const Frame& frame, const Cadence& cadence) {
   Frame copy = frame;
   if (!frame.illumination.is_unknown() || frame.is_interlaced()) return copy;

@@ -59,16 +59,16 @@ void ProfileExtractor::keep_for_explanation(const LitFrame& frame, const PlanNoi
   const cv::Mat lit = kept.frame.lit;  // The memory stays.
   cv::Mat dark = kept.frame.dark;
   cv::Mat variance = kept.frame.variance;
-  cv::Mat blind = kept.frame.blind;
+  cv::Mat masked = kept.frame.masked;
   kept.frame = frame;
   kept.frame.lit = lit;
   copy(frame.lit, kept.frame.lit);
   copy(frame.dark, dark);
   copy(frame.variance, variance);
-  copy(frame.blind, blind);
+  copy(frame.masked, masked);
   kept.frame.dark = dark;
   kept.frame.variance = variance;
-  kept.frame.blind = blind;
+  kept.frame.masked = masked;
   kept.noise = noise;
   kept.width = width;
   kept.stripe = stripe;
@@ -143,7 +143,8 @@ void ProfileExtractor::explain_candidates(const AxisGrid& across, LineExplanatio
     return std::any_of(why.candidates.begin(), why.candidates.end(),
                        [&](const LineCandidate& c) { return c.across_px == at_px; });
   };
-  for (const PeakList* const list : {&finder_.candidates().firsts, &finder_.candidates().extras}) {
+  for (const PeakList* const list :
+       {&finder_.candidates().primary, &finder_.candidates().secondary}) {
     for (std::size_t i = 0; i < list->size(); ++i) {
       if (list->seeds[i].line == why.line && !is_listed(*list, i)) add(*list, i);
     }

@@ -157,15 +157,15 @@ void PaperExtractor::find_brightest(const LitFrame& frame) {
   const auto lines = static_cast<std::size_t>(line_count(frame.lit, options_.axis));
   brightest_.assign(lines, -1);
   maximum_.assign(lines, std::numeric_limits<std::int32_t>::min());
-  any_blind_.assign(lines, 0);
+  any_masked_.assign(lines, 0);
   for (int row = 0; row < frame.lit.rows; ++row) {
     const auto* const lit = frame.lit.ptr<Pixel>(row);
     const auto* const dark = frame.dark.empty() ? nullptr : frame.dark.ptr<Pixel>(row);
-    const auto* const blind = frame.blind.empty() ? nullptr : frame.blind.ptr<std::uint8_t>(row);
+    const auto* const masked = frame.masked.empty() ? nullptr : frame.masked.ptr<std::uint8_t>(row);
     for (int column = 0; column < frame.lit.cols; ++column) {
       const auto line = static_cast<std::size_t>(columns ? column : row);
-      if (blind != nullptr && blind[column] != 0) {
-        any_blind_[line] = 1;
+      if (masked != nullptr && masked[column] != 0) {
+        any_masked_[line] = 1;
         continue;
       }
       const std::int32_t value = lit[column] - (dark != nullptr ? dark[column] : 0);
@@ -183,10 +183,10 @@ void PaperExtractor::measure_line(const LitFrame& frame, int line, double noise_
   const auto i = static_cast<std::size_t>(line);
   const LitLine<Pixel> pixels(frame, options_.axis, line);
   const int row = brightest_[i];
-  // Where two images are subtracted, the blind mask has what is clipped in both.
+  // Where two images are subtracted, the mask has what is clipped in both.
   const bool is_clipped = frame.dark.empty() && row >= 0 && pixels.clipped(row);
-  const bool is_blind = any_blind_[i] != 0 || is_clipped;
-  stripe.status[i] = is_blind ? ReturnStatus::kBlind : ReturnStatus::kNoStripe;
+  const bool is_masked = any_masked_[i] != 0 || is_clipped;
+  stripe.status[i] = is_masked ? ReturnStatus::kBlind : ReturnStatus::kNoStripe;
   if (row < 0) return;
 
   const Plateau plateau = plateau_at(pixels, row);
@@ -194,7 +194,7 @@ void PaperExtractor::measure_line(const LitFrame& frame, int line, double noise_
   // First from just outside the maximum, to learn how wide the peak is; then from outside its
   // flanks.
   double background = local_background(pixels, plateau.first, plateau.last);
-  // Beside a blind region the brightest pixel that is left may lie below what surrounds it.
+  // Beside a masked region the brightest pixel that is left may lie below what surrounds it.
   if (!(peak > background)) return;
   Flanks flanks = measure_flanks(pixels, plateau, 0.5 * (peak + background));
   const int reach = static_cast<int>(std::ceil(flanks.before + flanks.after));

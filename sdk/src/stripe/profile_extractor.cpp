@@ -34,7 +34,7 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
 
   finder_.begin(frame);
   const FrameAtHand current = at_hand(frame);
-  WidthTracker& learnt = widths_.of(current, finder_.chunks(), options_);
+  WidthTracker& learnt = widths_.of(current, finder_.blocks(), options_);
   find_and_choose(current, learnt);
   report_.write({current, options_, finder_, choice_, learnt.model()}, stripe);
 
@@ -46,7 +46,7 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
 
 FrameAtHand ProfileExtractor::at_hand(const LitFrame& frame) {
   const ProfileImages images = images_of(frame, options_.axis);
-  const PlanNoise noise = noise_.of(frame, images, finder_.chunks().best_across(), options_);
+  const PlanNoise noise = noise_.of(frame, images, finder_.blocks().best_across(), options_);
   const double step = grid_across(frame.grid, options_.axis).step;
   return {frame, options_.axis, images, noise, noise_dn_of(noise), step};
 }

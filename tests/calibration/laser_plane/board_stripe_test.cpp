@@ -19,9 +19,9 @@ namespace {
 using ::testing::HasSubstr;
 using testing::SyntheticStriper;
 
-constexpr StripeRecipe kPlain{StripeAxis::kColumns, Channel::kGrey, false};
+constexpr ExtractionSettings kPlain{StripeAxis::kColumns, Channel::kGrey, false};
 constexpr NoiseModel kNoise{2.0, 0.0, 0.0, 8};  // Of these pictures.
-constexpr StripeRecipe kSubtracted{StripeAxis::kColumns, Channel::kGrey, true};
+constexpr ExtractionSettings kSubtracted{StripeAxis::kColumns, Channel::kGrey, true};
 
 // A striper of a quarter of the usual picture, so that rendering takes little time. Its stripe runs
 // across the picture (kColumns), or down it: then the laser is to the right of the camera.
@@ -97,13 +97,14 @@ struct Found {
 };
 
 Found found_in(const SyntheticStriper& striper, const LaserPicture& picture,
-               const StripeRecipe& recipe, const std::optional<NoiseModel>& noise = std::nullopt) {
+               const ExtractionSettings& settings,
+               const std::optional<NoiseModel>& noise = std::nullopt) {
   Found found;
-  found.stripe = find_board_stripe(picture, striper.board, striper.camera, recipe, noise);
+  found.stripe = find_board_stripe(picture, striper.board, striper.camera, settings, noise);
   EXPECT_TRUE(found.stripe.found()) << found.stripe.reason;
-  found.pulls = pulls_of(striper, picture, found.stripe, recipe.axis);
+  found.pulls = pulls_of(striper, picture, found.stripe, settings.axis);
   std::printf("%s: %zu points, rms %.3f px, mean %.3f px, pulls %.2f, width %.2f px\n",
-              to_string(recipe).c_str(), found.stripe.pixel.size(), found.pulls.rms_px,
+              to_string(settings).c_str(), found.stripe.pixel.size(), found.pulls.rms_px,
               found.pulls.mean_px, found.pulls.rms, found.stripe.width_px);
   return found;
 }
@@ -111,15 +112,15 @@ Found found_in(const SyntheticStriper& striper, const LaserPicture& picture,
 constexpr testing::BoardPose kPose{240, 210, 1.3, 25, -15, 6};
 constexpr testing::BoardPose kRowsPose{280, 180, 1.3, 15, -25, 6};
 
-class FindBoardStripeByRecipe : public ::testing::TestWithParam<StripeRecipe> {};
+class FindBoardStripeBySettings : public ::testing::TestWithParam<ExtractionSettings> {};
 
-TEST_P(FindBoardStripeByRecipe, PutsItWhereLaserAndBoardMeet) {
-  const StripeRecipe recipe = GetParam();
-  const SyntheticStriper striper = small_striper(recipe.axis);
-  const auto& pose = recipe.axis == StripeAxis::kColumns ? kPose : kRowsPose;
+TEST_P(FindBoardStripeBySettings, PutsItWhereLaserAndBoardMeet) {
+  const ExtractionSettings settings = GetParam();
+  const SyntheticStriper striper = small_striper(settings.axis);
+  const auto& pose = settings.axis == StripeAxis::kColumns ? kPose : kRowsPose;
   const LaserPicture picture =
-      picture_of(striper, pose, recipe.subtract_off, lit_board(recipe.axis));
-  const auto [stripe, pulls] = found_in(striper, picture, recipe, kNoise);
+      picture_of(striper, pose, settings.subtract_off, lit_board(settings.axis));
+  const auto [stripe, pulls] = found_in(striper, picture, settings, kNoise);
   EXPECT_GE(stripe.pixel.size(), 20U);
   EXPECT_LE(stripe.pixel.size(), 120U);
   EXPECT_GT(stripe.at_albedo_edge, 0);
@@ -132,9 +133,10 @@ TEST_P(FindBoardStripeByRecipe, PutsItWhereLaserAndBoardMeet) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    AxesAndPairs, FindBoardStripeByRecipe,
-    ::testing::Values(kPlain, kSubtracted, StripeRecipe{StripeAxis::kRows, Channel::kGrey, false},
-                      StripeRecipe{StripeAxis::kRows, Channel::kGrey, true}),
+    AxesAndPairs, FindBoardStripeBySettings,
+    ::testing::Values(kPlain, kSubtracted,
+                      ExtractionSettings{StripeAxis::kRows, Channel::kGrey, false},
+                      ExtractionSettings{StripeAxis::kRows, Channel::kGrey, true}),
     [](const auto& instance) {
       return std::string(instance.param.axis == StripeAxis::kColumns ? "Columns" : "Rows") +
              (instance.param.subtract_off ? "InAPair" : "InOnePicture");
@@ -227,23 +229,23 @@ TEST(FindBoardStripe, SaysThatThereIsNone) {
   EXPECT_THAT(stripe.reason, HasSubstr("no straight stripe on the board"));
 }
 
-TEST(RankRecipes, TakesThePairAndTheAxis) {
+TEST(RankSettings, TakesThePairAndTheAxis) {
   const SyntheticStriper striper = small_striper();
   const std::vector<LaserPicture> pictures = {
       picture_of(striper, kPose, true), picture_of(striper, {230, 200, 1.4, -25, 15, -6}, true)};
-  const StripeRecipe recipe =
-      rank_recipes(pictures, striper.board, striper.camera, std::nullopt, Channel::kAuto)
+  const ExtractionSettings settings =
+      rank_settings(pictures, striper.board, striper.camera, std::nullopt, Channel::kAuto)
           .plausible.front();
-  EXPECT_EQ(kSubtracted, recipe) << to_string(recipe);
+  EXPECT_EQ(kSubtracted, settings) << to_string(settings);
 }
 
-TEST(RankRecipes, RefusesPicturesWithoutALaser) {
+TEST(RankSettings, RefusesPicturesWithoutALaser) {
   const SyntheticStriper striper = small_striper();
   LaserPicture picture = picture_of(striper, kPose, true);
   picture.on = picture.off;
   picture.off = cv::Mat();
-  EXPECT_THROW(rank_recipes({picture}, striper.board, striper.camera, std::nullopt, Channel::kAuto),
-               Error);
+  EXPECT_THROW(
+      rank_settings({picture}, striper.board, striper.camera, std::nullopt, Channel::kAuto), Error);
 }
 
 TEST(BoardMask, CoversTheBoardAndNoMoreThanItsMargin) {

@@ -49,7 +49,7 @@ TEST(Calibrate, TakesPairsOfTwoLasers) {
   const Calibration c = calibrate(input, {});
   EXPECT_EQ(8U, c.observations.views.size()) << "both lasers see the same poses";
   ASSERT_EQ(2U, c.model.lasers.size());
-  EXPECT_TRUE(c.recipe.subtract_off);
+  EXPECT_TRUE(c.settings.subtract_off);
   EXPECT_LT(angle_deg(c.model.lasers[0].plane, striper.plane), 0.1);
   EXPECT_LT(angle_deg(c.model.lasers[1].plane, second), 0.1);
   EXPECT_NEAR(c.model.lasers[1].plane.distance_m(), 0.42, 0.001);

@@ -124,9 +124,9 @@ TEST(RealLasers, BlasersRedLineClippedToWhiteKeepsItsCore) {
   EXPECT_NE(Channel::kRedMinusGreen, c.model.channel);
   EXPECT_NE(Channel::kGreenMinusRed, c.model.channel);
   EXPECT_NE(Channel::kGreen, c.model.channel) << "as many stripes, half a pixel off their plane";
-  ASSERT_GE(c.recipes.size(), 3U);
-  EXPECT_GE(c.recipes.front().on_plane, 15);
-  EXPECT_LE(c.recipes.front().rms_px, 0.45);
+  ASSERT_GE(c.compared_settings.size(), 3U);
+  EXPECT_GE(c.compared_settings.front().on_plane, 15);
+  EXPECT_LE(c.compared_settings.front().rms_px, 0.45);
   EXPECT_GE(c.observations.stripes.size(), 15U);
   EXPECT_LE(return_rms_m(c), 0.0005);
   EXPECT_NEAR(c.depths_m.at(0).first, 0.16, 0.05);
@@ -140,9 +140,9 @@ TEST(RealLasers, BlasersRedLineClippedToWhiteKeepsItsCore) {
   EXPECT_GT(look.width_at.front().width_px, 1.2 * look.width_at.back().width_px);
   ASSERT_TRUE(look.colour.has_value());
   EXPECT_GT((*look.colour)[2], (*look.colour)[1]) << "red";
-  for (const RecipeScore& score : c.recipes)
-    std::printf("%s: %d of %d stripes on the plane, %.3f px rms\n", to_string(score.recipe).c_str(),
-                score.on_plane, score.stripes, score.rms_px);
+  for (const SettingsScore& score : c.compared_settings)
+    std::printf("%s: %d of %d stripes on the plane, %.3f px rms\n",
+                to_string(score.settings).c_str(), score.on_plane, score.stripes, score.rms_px);
   std::printf("plane rms %.3f mm over %.3f to %.3f m\n", 1e3 * return_rms_m(c), c.depths_m[0].first,
               c.depths_m[0].second);
 }

@@ -48,8 +48,8 @@ CalibrationInput session_of(const SyntheticStriper& striper, std::vector<Session
 }
 
 void print(const Calibration& c) {
-  for (const RecipeScore& score : c.recipes)
-    std::printf("%s: %d stripes, %d on the plane, %.3f px rms\n", to_string(score.recipe).c_str(),
+  for (const SettingsScore& score : c.compared_settings)
+    std::printf("%s: %d stripes, %d on the plane, %.3f px rms\n", to_string(score.settings).c_str(),
                 score.stripes, score.on_plane, score.rms_px);
 }
 
@@ -113,7 +113,7 @@ TEST(StripeLook, LeavesTheAmplitudeOfAClippedStripeOut) {
 
 // In green the line is crisp and bright, but it lies on another plane in every picture, as a
 // reflection does; in red it is faint and noisy and is the laser's.
-TEST(ChosenRecipe, IsTheOneWhoseStripesLieOnAPlane) {
+TEST(ChosenSettings, IsTheOneWhoseStripesLieOnAPlane) {
   const SyntheticStriper striper = small_striper();
   testing::BoardPictureOptions red = session_options(striper.plane);
   red.noise_dn = 2.5;
@@ -139,18 +139,18 @@ TEST(ChosenRecipe, IsTheOneWhoseStripesLieOnAPlane) {
   print(c);
   EXPECT_THAT(c.model.channel, ::testing::AnyOf(Channel::kRed, Channel::kRedMinusGreen));
   EXPECT_EQ(c.model.axis, StripeAxis::kColumns);
-  ASSERT_GE(c.recipes.size(), 2U);
-  EXPECT_EQ(c.recipes.front().recipe, c.recipe);
-  EXPECT_GE(c.recipes.front().on_plane, 6);
-  for (std::size_t i = 1; i < c.recipes.size(); ++i)
-    EXPECT_LT(c.recipes[i].on_plane / c.recipes[i].rms_px,
-              c.recipes.front().on_plane / c.recipes.front().rms_px);
+  ASSERT_GE(c.compared_settings.size(), 2U);
+  EXPECT_EQ(c.compared_settings.front().settings, c.settings);
+  EXPECT_GE(c.compared_settings.front().on_plane, 6);
+  for (std::size_t i = 1; i < c.compared_settings.size(); ++i)
+    EXPECT_LT(c.compared_settings[i].on_plane / c.compared_settings[i].rms_px,
+              c.compared_settings.front().on_plane / c.compared_settings.front().rms_px);
   EXPECT_TRUE(c.trustworthy()) << c.verdict();
 }
 
 // In green the ground is uneven, the same with the laser on and off: subtracted it is gone, and the
 // laser is brightest in green; single frames show it best in red.
-TEST(ChosenRecipe, OfPairsKeepsTheChannelForSingleFramesApart) {
+TEST(ChosenSettings, OfPairsKeepsTheChannelForSingleFramesApart) {
   const SyntheticStriper striper = small_striper();
   testing::BoardPictureOptions options = session_options(striper.plane);
   const auto lit = in_colour(striper, "", options, {0.05, 0.6, 0.35});

@@ -107,9 +107,9 @@ TEST_P(FrameSourceConformance, NumbersGrowAndEveryGapIsCounted) {
   ASSERT_EQ(frames.size(), static_cast<std::size_t>(kFrames));
   std::uint64_t missing = 0;
   for (std::size_t at = 1; at < frames.size(); ++at) {
-    const bool is_woven = frames[at].is_interlaced();
+    const bool is_interlaced = frames[at].is_interlaced();
     const std::uint64_t before = frames[at - 1].exposure_number();
-    const std::uint64_t step = is_woven ? 2 : 1;
+    const std::uint64_t step = is_interlaced ? 2 : 1;
     ASSERT_GE(frames[at].exposure_number(), before + step) << "frame " << at;
     const std::uint64_t expected = before + step;
     missing += frames[at].exposure_number() - expected;

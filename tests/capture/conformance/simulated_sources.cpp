@@ -22,7 +22,7 @@ SourceUnderTest scene(const std::string& name, const std::string& file, const st
 INSTANTIATE_TEST_SUITE_P(
     Simulator, FrameSourceConformance,
     ::testing::Values(scene("limited", "wall.yaml", "?frames=30&fps=50&laser=0,dark"),
-                      scene("woven", "ntsc_sun.yaml", "?frames=30"),
+                      scene("interlaced", "ntsc_sun.yaml", "?frames=30"),
                       scene("alternate", "ntsc_sun.yaml", "?fields=alternate-top&laser=0,dark"),
                       scene("realtime", "wall.yaml", "?fps=20&realtime=yes")),
     source_name);

@@ -126,7 +126,7 @@ void replug(GigeSource& source, VirtualStriper& striper, std::uint64_t losses) {
   striper.plug_in();
 }
 
-TEST(GigeReopened, WovenPicturesGoOnAsTheyWere) {
+TEST(GigeReopened, InterlacedPicturesGoOnAsTheyWere) {
   VirtualStriper striper = lit_striper();
   const auto source = striper.open("fields=split-bottom&laser=0,dark");
   source->start();

@@ -71,7 +71,7 @@ TEST(Recorder, EveryMemberOfAFrameReplaysExactly) {
 }
 
 TEST(Recorder, FieldsReplayExactly) {
-  record_and_compare({testing::woven_frame()});
+  record_and_compare({testing::interlaced_frame()});
   record_and_compare(testing::single_fields());
 }
 

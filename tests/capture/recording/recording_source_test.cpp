@@ -75,7 +75,7 @@ TEST(RecordingSource, EveryMemberOfAFrameReplaysExactly) {
 }
 
 TEST(RecordingSource, FieldsReplayExactly) {
-  record_and_compare({testing::woven_frame()});
+  record_and_compare({testing::interlaced_frame()});
   record_and_compare(testing::single_fields());
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that interlaced fields are the rows of the progressive picture of their own time, woven or
-// one by one, and that the lasers follow their cadence. Does not prove how a source hands them out.
+// Proves that interlaced fields are the rows of the progressive picture of their own time,
+// interlaced or one by one, and that the lasers follow their cadence. Does not prove how a source
+// hands them out.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -30,37 +31,37 @@ cv::Mat rows_of(const cv::Mat& image, int first) {
 
 double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF); }
 
-TEST(SimulatedFields, WovenFieldsOfAStaticSceneAreTheProgressivePicture) {
+TEST(SimulatedFields, InterlacedFieldsOfAStaticSceneAreTheProgressivePicture) {
   Scene scene = quiet_wall();
   const Frame progressive = Simulator(scene).render(3);
   for (const ScanMode scan : {ScanMode::kTopFirst, ScanMode::kBottomFirst}) {
     scene.timing.scan = scan;
-    const Frame woven = Simulator(scene).render(3);
-    EXPECT_EQ(difference(woven.image, progressive.image), 0.0);
-    EXPECT_EQ(woven.field, scan == ScanMode::kTopFirst ? Field::kInterlacedTopFirst
-                                                       : Field::kInterlacedBottomFirst);
-    EXPECT_EQ(woven.exposures_per_picture, 2);
-    EXPECT_EQ(woven.exposure_number(), 6U);
-    EXPECT_EQ(woven.time.monotonic_ns, 100'000'000);
-    EXPECT_EQ(woven.field_period_ns, 16'666'667);
-    EXPECT_EQ(woven.illumination, Illumination::laser(0));
+    const Frame interlaced = Simulator(scene).render(3);
+    EXPECT_EQ(difference(interlaced.image, progressive.image), 0.0);
+    EXPECT_EQ(interlaced.field, scan == ScanMode::kTopFirst ? Field::kInterlacedTopFirst
+                                                            : Field::kInterlacedBottomFirst);
+    EXPECT_EQ(interlaced.exposures_per_picture, 2);
+    EXPECT_EQ(interlaced.exposure_number(), 6U);
+    EXPECT_EQ(interlaced.time.monotonic_ns, 100'000'000);
+    EXPECT_EQ(interlaced.field_period_ns, 16'666'667);
+    EXPECT_EQ(interlaced.illumination, Illumination::laser(0));
   }
 }
 
-TEST(SimulatedFields, FieldsOneByOneAreTheRowsOfTheWovenPicture) {
+TEST(SimulatedFields, FieldsOneByOneAreTheRowsOfTheInterlacedPicture) {
   Scene scene = quiet_wall();
   scene.objects[0].motion.velocity_m_s = {-5.0, 0.0, 0.0};
   scene.timing.cadence = Cadence::parse("0,dark");
   scene.timing.scan = ScanMode::kBottomFirst;
-  const Frame woven = Simulator(scene).render(2);
-  EXPECT_TRUE(woven.illumination.is_unknown());  // Its two fields differ.
+  const Frame interlaced = Simulator(scene).render(2);
+  EXPECT_TRUE(interlaced.illumination.is_unknown());  // Its two fields differ.
   scene.timing.scan = ScanMode::kAlternateBottomFirst;
   Simulator by_field(scene);
   ASSERT_EQ(by_field.frames_per_picture(), 2);
   const Frame first = by_field.render(2, 0);
   const Frame second = by_field.render(2, 1);
-  EXPECT_EQ(difference(first.image, rows_of(woven.image, 1)), 0.0);
-  EXPECT_EQ(difference(second.image, rows_of(woven.image, 0)), 0.0);
+  EXPECT_EQ(difference(first.image, rows_of(interlaced.image, 1)), 0.0);
+  EXPECT_EQ(difference(second.image, rows_of(interlaced.image, 0)), 0.0);
   EXPECT_EQ(first.field, Field::kBottom);
   EXPECT_EQ(second.field, Field::kTop);
   EXPECT_EQ(first.grid, PixelGrid::bottom_field());
@@ -80,11 +81,11 @@ TEST(SimulatedFields, EachFieldIsExposedAtItsOwnTime) {
   twice_as_fast.timing.picture_rate_hz = 60.0;
   Simulator progressive(twice_as_fast);
   scene.timing.scan = ScanMode::kTopFirst;
-  Simulator interlaced(scene);
-  const cv::Mat woven = interlaced.render(3).image;
-  EXPECT_EQ(difference(rows_of(woven, 0), rows_of(progressive.render(6).image, 0)), 0.0);
-  EXPECT_EQ(difference(rows_of(woven, 1), rows_of(progressive.render(7).image, 1)), 0.0);
-  EXPECT_GT(difference(rows_of(woven, 1), rows_of(progressive.render(6).image, 1)), 10.0);
+  Simulator simulator(scene);
+  const cv::Mat interlaced = simulator.render(3).image;
+  EXPECT_EQ(difference(rows_of(interlaced, 0), rows_of(progressive.render(6).image, 0)), 0.0);
+  EXPECT_EQ(difference(rows_of(interlaced, 1), rows_of(progressive.render(7).image, 1)), 0.0);
+  EXPECT_GT(difference(rows_of(interlaced, 1), rows_of(progressive.render(6).image, 1)), 10.0);
 }
 
 TEST(SimulatedFields, LaserInOneFieldLeavesTheOtherDark) {

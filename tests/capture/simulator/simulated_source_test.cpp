@@ -109,10 +109,10 @@ TEST(SimulatedSource, IlluminationCanBeKeptSecret) {
   EXPECT_EQ(told->info().cadence, Cadence::parse("0,dark"));
 }
 
-TEST(SimulatedSource, FieldsAreWovenOrOneByOne) {
-  const auto woven = open_source(wall("?frames=2&fields=split-bottom"));
-  EXPECT_EQ(woven->info().field, Field::kInterlacedBottomFirst);
-  EXPECT_EQ(all_frames(*woven).size(), 2U);
+TEST(SimulatedSource, FieldsAreInterlacedOrOneByOne) {
+  const auto interlaced = open_source(wall("?frames=2&fields=split-bottom"));
+  EXPECT_EQ(interlaced->info().field, Field::kInterlacedBottomFirst);
+  EXPECT_EQ(all_frames(*interlaced).size(), 2U);
   const auto by_field = open_source(wall("?frames=2&fields=alternate-top"));
   EXPECT_EQ(by_field->info().field, Field::kTop);
   const auto frames = all_frames(*by_field);

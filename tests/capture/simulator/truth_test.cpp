@@ -243,14 +243,14 @@ TEST(Truth, ColumnsThatTheLensCannotSeeAreOutsideTheModel) {
   EXPECT_EQ(truth.lines[320].status, TruthStatus::kVisible);
 }
 
-TEST(Truth, LampOverTheStripeMakesItBlind) {
+TEST(Truth, LightSourceOverTheStripeMakesItBlind) {
   Scene scene = Scene::flat_wall(2.0);
-  SceneObject lamp = object(Disc{0.05}, {1.99, 0.2, -0.5});
-  lamp.material.radiance_w_m2_sr_nm = 50.0;
-  scene.objects.push_back(lamp);
+  SceneObject light_source = object(Disc{0.05}, {1.99, 0.2, -0.5});
+  light_source.material.radiance_w_m2_sr_nm = 50.0;
+  scene.objects.push_back(light_source);
   const Truth truth = Simulator(scene).truth(0).at(0);
-  const double u_lamp = 319.5 - scene.camera.fx() * 0.2 / 1.99;
-  const TrueLine& covered = truth.lines[static_cast<std::size_t>(std::lround(u_lamp))];
+  const double u_light_source = 319.5 - scene.camera.fx() * 0.2 / 1.99;
+  const TrueLine& covered = truth.lines[static_cast<std::size_t>(std::lround(u_light_source))];
   EXPECT_TRUE(covered.brightest.blind);
   EXPECT_TRUE(covered.brightest.clipped);
   EXPECT_FALSE(truth.lines[400].brightest.blind);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what a picture costs in the source itself, 640x480 grey without a copy: less than 20 us of
-// processor time, both of its threads together, and no memory that grows. The stand-in device's own
-// work is taken off; the kernel's is not there.
+// processor time, both of its threads together, and no memory that grows. The fake device's own
+// work is subtracted; the kernel's is not there.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -13,14 +13,14 @@
 #include <malloc.h>
 #include <opencv2/core/mat.hpp>
 
-#include "capture/v4l2/stand_in_camera.hpp"
+#include "capture/v4l2/fake_camera.hpp"
 #include "support/instrumented.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
 namespace striper {
 namespace {
 
-using testing::StandInCamera;
+using testing::FakeCamera;
 
 double processor_us(clockid_t clock) {
   timespec now{};
@@ -38,11 +38,11 @@ double copy_us(const cv::Mat& image) {
 }
 
 struct CountedStream {
-  explicit CountedStream(const StandInCamera::Setup& setup)
-      : camera(std::make_shared<StandInCamera>(setup)) {
+  explicit CountedStream(const FakeCamera::Setup& setup)
+      : camera(std::make_shared<FakeCamera>(setup)) {
     camera->set_pixels([](std::uint8_t*, std::size_t, std::uint64_t) {});
     V4l2Options options;
-    options.device = "/dev/stand-in";
+    options.device = "/dev/fake";
     source = detail::v4l2::open(options, camera);
     source->start();
   }
@@ -62,13 +62,13 @@ struct CountedStream {
     return (all_us - of_camera_us) / pictures;
   }
 
-  std::shared_ptr<StandInCamera> camera;
+  std::shared_ptr<FakeCamera> camera;
   std::unique_ptr<FrameSource> source;
   Frame frame;
 };
 
-StandInCamera::Setup grey_640x480() {
-  StandInCamera::Setup setup;
+FakeCamera::Setup grey_640x480() {
+  FakeCamera::Setup setup;
   setup.width = 640;
   setup.height = 480;
   return setup;
@@ -94,7 +94,7 @@ TEST(V4l2Cost, PictureInPlaceTakesLessThan20Microseconds) {
 
 TEST(V4l2Cost, MemoryDoesNotGrow) {
   for (const std::uint32_t code : {V4L2_PIX_FMT_GREY, V4L2_PIX_FMT_YUYV}) {
-    StandInCamera::Setup setup = grey_640x480();
+    FakeCamera::Setup setup = grey_640x480();
     setup.code = code;
     CountedStream stream(setup);
     stream.run(500);

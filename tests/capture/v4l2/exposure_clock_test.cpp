@@ -79,7 +79,7 @@ TEST(ExposureClock, EndOfPictureStampIsHalfAPeriodAfterTheMidpoint) {
   EXPECT_EQ(clock.place(stamp(0, kStart_ns)).midpoint_ns, kStart_ns - kPeriod_ns / 2);
 }
 
-TEST(ExposureClock, EndOfPictureStampOfAWovenPictureIsThreeHalfFieldsAfterTheFirstField) {
+TEST(ExposureClock, EndOfPictureStampOfAInterlacedPictureIsThreeHalfFieldsAfterTheFirstField) {
   ExposureClock::Stream stream = progressive();
   stream.exposures_per_picture = 2;
   ExposureClock clock(stream);

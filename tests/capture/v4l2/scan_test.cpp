@@ -2,7 +2,7 @@
 // Proves that a camera behind the kernel's calls gives the pictures bit for bit and the scans to
 // 1e-9 m that the simulator gives directly: NTSC and PAL, every order of fields, grey of 8 and 16
 // bits and luma; and that lost fields cost exactly the scans that they belong to. The device is a
-// stand-in in this process: the same on the kernel's own driver is in tests/v4l2_vm.
+// fake in this process: the same on the kernel's own driver is in tests/v4l2_vm.
 #include <algorithm>
 #include <chrono>
 #include <cstring>
@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "capture/v4l2/stand_in_camera.hpp"
-#include "capture/v4l2/televised_scene.hpp"
+#include "capture/v4l2/fake_camera.hpp"
+#include "capture/v4l2/interlaced_scene.hpp"
 #include "support/random.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
@@ -24,27 +24,27 @@ constexpr std::chrono::milliseconds kPatience{2000};
 struct Studio {
   explicit Studio(const Television& way)
       : scene(way), buffers(buffers_of(scene.picture.image, way)) {
-    StandInCamera::Setup setup;
+    FakeCamera::Setup setup;
     setup.code = way.code;
     setup.width = scene.picture.image.cols;
     setup.height = scene.picture.image.rows;
     setup.field = way.field;
     setup.standard = way.standard;
-    camera = std::make_shared<StandInCamera>(setup);
+    camera = std::make_shared<FakeCamera>(setup);
     camera->set_pixels([this](std::uint8_t* data, std::size_t bytes, std::uint64_t count) {
       const std::vector<std::uint8_t>& buffer = buffers[count % buffers.size()];
       std::memcpy(data, buffer.data(), std::min(bytes, buffer.size()));
     });
     source = detail::v4l2::open(
-        V4l2Options::from_uri(SourceUri::parse("v4l2:/dev/stand-in?laser=0,dark&" + way.query())),
+        V4l2Options::from_uri(SourceUri::parse("v4l2:/dev/fake?laser=0,dark&" + way.query())),
         camera);
     scans = std::make_unique<SideBySide>(scene, source->info().cadence);
     source->start();
   }
 
-  TelevisedScene scene;
+  InterlacedScene scene;
   std::vector<std::vector<std::uint8_t>> buffers;
-  std::shared_ptr<StandInCamera> camera;
+  std::shared_ptr<FakeCamera> camera;
   std::unique_ptr<FrameSource> source;
   std::unique_ptr<SideBySide> scans;
 };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the controls of a V4L2 source are those of its device, set while it streams, and that
-// frames say the exposure that they have. The device is a stand-in: what a driver does is tried in
+// frames say the exposure that they have. The device is a fake: what a driver does is tried in
 // the virtual machine.
 #include <gmock/gmock.h>
 
-#include "capture/v4l2/stand_in_rig.hpp"
+#include "capture/v4l2/fake_rig.hpp"
 
 namespace striper::testing {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what a V4L2 source does where a driver fails: damaged pictures, lost signals, refusals,
-// streams that break, stall or vanish. The device is a stand-in; the same against the kernel's own
+// streams that break, stall or vanish. The device is a fake; the same against the kernel's own
 // driver is in tests/v4l2_vm.
 #include <cerrno>
 #include <memory>
@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/v4l2/stand_in_rig.hpp"
+#include "capture/v4l2/fake_rig.hpp"
 
 namespace striper::testing {
 namespace {
@@ -156,7 +156,7 @@ TEST(V4l2Source, FailedStreamIsOpenedAgain) {
 }
 
 TEST(V4l2Source, UnpluggedDeviceIsWaitedForAndNumberingGoesOn) {
-  StandInCamera::Setup setup = television(V4L2_FIELD_ALTERNATE);
+  FakeCamera::Setup setup = television(V4L2_FIELD_ALTERNATE);
   const Rig rig(setup);
   const auto source = rig.open_and_start();
   rig.camera->expose();
@@ -210,7 +210,7 @@ TEST(V4l2Source, ReconnectingGivesUpAfterItsLimit) {
 }
 
 TEST(V4l2Source, DeviceThatComesBackDifferentIsNotUsed) {
-  StandInCamera::Setup setup;
+  FakeCamera::Setup setup;
   setup.other_codes = {V4L2_PIX_FMT_YUYV};
   Rig rig(setup);
   rig.options.reconnect_s = 0.1;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what opening a V4L2 source chooses, and what it says where it cannot: device, input,
-// signal, standard, format, controls, and the keys of its address. The device is a stand-in; the
+// signal, standard, format, controls, and the keys of its address. The device is a fake; the
 // same against the kernel's own driver is in tests/v4l2_vm.
 #include <cerrno>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/v4l2/stand_in_rig.hpp"
+#include "capture/v4l2/fake_rig.hpp"
 
 namespace striper::testing {
 namespace {
@@ -58,18 +58,18 @@ TEST(V4l2Source, SecondReaderIsToldThatTheDeviceIsBusy) {
 }
 
 TEST(V4l2Source, FormatThatTheDeviceLacksIsRefusedNamingThoseItHas) {
-  StandInCamera::Setup setup;
+  FakeCamera::Setup setup;
   setup.code = V4L2_PIX_FMT_YUYV;
   setup.other_codes = {V4L2_PIX_FMT_MJPEG};
   Rig rig(setup);
   rig.options.format = "Y16";
   const Error error = error_of([&] { rig.open(); });
   EXPECT_EQ(error.kind(), ErrorKind::kUnsupported);
-  EXPECT_THAT(error.what(), HasSubstr("format=Y16 - 'Stand-in camera' has YUYV, MJPG"));
+  EXPECT_THAT(error.what(), HasSubstr("format=Y16 - 'Fake camera' has YUYV, MJPG"));
 }
 
 TEST(V4l2Source, BestFormatIsChosenAndSaid) {
-  StandInCamera::Setup setup;
+  FakeCamera::Setup setup;
   setup.code = V4L2_PIX_FMT_MJPEG;
   setup.other_codes = {V4L2_PIX_FMT_RGB24, V4L2_PIX_FMT_GREY, V4L2_PIX_FMT_YUYV};
   const Rig rig(setup);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what frames a V4L2 source makes of a driver's buffers: pixels, fields, numbers, times, and
-// which of them a late reader gets. The device is a stand-in; the same against the kernel's own
+// which of them a late reader gets. The device is a fake; the same against the kernel's own
 // driver is in tests/v4l2_vm.
 #include <vector>
 
@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
-#include "capture/v4l2/stand_in_rig.hpp"
+#include "capture/v4l2/fake_rig.hpp"
 
 namespace striper::testing {
 namespace {
@@ -28,7 +28,7 @@ TEST(V4l2Source, GreyPicturesAreGivenInTheDriversOwnMemory) {
 }
 
 TEST(V4l2Source, DeepGreyOfPaddedRowsIsGivenInPlaceToo) {
-  StandInCamera::Setup setup;
+  FakeCamera::Setup setup;
   setup.code = V4L2_PIX_FMT_Y12;
   setup.padding = 32;
   const Rig rig(setup);
@@ -120,7 +120,7 @@ TEST(V4l2Source, StampOfTheEndOfThePictureIsTurnedIntoTheFirstFieldsMidpoint) {
 }
 
 TEST(V4l2Source, DriverWithoutAMonotonicStampIsTimedOnArrival) {
-  StandInCamera::Setup setup;
+  FakeCamera::Setup setup;
   setup.stamps_are_monotonic = false;
   const Rig rig(setup);
   const auto source = rig.open_and_start();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the ambient stage says what it chose and what is wrong with what was asked of it:
-// nothing taken off, always lit, whole or woven pictures, rows that are never dark, a scene that
-// moves. What it says of a cadence that was given is in given_cadence_test.cpp.
+// nothing subtracted, always lit, whole or interlaced pictures, rows that are never dark, a scene
+// that moves. What it says of a cadence that was given is in given_cadence_test.cpp.
 #include <functional>
 #include <vector>
 
@@ -54,7 +54,7 @@ TEST(Advice, FieldsOfWholePicturesAreMissed) {
   EXPECT_THAT(said, Not(has_event("woven_fields")));
 }
 
-TEST(Advice, WovenPicturesTakenForWholeOnesAreRecognised) {
+TEST(Advice, InterlacedPicturesTakenForWholeOnesAreRecognised) {
   Street street;
   street.texture_dn = 8.0;
   street.field = Field::kInterlacedBottomFirst;

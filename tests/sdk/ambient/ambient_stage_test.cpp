@@ -238,7 +238,7 @@ TEST_P(WarmStage, AllocatesNothing) {
     Street street;
     street.field = order;
     street.speed_px = 5.0;
-    street.lamps = {{250.0, 60.0, 5.0}};
+    street.light_sources = {{250.0, 60.0, 5.0}};
     street.build();
     std::vector<Frame> pictures;
     for (std::uint64_t sequence = 0; sequence < 30; ++sequence) {

@@ -59,7 +59,7 @@ TEST_P(EveryPattern, IsFoundWhileEverythingMoves) {
   EXPECT_EQ(darkness(find_in(street, kSixPictures).cadence), darkness(street.cadence));
 }
 
-TEST_P(EveryPattern, IsFoundInWovenFields) {
+TEST_P(EveryPattern, IsFoundInInterlacedFields) {
   Street street;
   street.cadence = Cadence::parse(GetParam());
   street.field = Field::kInterlacedTopFirst;

@@ -96,8 +96,8 @@ TEST(ChooseChannel, RealRedLineClippedToWhiteKeepsItsCore) {
   EXPECT_EQ(hollow, 0) << "of " << all;
 }
 
-// Where green - red places the line of the same rows that green alone shows. Before it was mended,
-// 15 % of the rows were 4 px beside it, on a flank.
+// Where green - red places the line of the same rows that green alone shows. Before it was
+// corrected, 15 % of the rows were 4 px beside it, on a flank.
 TEST(ColourDifference, PlacesARealLineClippedToWhiteWhereItsOwnColourDoes) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("srv-green-laser-turntable");
   const auto extractor_of_rows = [] {
@@ -127,10 +127,10 @@ TEST(ColourDifference, PlacesARealLineClippedToWhiteWhereItsOwnColourDoes) {
     };
     Stripe green;
     of_green->extract(frame_of(Channel::kGreen), green);
-    LitFrame mended = frame_of(Channel::kGreenMinusRed);
-    difference.mend(mended, StripeAxis::kRows);
+    LitFrame corrected = frame_of(Channel::kGreenMinusRed);
+    difference.correct(corrected, StripeAxis::kRows);
     Stripe stripe;
-    of_difference->extract(mended, stripe);
+    of_difference->extract(corrected, stripe);
     for (std::size_t i = 0; i < green.size(); ++i) {
       if (green.status[i] != ReturnStatus::kOk || stripe.status[i] != ReturnStatus::kOk) continue;
       ++rows;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that a colour difference shows a line that is clipped to white where it is, as well as the
 // line's own colour does: down columns and along rows, in 8, 10 and 16 bits, green and red. And
-// that it still leaves out what a difference is for: white surfaces, markings and glints, on grey
-// and on coloured ground; those that are clipped are blind.
+// that it still leaves out what a difference is for: white surfaces, markings and specular
+// highlights, on grey and on coloured ground; those that are clipped are masked.
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -181,7 +181,7 @@ TEST_P(ClippedLine, IsNoMarkingOnColouredGround) {
   }
 }
 
-TEST_P(ClippedLine, OnAWhiteSheetIsBlindWhereBothColoursAreClipped) {
+TEST_P(ClippedLine, OnAWhiteSheetIsMaskedWhereBothColoursAreClipped) {
   Way way;
   way.method = GetParam();
   const cv::Mat white(kSize, CV_8UC3, cv::Scalar(255, 255, 255));
@@ -210,12 +210,12 @@ LitFrame difference_of(const cv::Mat& image) {
   return frame;
 }
 
-// Most of what was taken from the colour that is taken off.
+// Most of what was taken from the colour that is subtracted.
 double most_mended_dn(const cv::Mat& image) {
   LitFrame frame = difference_of(image);
   const cv::Mat before = frame.dark;
   ColourDifference difference;
-  difference.mend(frame, StripeAxis::kColumns);
+  difference.correct(frame, StripeAxis::kColumns);
   return cv::norm(before, frame.dark, cv::NORM_INF);
 }
 
@@ -239,7 +239,7 @@ TEST(ColourDifference, WritesIntoNoPicture) {
   const cv::Mat lit = frame.lit.clone();
   const cv::Mat dark = frame.dark.clone();
   ColourDifference difference;
-  difference.mend(frame, StripeAxis::kColumns);
+  difference.correct(frame, StripeAxis::kColumns);
   EXPECT_EQ(cv::norm(before.lit, lit, cv::NORM_INF), 0.0);
   EXPECT_EQ(cv::norm(before.dark, dark, cv::NORM_INF), 0.0);
   EXPECT_NE(frame.dark.data, before.dark.data);
@@ -254,11 +254,11 @@ TEST(ColourDifference, AllocatesNothingAfterTheFirstFrame) {
     LitFrame clipped = difference_of(axis == StripeAxis::kColumns ? image : cv::Mat(image.t()));
     if (axis == StripeAxis::kRows) plain = difference_of(picture_of({100.0, 0.4}).t());
     ColourDifference difference;
-    difference.mend(plain, axis);
+    difference.correct(plain, axis);
     const testing::AllocationCounter counter;
-    difference.mend(clipped, axis);
+    difference.correct(clipped, axis);
     EXPECT_EQ(counter.count(), 0U);
-    EXPECT_EQ(cv::countNonZero(clipped.blind), 49);
+    EXPECT_EQ(cv::countNonZero(clipped.masked), 49);
   }
 }
 
@@ -267,8 +267,8 @@ TEST(ColourDifference, OfTinyPicturesIsTakenAsItIs) {
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(3, 1), cv::Size(1, 3), cv::Size(2, 2)}) {
       LitFrame frame = difference_of(cv::Mat(size, CV_8UC3, cv::Scalar(255, 255, 255)));
       ColourDifference difference;
-      difference.mend(frame, axis);
-      EXPECT_EQ(cv::countNonZero(frame.blind), size.area());
+      difference.correct(frame, axis);
+      EXPECT_EQ(cv::countNonZero(frame.masked), size.area());
     }
   }
 }

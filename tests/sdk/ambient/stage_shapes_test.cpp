@@ -63,7 +63,7 @@ Shape any_shape() {
   return s;
 }
 
-// Noise, lamps, and every other exposure a bright line across.
+// Noise, light sources, and every other exposure a bright line across.
 Frame picture(const Shape& s, std::uint64_t sequence) {
   Frame frame;
   frame.image = cv::Mat(s.rows, s.cols, s.type);
@@ -96,7 +96,7 @@ Frame picture(const Shape& s, std::uint64_t sequence) {
 
 void expect_of_one_size(const LitFrame& lit) {
   ASSERT_FALSE(lit.lit.empty());
-  for (const cv::Mat* const image : {&lit.dark, &lit.variance, &lit.blind}) {
+  for (const cv::Mat* const image : {&lit.dark, &lit.variance, &lit.masked}) {
     if (image->empty()) continue;
     ASSERT_EQ(image->size(), lit.lit.size());
   }

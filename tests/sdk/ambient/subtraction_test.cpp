@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that what comes out of the ambient stage is lit minus dark with the variance and the blind
-// mask that belong to it: noise, motion, fields, bit depths, lamps, a standing sensor. The search
-// for the stripe itself is not part of it.
+// Proves that what comes out of the ambient stage is lit minus dark with the variance and the
+// masked mask that belong to it: noise, motion, fields, bit depths, light sources, a standing
+// sensor. The search for the stripe itself is not part of it.
 #include <algorithm>
 #include <cmath>
 
@@ -52,7 +52,7 @@ TEST(Subtraction, StillSceneLeavesTheNoiseThatTheGainSays) {
     EXPECT_NEAR(deviation[0], std::sqrt(one * (1.0 + lit.dark_noise_gain)), 0.05);
     EXPECT_NEAR(mean[0], 0.0, 0.3);
     EXPECT_TRUE(lit.variance.empty());
-    EXPECT_TRUE(lit.blind.empty());
+    EXPECT_TRUE(lit.masked.empty());
     ++frames;
   });
   EXPECT_EQ(frames, 4);
@@ -174,54 +174,54 @@ TEST(Subtraction, SixteenBitsAreTreatedTheSame) {
   }
 }
 
-// ---- Blind spots.
+// ---- Masked spots.
 
-TEST(Blind, LampIsBlindAndAFewPixelsAround) {
+TEST(Masked, LightSourceIsMaskedAndAFewPixelsAround) {
   testing::reseed();
   Street street;
-  street.lamps = {{100.0, 60.0, 6.0}};
+  street.light_sources = {{100.0, 60.0, 6.0}};
   street.build();
   for_each_lit(street, 6, [&](const LitFrame& lit) {
-    ASSERT_FALSE(lit.blind.empty());
-    EXPECT_NE(lit.blind.at<std::uint8_t>(60, 100), 0);
-    EXPECT_NE(lit.blind.at<std::uint8_t>(60 - 9, 100), 0);
-    EXPECT_NE(lit.blind.at<std::uint8_t>(60 + 9, 100), 0);
-    EXPECT_EQ(lit.blind.at<std::uint8_t>(60, 100 + 12), 0);
-    EXPECT_EQ(lit.blind.at<std::uint8_t>(60 + 14, 100), 0);
-    EXPECT_LT(cv::countNonZero(lit.blind), 500);
+    ASSERT_FALSE(lit.masked.empty());
+    EXPECT_NE(lit.masked.at<std::uint8_t>(60, 100), 0);
+    EXPECT_NE(lit.masked.at<std::uint8_t>(60 - 9, 100), 0);
+    EXPECT_NE(lit.masked.at<std::uint8_t>(60 + 9, 100), 0);
+    EXPECT_EQ(lit.masked.at<std::uint8_t>(60, 100 + 12), 0);
+    EXPECT_EQ(lit.masked.at<std::uint8_t>(60 + 14, 100), 0);
+    EXPECT_LT(cv::countNonZero(lit.masked), 500);
   });
 }
 
-TEST(Blind, LampThatMovesIsBlindWhereItIsInTheLitExposureToo) {
+TEST(Masked, LightSourceThatMovesIsMaskedWhereItIsInTheLitExposureToo) {
   testing::reseed();
   Street street;
-  street.lamps = {{250.0, 60.0, 5.0}};
+  street.light_sources = {{250.0, 60.0, 5.0}};
   street.speed_px = 20.0;
   street.build();
   for_each_lit(street, 6, [&](const LitFrame& lit) {
-    ASSERT_FALSE(lit.blind.empty());
-    const int lamp = 250 - 20 * static_cast<int>(lit.sequence);
-    EXPECT_NE(lit.blind.at<std::uint8_t>(60, lamp), 0) << lit.sequence;
+    ASSERT_FALSE(lit.masked.empty());
+    const int light_source = 250 - 20 * static_cast<int>(lit.sequence);
+    EXPECT_NE(lit.masked.at<std::uint8_t>(60, light_source), 0) << lit.sequence;
   });
 }
 
-TEST(Blind, ClippedStripeIsNotBlind) {
+TEST(Masked, ClippedStripeIsNotMasked) {
   testing::reseed();
   Street street;
   street.amplitude_dn = 400.0;
   street.build();
-  for_each_lit(street, 6, [&](const LitFrame& lit) { EXPECT_TRUE(lit.blind.empty()); });
+  for_each_lit(street, 6, [&](const LitFrame& lit) { EXPECT_TRUE(lit.masked.empty()); });
 }
 
-TEST(Blind, ClippedStripeFarFromALampIsNotBlind) {
+TEST(Masked, ClippedStripeFarFromALightSourceIsNotMasked) {
   testing::reseed();
   Street street;
   street.amplitude_dn = 400.0;
-  street.lamps = {{100.0, 30.0, 6.0}};
+  street.light_sources = {{100.0, 30.0, 6.0}};
   street.build();
   for_each_lit(street, 6, [&](const LitFrame& lit) {
     for (int u = 0; u < 320; ++u) {
-      EXPECT_EQ(lit.blind.at<std::uint8_t>(static_cast<int>(street.row(0, u)), u), 0);
+      EXPECT_EQ(lit.masked.at<std::uint8_t>(static_cast<int>(street.row(0, u)), u), 0);
     }
   });
 }

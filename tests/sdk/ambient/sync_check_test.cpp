@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the sync check tells a locked laser (and its field) from one that slips, is always on
-// or off, for woven, single and alternating pictures, in textured sunlight with noise, in the hard
-// sun of a simulated scene, and that it measures the rate. How a real trigger looks on a real
+// or off, for interlaced, single and alternating pictures, in textured sunlight with noise, in the
+// hard sun of a simulated scene, and that it measures the rate. How a real trigger looks on a real
 // shutter it cannot prove.
 #include <cmath>
 #include <functional>
@@ -20,7 +20,7 @@ constexpr int kWidth = 96;
 constexpr int kHeight = 80;
 constexpr std::int64_t kPeriod_ns = 33'366'667;
 
-enum class Pictures { kWovenBottomFirst, kFieldsTopFirst, kProgressive };
+enum class Pictures { kInterlacedBottomFirst, kFieldsTopFirst, kProgressive };
 
 // Renders exposures of a textured bright wall with a stripe where `is_lit` says so.
 class Scene final : public FrameSource {
@@ -40,8 +40,8 @@ class Scene final : public FrameSource {
   NextStatus next(Frame& frame, std::chrono::milliseconds) override {
     frame = {};
     const std::uint64_t per_picture = pictures_ == Pictures::kProgressive ? 1 : 2;
-    const bool is_woven = pictures_ == Pictures::kWovenBottomFirst;
-    const std::uint64_t exposure = is_woven ? 2 * next_ : next_;
+    const bool is_interlaced = pictures_ == Pictures::kInterlacedBottomFirst;
+    const std::uint64_t exposure = is_interlaced ? 2 * next_ : next_;
     ++next_;
     frame.exposures_per_picture = static_cast<int>(per_picture);
     frame.sequence = exposure / per_picture;
@@ -50,7 +50,7 @@ class Scene final : public FrameSource {
     frame.time.monotonic_ns =
         static_cast<std::int64_t>(frame.sequence) * kPeriod_ns + std::llround(jitter_ns);
     frame.field_period_ns = per_picture == 2 ? kPeriod_ns / 2 : 0;
-    if (is_woven) {
+    if (is_interlaced) {
       frame.field = Field::kInterlacedBottomFirst;
       frame.image = render(0, 1, is_lit_(exposure + 1));
       const cv::Mat bottom = render(0, 1, is_lit_(exposure));
@@ -95,8 +95,8 @@ SyncReport check(Pictures pictures, std::function<bool(std::uint64_t)> is_lit) {
 bool even(std::uint64_t exposure) { return exposure % 2 == 0; }
 bool odd(std::uint64_t exposure) { return exposure % 2 == 1; }
 
-TEST(CheckSync, LaserInTheFirstFieldOfWovenPicturesIsFound) {
-  const SyncReport report = check(Pictures::kWovenBottomFirst, even);
+TEST(CheckSync, LaserInTheFirstFieldOfInterlacedPicturesIsFound) {
+  const SyncReport report = check(Pictures::kInterlacedBottomFirst, even);
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked);
   EXPECT_EQ(report.cadence, Cadence::parse("0,dark"));
   EXPECT_EQ(report.lit_field, Field::kBottom);
@@ -104,7 +104,7 @@ TEST(CheckSync, LaserInTheFirstFieldOfWovenPicturesIsFound) {
 }
 
 TEST(CheckSync, LaserInTheSecondFieldIsFound) {
-  const SyncReport report = check(Pictures::kWovenBottomFirst, odd);
+  const SyncReport report = check(Pictures::kInterlacedBottomFirst, odd);
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked);
   EXPECT_EQ(report.cadence, Cadence::parse("dark,0"));
   EXPECT_EQ(report.lit_field, Field::kTop);
@@ -134,7 +134,7 @@ TEST(CheckSync, EveryThirdFieldIsFoundAndIsOfEitherParity) {
 
 TEST(CheckSync, LaserAlwaysOnOrOffMakesNoDifference) {
   for (const bool is_on : {false, true}) {
-    for (const Pictures pictures : {Pictures::kWovenBottomFirst, Pictures::kProgressive}) {
+    for (const Pictures pictures : {Pictures::kInterlacedBottomFirst, Pictures::kProgressive}) {
       const SyncReport report = check(pictures, [=](std::uint64_t) { return is_on; });
       EXPECT_EQ(report.verdict, SyncVerdict::kNoDifference);
       EXPECT_TRUE(report.cadence.is_automatic());
@@ -145,7 +145,7 @@ TEST(CheckSync, LaserAlwaysOnOrOffMakesNoDifference) {
 // By an exposure in so many: slowly, from one of six pictures to the next, and within them.
 TEST(CheckSync, TriggerThatRunsFreeSlips) {
   for (const Pictures pictures :
-       {Pictures::kWovenBottomFirst, Pictures::kFieldsTopFirst, Pictures::kProgressive}) {
+       {Pictures::kInterlacedBottomFirst, Pictures::kFieldsTopFirst, Pictures::kProgressive}) {
     for (const std::uint64_t steady : {7U, 9U, 13U, 20U}) {
       const SyncReport report = check(pictures, [=](std::uint64_t exposure) {
         return (exposure + exposure / steady) % 2 == 0;
@@ -156,7 +156,7 @@ TEST(CheckSync, TriggerThatRunsFreeSlips) {
 }
 
 TEST(CheckSync, RateAndUnevennessAreMeasured) {
-  const SyncReport report = check(Pictures::kWovenBottomFirst, even);
+  const SyncReport report = check(Pictures::kInterlacedBottomFirst, even);
   EXPECT_NEAR(report.rate_hz, 30000.0 / 1001.0, 0.01);
   EXPECT_NEAR(report.jitter_ms, 0.1, 0.05);
   EXPECT_NEAR(report.nominal_rate_hz, 29.97, 0.001);

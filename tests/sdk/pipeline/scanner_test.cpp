@@ -192,7 +192,7 @@ TEST(Scanner, AxisOfTheOptionsRulesTheScanFrameToo) {
   EXPECT_NEAR(seen.bearing_rad, truth.bearing_rad(), 1e-6);
 }
 
-TEST(Scanner, WovenPictureGivesOneScanPerLitField) {
+TEST(Scanner, InterlacedPictureGivesOneScanPerLitField) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
   options.ambient.cadence = Cadence::parse("0,dark");

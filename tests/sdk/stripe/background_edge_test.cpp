@@ -110,7 +110,7 @@ TEST_P(BackgroundEdge, LeavesStripesAboutItAlone) {
   struct Case {
     double amplitude_dn, first, last;
   };
-  // On the brighter side, on the darker one (in another chunk: one holds a single peak), and across
+  // On the brighter side, on the darker one (in another block: one holds a single peak), and across
   // it where it is brighter than the edge; and far off on either side a fainter one.
   for (const Case& c : {Case{12, 160, 180}, Case{12, 110, 127}, Case{60, 140, 160},
                         Case{9, 240, 260}, Case{9, 40, 60}}) {
@@ -134,7 +134,7 @@ TEST_P(BackgroundEdge, TeachesNoWidth) {
   }
 }
 
-// On two sides of a chunk's border, so that both are candidates. The flank of the other may make
+// On two sides of a block's border, so that both are candidates. The flank of the other may make
 // one look narrow.
 TEST_P(BackgroundEdge, IsNoBrighterStripe) {
   constexpr double kBorder = 5 * 32 - 0.5;

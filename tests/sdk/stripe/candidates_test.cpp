@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the one-pass search gives, on every instruction set of this machine, exactly what a
 // plain loop gives: every width from 1 to 200 at odd strides, rows of up to 8197 pixels, lines of
-// more than 256 chunks, 8 and 16 bit, both axes, with and without a dark image and a blind mask;
-// and that ranking a few chunks finds the rivals that ranking all of them does. Does not prove that
+// more than 256 blocks, 8 and 16 bit, both axes, with and without a dark image and a mask;
+// and that ranking a few blocks finds the rivals that ranking all of them does. Does not prove that
 // it is fast (tests/bench does).
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@
 namespace striper {
 namespace {
 
-using Peak = ChunkMaxima::Peak;
+using Peak = BlockMaxima::Peak;
 
 // Pixels inside a larger buffer, so that rows do not follow one another and reading outside shows.
 cv::Mat random_image(int rows, int cols, int type, int stride, int levels) {
@@ -44,30 +44,30 @@ int pixel(const cv::Mat& image, StripeAxis axis, int line, int across) {
 }
 
 // The oracle: what the header says, written plainly.
-Peak chunk_peak(const LitFrame& frame, StripeAxis axis, int chunk, int line) {
+Peak block_peak(const LitFrame& frame, StripeAxis axis, int block, int line) {
   const int length = axis == StripeAxis::kColumns ? frame.lit.rows : frame.lit.cols;
-  Peak best{chunk * ChunkMaxima::kChunk, 0, 0};
-  for (int k = best.across; k < std::min(length, (chunk + 1) * ChunkMaxima::kChunk); ++k) {
+  Peak best{block * BlockMaxima::kBlock, 0, 0};
+  for (int k = best.across; k < std::min(length, (block + 1) * BlockMaxima::kBlock); ++k) {
     int value = pixel(frame.lit, axis, line, k);
     if (!frame.dark.empty()) value = std::max(0, value - pixel(frame.dark, axis, line, k));
-    if (!frame.blind.empty() && pixel(frame.blind, axis, line, k) != 0) value = 0;
+    if (!frame.masked.empty() && pixel(frame.masked, axis, line, k) != 0) value = 0;
     if (value > best.value_dn) best = {k, value, 0};
   }
   return best;
 }
 
 void expect_equal_to_oracle(const LitFrame& frame, StripeAxis axis) {
-  ChunkMaxima maxima;
+  BlockMaxima maxima;
   maxima.find(frame, axis);
   maxima.rank();
   const int lines = axis == StripeAxis::kColumns ? frame.lit.cols : frame.lit.rows;
   ASSERT_EQ(maxima.lines(), lines);
   for (int line = 0; line < lines; ++line) {
     std::vector<Peak> peaks;
-    for (int chunk = 0; chunk < maxima.chunks(); ++chunk) {
-      peaks.push_back(chunk_peak(frame, axis, chunk, line));
-      ASSERT_EQ(maxima.at(chunk, line).value_dn, peaks.back().value_dn) << chunk << ' ' << line;
-      ASSERT_EQ(maxima.at(chunk, line).across, peaks.back().across) << chunk << ' ' << line;
+    for (int block = 0; block < maxima.blocks(); ++block) {
+      peaks.push_back(block_peak(frame, axis, block, line));
+      ASSERT_EQ(maxima.at(block, line).value_dn, peaks.back().value_dn) << block << ' ' << line;
+      ASSERT_EQ(maxima.at(block, line).across, peaks.back().across) << block << ' ' << line;
     }
     std::vector<Peak> ranked = peaks;
     for (std::size_t i = 0; i < peaks.size(); ++i) {
@@ -80,8 +80,8 @@ void expect_equal_to_oracle(const LitFrame& frame, StripeAxis axis) {
       return a.prominence_dn > b.prominence_dn;
     });
     ASSERT_EQ(maxima.best_across()[static_cast<std::size_t>(line)], ranked[0].across) << line;
-    ranked.resize(ChunkMaxima::kBest);
-    for (int n = 0; n < ChunkMaxima::kBest; ++n) {
+    ranked.resize(BlockMaxima::kBest);
+    for (int n = 0; n < BlockMaxima::kBest; ++n) {
       Peak expected = ranked[static_cast<std::size_t>(n)];
       if (expected.prominence_dn == 0) expected = {};
       ASSERT_EQ(maxima.prominence_dn(n, line), expected.prominence_dn) << n << ' ' << line;
@@ -96,12 +96,12 @@ struct Case {
   int type;
   StripeAxis axis;
   bool has_dark;
-  bool has_blind;
+  bool has_masked;
 
   std::string name() const {
     return std::string(type == CV_8UC1 ? "Bits8" : "Bits16") +
            (axis == StripeAxis::kColumns ? "Columns" : "Rows") + (has_dark ? "Dark" : "") +
-           (has_blind ? "Blind" : "");
+           (has_masked ? "Masked" : "");
   }
 };
 
@@ -120,13 +120,13 @@ TEST_P(EveryInstructionSet, EqualsTheScalarOracleOnAllWidthsAndOddStrides) {
     LitFrame frame;
     frame.lit = random_image(height, width, c.type, stride, levels);
     if (c.has_dark) frame.dark = random_image(height, width, c.type, stride + 2, levels);
-    if (c.has_blind) frame.blind = random_image(height, width, CV_8UC1, stride + 4, 2);
+    if (c.has_masked) frame.masked = random_image(height, width, CV_8UC1, stride + 4, 2);
     testing::for_each_instruction_set([&] { expect_equal_to_oracle(frame, c.axis); });
     if (HasFatalFailure()) FAIL() << width << "x" << height << " stride " << stride;
   }
 }
 
-// Rows that the search cuts into pieces, and more chunks than 8 bits number.
+// Rows that the search cuts into pieces, and more blocks than 8 bits number.
 TEST_P(EveryInstructionSet, EqualsTheScalarOracleOnLongRowsAndLines) {
   const Case& c = GetParam();
   for (const cv::Size size : {cv::Size(767, 40), cv::Size(1537, 33), cv::Size(3073, 65),
@@ -134,7 +134,7 @@ TEST_P(EveryInstructionSet, EqualsTheScalarOracleOnLongRowsAndLines) {
     LitFrame frame;
     frame.lit = random_image(size.height, size.width, c.type, size.width + 3, 256);
     if (c.has_dark) frame.dark = random_image(size.height, size.width, c.type, size.width, 256);
-    if (c.has_blind) frame.blind = random_image(size.height, size.width, CV_8UC1, size.width, 2);
+    if (c.has_masked) frame.masked = random_image(size.height, size.width, CV_8UC1, size.width, 2);
     testing::for_each_instruction_set([&] { expect_equal_to_oracle(frame, c.axis); });
     if (HasFatalFailure()) FAIL() << size.width << "x" << size.height;
   }
@@ -145,18 +145,18 @@ std::vector<Case> all_cases() {
   for (const int type : {CV_8UC1, CV_16UC1}) {
     for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
       for (const bool dark : {false, true}) {
-        for (const bool blind : {false, true}) cases.push_back({type, axis, dark, blind});
+        for (const bool masked : {false, true}) cases.push_back({type, axis, dark, masked});
       }
     }
   }
   return cases;
 }
 
-INSTANTIATE_TEST_SUITE_P(ChunkMaxima, EveryInstructionSet, ::testing::ValuesIn(all_cases()),
+INSTANTIATE_TEST_SUITE_P(BlockMaxima, EveryInstructionSet, ::testing::ValuesIn(all_cases()),
                          [](const auto& instance) { return instance.param.name(); });
 
-TEST(ChunkMaxima, OfEquallyProminentChunksTheFirstComeFirst) {
-  constexpr int kLength = 40 * ChunkMaxima::kChunk;
+TEST(BlockMaxima, OfEquallyProminentBlocksTheFirstComeFirst) {
+  constexpr int kLength = 40 * BlockMaxima::kBlock;
   for (const int type : {CV_8UC1, CV_16UC1}) {
     LitFrame frame;
     frame.lit = cv::Mat::zeros(kLength, 70, type);
@@ -172,7 +172,7 @@ TEST(ChunkMaxima, OfEquallyProminentChunksTheFirstComeFirst) {
   }
 }
 
-void expect_same_places(const ChunkMaxima::Rivals& a, const ChunkMaxima::Rivals& b) {
+void expect_same_places(const BlockMaxima::Rivals& a, const BlockMaxima::Rivals& b) {
   EXPECT_EQ(a.weak_lines, b.weak_lines);
   EXPECT_EQ(a.flat_lines, b.flat_lines);
   ASSERT_EQ(a.places.size(), b.places.size());
@@ -182,35 +182,35 @@ void expect_same_places(const ChunkMaxima::Rivals& a, const ChunkMaxima::Rivals&
   }
 }
 
-TEST(ChunkMaxima, RanksFurtherOnlyWhereALineHasAThird) {
+TEST(BlockMaxima, RanksFurtherOnlyWhereALineHasAThird) {
   LitFrame frame;
-  frame.lit = cv::Mat::zeros(10 * ChunkMaxima::kChunk, 90, CV_8UC1);
+  frame.lit = cv::Mat::zeros(10 * BlockMaxima::kBlock, 90, CV_8UC1);
   const std::array<int, 4> values{200, 100, 60, 30};
   for (int line = 1; line < 90; ++line) {
     for (int n = 0; n < line % 5; ++n) {
-      frame.lit.at<std::uint8_t>((7 - 2 * n) * ChunkMaxima::kChunk + 5, line) =
+      frame.lit.at<std::uint8_t>((7 - 2 * n) * BlockMaxima::kBlock + 5, line) =
           static_cast<std::uint8_t>(values[static_cast<std::size_t>(n)]);
     }
   }
   for (const int second_dn : {20, 50, 90, 150}) {
     testing::for_each_instruction_set([&] {
-      ChunkMaxima whole;
-      ChunkMaxima first;
+      BlockMaxima whole;
+      BlockMaxima first;
       whole.find(frame, StripeAxis::kColumns);
       first.find(frame, StripeAxis::kColumns);
       whole.rank();
-      first.rank(ChunkMaxima::kFirst);
+      first.rank(BlockMaxima::kFirst);
       for (int line = 0; line < 90; ++line) {
-        for (int n = 0; n < ChunkMaxima::kFirst; ++n) {
+        for (int n = 0; n < BlockMaxima::kFirst; ++n) {
           EXPECT_EQ(first.best(n, line).across, whole.best(n, line).across);
         }
-        for (int n = 0; n <= ChunkMaxima::kFirst; ++n) {
+        for (int n = 0; n <= BlockMaxima::kFirst; ++n) {
           EXPECT_EQ(first.prominence_dn(n, line), whole.prominence_dn(n, line));
         }
       }
       EXPECT_EQ(first.best_across(), whole.best_across());
-      ChunkMaxima::Rivals of_whole;
-      ChunkMaxima::Rivals of_first;
+      BlockMaxima::Rivals of_whole;
+      BlockMaxima::Rivals of_first;
       whole.find_rivals({second_dn, 0, 50}, of_whole);
       first.find_rivals({second_dn, 0, 50}, of_first);
       EXPECT_EQ(of_whole.flat_lines.size(), 18);
@@ -224,35 +224,35 @@ TEST(ChunkMaxima, RanksFurtherOnlyWhereALineHasAThird) {
 }
 
 // Whoever reuses pixels that nobody else holds would else take other ones for every frame.
-TEST(ChunkMaxima, HoldsOnToNoPixels) {
+TEST(BlockMaxima, HoldsOnToNoPixels) {
   LitFrame frame;
   frame.lit = random_image(40, 70, CV_8UC1, 70, 256).clone();
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
-    ChunkMaxima maxima;
+    BlockMaxima maxima;
     maxima.find(frame, axis);
     maxima.rank();
     EXPECT_EQ(frame.lit.u->refcount, 1);
   }
 }
 
-TEST(ChunkMaxima, KnowsTheLinesWithBlindPixels) {
+TEST(BlockMaxima, KnowsTheLinesWithMaskedPixels) {
   LitFrame frame;
   frame.lit = cv::Mat::zeros(50, 9, CV_8UC1);
-  frame.blind = cv::Mat::zeros(50, 9, CV_8UC1);
-  frame.blind.at<std::uint8_t>(40, 3) = 255;
-  ChunkMaxima maxima;
+  frame.masked = cv::Mat::zeros(50, 9, CV_8UC1);
+  frame.masked.at<std::uint8_t>(40, 3) = 255;
+  BlockMaxima maxima;
   maxima.find(frame, StripeAxis::kColumns);
-  for (int line = 0; line < 9; ++line) EXPECT_EQ(maxima.is_partly_blind(line), line == 3);
+  for (int line = 0; line < 9; ++line) EXPECT_EQ(maxima.is_partly_masked(line), line == 3);
   maxima.find(frame, StripeAxis::kRows);
-  for (int line = 0; line < 50; ++line) EXPECT_EQ(maxima.is_partly_blind(line), line == 40);
+  for (int line = 0; line < 50; ++line) EXPECT_EQ(maxima.is_partly_masked(line), line == 40);
 }
 
-TEST(ChunkMaxima, AStripeOnADimFloorOutranksABrightSky) {
+TEST(BlockMaxima, AStripeOnADimFloorOutranksABrightSky) {
   LitFrame frame;
   frame.lit = cv::Mat(480, 100, CV_8UC1, cv::Scalar(20));
   frame.lit.rowRange(0, 200) = cv::Scalar(200);
   frame.lit.row(333) = cv::Scalar(60);
-  ChunkMaxima maxima;
+  BlockMaxima maxima;
   maxima.find(frame, StripeAxis::kColumns);
   maxima.rank();
   // The sky's border is more prominent still; the filter tells an edge from a stripe.

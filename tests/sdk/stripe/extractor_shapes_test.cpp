@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that every method reads the pixels of its images and nothing else, on every instruction
 // set of this machine: images of 1x1 to 200x100 pixels that end, or begin, where memory does, each
-// with a stride of its own; both axes and depths, with and without a dark image, a blind mask and
+// with a stride of its own; both axes and depths, with and without a dark image, a mask and
 // variances; flat, clipped and noisy ones. And that what is reported is finite and inside the
 // image, and what is called good no less certain than that. Does not prove that it is right: see
 // the other tests of this folder.
@@ -40,7 +40,7 @@ struct Shape {
   int full_scale_dn = 255;
   Content content = Content::kFlat;
   bool has_dark = false;
-  bool has_blind = false;
+  bool has_masked = false;
   bool has_variance = false;
   ExtractOptions options;
 };
@@ -48,7 +48,7 @@ struct Shape {
 void PrintTo(const Shape& s, std::ostream* out) {
   *out << s.cols << 'x' << s.rows << " full scale " << s.full_scale_dn << ", content "
        << static_cast<int>(s.content) << (s.has_dark ? " dark" : "")
-       << (s.has_blind ? " blind" : "") << (s.has_variance ? " variance" : "") << ", method "
+       << (s.has_masked ? " masked" : "") << (s.has_variance ? " variance" : "") << ", method "
        << static_cast<int>(s.options.method) << " axis " << static_cast<int>(s.options.axis)
        << " peak " << static_cast<int>(s.options.peak) << " width "
        << s.options.stripe_sigma_px.value_or(0.0) << (s.options.noise ? " noise" : "");
@@ -67,7 +67,7 @@ Shape any_shape() {
   s.full_scale_dn = !s.is_16_bit ? 255 : perhaps() ? 4095 : 65535;
   s.content = static_cast<Content>(any_of(5));
   s.has_dark = perhaps();
-  s.has_blind = any_of(3) == 0;
+  s.has_masked = any_of(3) == 0;
   s.has_variance = any_of(3) == 0;
   s.options.method = kMethods[static_cast<std::size_t>(any_of(3))];
   s.options.peak = kRules[static_cast<std::size_t>(any_of(5))];
@@ -79,13 +79,13 @@ Shape any_shape() {
 
 // The images of a shape, each against a guard.
 struct Pictures {
-  GuardedImage lit, dark, blind, variance;
+  GuardedImage lit, dark, masked, variance;
 
   explicit Pictures(const Shape& s) {
     const int type = s.is_16_bit ? CV_16UC1 : CV_8UC1;
     lit = guarded(s, type);
     if (s.has_dark) dark = guarded(s, type);
-    if (s.has_blind) blind = guarded(s, CV_8UC1);
+    if (s.has_masked) masked = guarded(s, CV_8UC1);
     if (s.has_variance) variance = guarded(s, CV_32FC1);
   }
 
@@ -133,7 +133,7 @@ struct Pictures {
       for (int col = 0; col < s.cols; ++col) {
         set(lit.image(), row, col, std::min(full, light(s, row, col)));
         if (s.has_dark) set(dark.image(), row, col, testing::uniform(0.0, 0.12 * full));
-        if (s.has_blind) set(blind.image(), row, col, any_of(12) == 0 ? 255.0 : 0.0);
+        if (s.has_masked) set(masked.image(), row, col, any_of(12) == 0 ? 255.0 : 0.0);
         if (s.has_variance) {
           cv::Mat(variance.image()).at<float>(row, col) =
               any_of(4) == 0 ? static_cast<float>(testing::uniform(0.0, full)) : 0.0F;
@@ -143,14 +143,14 @@ struct Pictures {
   }
 
   void fill_gaps(std::uint8_t value) {
-    for (GuardedImage* image : {&lit, &dark, &blind, &variance}) image->fill_gaps(value);
+    for (GuardedImage* image : {&lit, &dark, &masked, &variance}) image->fill_gaps(value);
   }
 
   LitFrame frame(const Shape& s) const {
     LitFrame frame;
     frame.lit = lit.image();
     frame.dark = dark.image();
-    frame.blind = blind.image();
+    frame.masked = masked.image();
     frame.variance = variance.image();
     frame.full_scale_dn = s.full_scale_dn;
     return frame;

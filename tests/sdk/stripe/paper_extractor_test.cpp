@@ -143,10 +143,10 @@ TEST(PaperExtractor, PeakInTheOutermostRowIsEdge) {
             ReturnStatus::kEdge);
 }
 
-TEST(PaperExtractor, LineWhoseOnlyPeakIsBlindedIsBlind) {
+TEST(PaperExtractor, LineWhoseOnlyPeakIsMaskededIsMasked) {
   LitFrame frame = one_column({5, 5, 5, 5, 5, 5, 90, 5, 5, 5, 5, 5, 5, 5});
-  frame.blind = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
-  frame.blind.at<std::uint8_t>(6, 0) = 255;
+  frame.masked = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
+  frame.masked.at<std::uint8_t>(6, 0) = 255;
   EXPECT_EQ(extract(frame, 10.0).status[0], ReturnStatus::kBlind);
 }
 
@@ -169,7 +169,7 @@ TEST(PaperExtractor, DarkImageIsTakenOff) {
   const Stripe clean = extract(frame, 20.0);
   frame.dark = cv::Mat(frame.lit.size(), CV_8UC1, cv::Scalar(0));
   frame.dark.row(50).setTo(120);
-  frame.lit.row(50) += 120;  // A lamp, brighter than the stripe.
+  frame.lit.row(50) += 120;  // A light source, brighter than the stripe.
   const Stripe subtracted = extract(frame, 20.0);
   EXPECT_EQ(subtracted.across_px, clean.across_px);
 }
@@ -196,7 +196,7 @@ TEST(PaperExtractor, SixteenBitPicturesGiveTheSamePlace) {
   EXPECT_NEAR(sixteen.across_px[4], eight.across_px[4], 0.01);
 }
 
-TEST(PaperExtractor, SaturatedLineIsBlind) {
+TEST(PaperExtractor, SaturatedLineIsMasked) {
   EXPECT_EQ(extract(one_column({255, 255, 255, 255, 255}), 10.0).status[0], ReturnStatus::kBlind);
 }
 

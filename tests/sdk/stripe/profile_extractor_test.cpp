@@ -101,7 +101,7 @@ TEST_P(BothMethods, RowsAreColumnsTransposed) {
   EXPECT_LT(std::sqrt(sum / static_cast<double>(a.size())), 0.15);
 }
 
-// Its chunk rises above neither of those next to it, which a bright wall crosses, while the wall's
+// Its block rises above neither of those next to it, which a bright wall crosses, while the wall's
 // own border is the most prominent thing of the line. Not always: noise on that border, where the
 // background is no straight line, can be a higher peak.
 TEST_P(BothMethods, FindAWeakStripeBetweenBrightSurfaces) {
@@ -246,7 +246,7 @@ TEST_P(BothMethods, ConstantPicturesOfEverySizeHaveNoStripe) {
   }
 }
 
-TEST_P(BothMethods, SaturatedLinesAreBlind) {
+TEST_P(BothMethods, SaturatedLinesAreMasked) {
   LitFrame frame;
   frame.full_scale_dn = 255;
   frame.lit = cv::Mat(33, 17, CV_8UC1, cv::Scalar(255));
@@ -256,7 +256,7 @@ TEST_P(BothMethods, SaturatedLinesAreBlind) {
   EXPECT_EQ(count_of(stripe, ReturnStatus::kBlind), 12);
 }
 
-TEST_P(BothMethods, LampIsWideHotPixelIsNarrowBorderIsEdge) {
+TEST_P(BothMethods, LightSourceIsWideHotPixelIsNarrowBorderIsEdge) {
   SyntheticStripe s = typical();
   s.position = [](int) { return 120.0; };
   s.sigma_px = 2.0;
@@ -279,7 +279,7 @@ TEST_P(BothMethods, LampIsWideHotPixelIsNarrowBorderIsEdge) {
 
 // The width is the stripe's, which shows in many lines faintly, not that of what shows in a few
 // brightly.
-TEST_P(BothMethods, LampsBesideAFaintStripeDoNotWidenIt) {
+TEST_P(BothMethods, LightSourcesBesideAFaintStripeDoNotWidenIt) {
   SyntheticStripe s = typical();
   s.amplitude_dn = 18.0;
   const std::unique_ptr<StripeExtractor> extractor = make_extractor(options());
@@ -290,8 +290,8 @@ TEST_P(BothMethods, LampsBesideAFaintStripeDoNotWidenIt) {
       if (u % 40 >= 10) continue;
       for (int v = 190; v < 240; ++v) {
         auto& pixel = frame.lit.at<std::uint8_t>(v, u);
-        const double lamp = testing::box_gaussian(v, 215.0, 4.0 + u % 7, 100.0);
-        pixel = static_cast<std::uint8_t>(std::min(255.0, pixel + lamp));
+        const double light_source = testing::box_gaussian(v, 215.0, 4.0 + u % 7, 100.0);
+        pixel = static_cast<std::uint8_t>(std::min(255.0, pixel + light_source));
       }
     }
     extractor->extract(frame, stripe);
@@ -301,7 +301,7 @@ TEST_P(BothMethods, LampsBesideAFaintStripeDoNotWidenIt) {
     const bool is_on_stripe = std::abs(stripe.across_px[i] - s.position(stripe.line[i])) < 1.0;
     good += stripe.status[i] == ReturnStatus::kOk && is_on_stripe ? 1 : 0;
   }
-  EXPECT_GE(good, s.lines * 95 / 100) << "their own lamps are too wide to be the stripe";
+  EXPECT_GE(good, s.lines * 95 / 100) << "their own light sources are too wide to be the stripe";
 }
 
 // A fifth of the lines show something brighter, high above the stripe, some of it about as narrow:
@@ -337,13 +337,13 @@ TEST_P(BothMethods, EdgesFarFromALevelStripeDoNotTiltItsWidth) {
   EXPECT_EQ(too_wide, 0);
 }
 
-TEST_P(BothMethods, BlindLinesWithoutAReturnSaySo) {
+TEST_P(BothMethods, MaskedLinesWithoutAReturnSaySo) {
   SyntheticStripe s = typical();
   LitFrame frame = testing::render(s);
-  frame.blind = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
+  frame.masked = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
   const int centre = static_cast<int>(s.position(50));
-  frame.blind(cv::Rect(50, centre - 12, 1, 24)) = cv::Scalar(255);
-  frame.blind.at<std::uint8_t>(5, 60) = 255;
+  frame.masked(cv::Rect(50, centre - 12, 1, 24)) = cv::Scalar(255);
+  frame.masked.at<std::uint8_t>(5, 60) = 255;
   const Stripe stripe = extract(frame, options());
   EXPECT_EQ(stripe.status[50], ReturnStatus::kBlind);
   EXPECT_EQ(stripe.status[60], ReturnStatus::kOk);
@@ -498,19 +498,19 @@ TEST(ProfileExtractor, ContinuousStripeKnowsItsErrorWhereNoLineShowsIt) {
   EXPECT_LT(std::sqrt(squares / hardly_seen), 1.0);
 }
 
-// Of pixels of any value, a third of which are blind, a profile may say nothing of its place.
+// Of pixels of any value, a third of which are masked, a profile may say nothing of its place.
 TEST(ProfileExtractor, WhatIsGoodIsSomewhere) {
   ExtractOptions options;
   options.noise = NoiseModel{1.5, 0.02, 4.0};
   for (int n = 0; n < 30; ++n) {
     LitFrame frame;
     frame.lit = cv::Mat(40, 200, CV_8UC1);
-    frame.blind = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
+    frame.masked = cv::Mat::zeros(frame.lit.size(), CV_8UC1);
     frame.full_scale_dn = 255;
     for (int v = 0; v < frame.lit.rows; ++v) {
       for (int u = 0; u < frame.lit.cols; ++u) {
         frame.lit.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(testing::uniform(0.0, 255.0));
-        frame.blind.at<std::uint8_t>(v, u) = testing::uniform(0.0, 3.0) < 1.0 ? 255 : 0;
+        frame.masked.at<std::uint8_t>(v, u) = testing::uniform(0.0, 3.0) < 1.0 ? 255 : 0;
       }
     }
     const Stripe stripe = extract(frame, options);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the profile kernel measures, on every instruction set of this machine, what a plain
 // loop over one profile's pixels measures: every number of seeds that fills a vector or not, odd
-// strides, 8 and 16 bit, both methods, with a dark image, a blind mask, variances, clipped pixels
+// strides, 8 and 16 bit, both methods, with a dark image, a mask, variances, clipped pixels
 // and at the borders. That what is measured is right is proven in stripe_accuracy_test.cpp.
 #include "stripe/profile/profile_kernel.hpp"
 
@@ -31,7 +31,7 @@ struct Case {
   int type = CV_8UC1;
   bool refine = true;
   bool has_dark = false;
-  bool has_blind = false;
+  bool has_masked = false;
   bool has_variance = false;
   bool is_clipped = false;
   double slope = 0.3;  // Pixels that the stripe climbs per column.
@@ -69,11 +69,11 @@ Pictures pictures_of(const Case& c, int columns) {
   p.full_scale_dn = c.type == CV_8UC1 ? 255 : 4095;
   p.lit = picture(c, columns, c.is_clipped ? 500.0 : 120.0, 40.0);
   if (c.has_dark) p.dark = picture(c, columns, 0.0, 20.0);
-  if (c.has_blind) {
-    p.blind = cv::Mat::zeros(kRows, columns, CV_8UC1);
+  if (c.has_masked) {
+    p.masked = cv::Mat::zeros(kRows, columns, CV_8UC1);
     for (int n = 0; n < columns; ++n) {
       const int row = static_cast<int>(testing::uniform(0.0, kRows));
-      p.blind.at<std::uint8_t>(row, static_cast<int>(testing::uniform(0.0, columns))) = 255;
+      p.masked.at<std::uint8_t>(row, static_cast<int>(testing::uniform(0.0, columns))) = 255;
     }
   }
   if (c.has_variance) {
@@ -132,7 +132,7 @@ Measured measure(const Case& c, const Pictures& p, const ProfilePlan& plan,
   ProfileImages images;
   cv::Mat lit;
   cv::Mat dark;
-  cv::Mat blind;
+  cv::Mat masked;
   cv::Mat variance;
   images.is_16_bit = c.type == CV_16UC1;
   if (images.is_16_bit) {
@@ -142,7 +142,7 @@ Measured measure(const Case& c, const Pictures& p, const ProfilePlan& plan,
     images.lit = start_of<std::uint8_t>(p.lit, c.axis, lit, images.lit_steps);
     images.dark = start_of<std::uint8_t>(p.dark, c.axis, dark, images.dark_steps);
   }
-  images.blind = start_of<std::uint8_t>(p.blind, c.axis, blind, images.blind_steps);
+  images.masked = start_of<std::uint8_t>(p.masked, c.axis, masked, images.masked_steps);
   images.variance = start_of<float>(p.variance, c.axis, variance, images.variance_steps);
   images.length = kRows;
   images.full_scale_dn = p.full_scale_dn;
@@ -229,11 +229,11 @@ std::vector<Case> all_cases() {
   add("Bits16", [](Case& c) { c.type = CV_16UC1; });
   add("Dark", [](Case& c) { c.has_dark = true; });
   add("Bits16Dark", [](Case& c) { c.type = CV_16UC1, c.has_dark = true; });
-  add("Blind", [](Case& c) { c.has_blind = true; });
+  add("Masked", [](Case& c) { c.has_masked = true; });
   add("Variance", [](Case& c) { c.has_variance = true; });
   add("FastDarkBlindVariance", [](Case& c) {
     c.refine = false;
-    c.has_dark = c.has_blind = c.has_variance = true;
+    c.has_dark = c.has_masked = c.has_variance = true;
   });
   add("Clipped", [](Case& c) { c.is_clipped = true, c.width = 2.0; });
   add("Rows", [](Case& c) { c.axis = StripeAxis::kRows; });

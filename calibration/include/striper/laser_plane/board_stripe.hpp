@@ -29,15 +29,15 @@ struct LaserPicture {
 };
 
 /// How the stripe is read out of a picture.
-struct StripeRecipe {
+struct ExtractionSettings {
   StripeAxis axis = StripeAxis::kColumns;
   Channel channel = Channel::kGrey;
   bool subtract_off = false;  ///< Lit minus dark picture, where there is one.
 
-  friend bool operator==(const StripeRecipe&, const StripeRecipe&) = default;
+  friend bool operator==(const ExtractionSettings&, const ExtractionSettings&) = default;
 };
 
-std::string to_string(const StripeRecipe& recipe);
+std::string to_string(const ExtractionSettings& settings);
 
 /// One return on the board, for what the stripe looks like.
 struct StripeSample {
@@ -82,15 +82,16 @@ struct BoardStripe {
 /// those of the first pass, with their larger sigmas.
 /// @param noise of the camera; empty: estimated from the picture. Cost 5 to 50 ms. Thread-safe.
 BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
-                              const CameraModel& camera, const StripeRecipe& recipe,
+                              const CameraModel& camera, const ExtractionSettings& settings,
                               const std::optional<NoiseModel>& noise = std::nullopt);
 
 /// The ways of reading the stripe that show a line in some picture, each list the best first
 /// impression first.
-struct RecipeRanking {
-  std::vector<StripeRecipe> plausible;  ///< Of each kind (laser-off picture subtracted or not) the
-                                        ///< best four, where not far behind the best.
-  std::vector<StripeRecipe> others;
+struct SettingsRanking {
+  std::vector<ExtractionSettings>
+      plausible;  ///< Of each kind (laser-off picture subtracted or not) the
+                  ///< best four, where not far behind the best.
+  std::vector<ExtractionSettings> others;
 };
 
 /// Tries every way of reading the stripe on some of the pictures, and ranks them by how well their
@@ -99,9 +100,9 @@ struct RecipeRanking {
 /// Which of them to take, the planes through the stripes of all pictures tell.
 /// @param axis, channel given by the user, or empty (or kAuto) to be chosen.
 /// @throws Error{kUntrustworthy} where no way shows a line in any picture.
-RecipeRanking rank_recipes(const std::vector<LaserPicture>& pictures, const Board& board,
-                           const CameraModel& camera, std::optional<StripeAxis> axis,
-                           Channel channel);
+SettingsRanking rank_settings(const std::vector<LaserPicture>& pictures, const Board& board,
+                              const CameraModel& camera, std::optional<StripeAxis> axis,
+                              Channel channel);
 
 /// Returns the mask (255) of the board and `margin_squares` around its print, as the pose has it.
 cv::Mat board_mask(const Board& board, const CameraModel& camera,

@@ -97,8 +97,8 @@ struct PictureResult {
 };
 
 /// How well one way of reading the stripe does on all laser pictures.
-struct RecipeScore {
-  StripeRecipe recipe;
+struct SettingsScore {
+  ExtractionSettings settings;
   int stripes = 0;      ///< Pictures in which it finds one.
   int on_plane = 0;     ///< Of these, on the plane of most of its laser's.
   double rms_px = 0.0;  ///< Of those about it; NaN without a plane.
@@ -121,8 +121,8 @@ struct Calibration {
   JointSolution solution;
   JointOptions options;  ///< That the solution was made with.
   LensChoice lens;
-  StripeRecipe recipe;               ///< That the stripes were read with,
-  std::vector<RecipeScore> recipes;  ///< and all that were compared: that one first.
+  ExtractionSettings settings;                   ///< That the stripes were read with,
+  std::vector<SettingsScore> compared_settings;  ///< and all that were compared: that one first.
   bool bend_solved = false;
   CrossValidation validation;
   std::vector<std::vector<RangeSigma>> range_sigmas;  ///< Per laser, at 1, 2 and 4 m.

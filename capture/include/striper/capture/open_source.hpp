@@ -19,7 +19,7 @@ namespace striper {
 ///     PATH                             whichever of these the path is
 ///
 /// Every source knows `laser=` (the cadence, see Cadence) and `fields=split-top|split-bottom` (its
-/// pictures are two interlaced fields, the named one first in time). Documentation of the other
+/// pictures are two fields, the named one first in time). Documentation of the other
 /// keys is with each source's header.
 ///
 /// @throws Error{kUsage} for a wrong address, Error{kNotFound} where there is nothing there,

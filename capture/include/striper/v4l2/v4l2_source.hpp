@@ -65,8 +65,9 @@ struct V4l2Options {
 /// memory without a copy, held by `Frame::lease`; when a reader holds so many that the driver would
 /// run dry, or the format must be rearranged (YUYV, packed, Bayer, RGB, JPEG), the picture is
 /// copied once, into the memory of the frame handed in where nobody else holds it. An interlaced
-/// picture comes woven, its field order from the driver and the standard (525 lines: bottom first,
-/// others: top first); `seq` and `alternate` come as single fields in the order of their exposure.
+/// picture comes interlaced, its field order from the driver and the standard (525 lines: bottom
+/// first, others: top first); `seq` and `alternate` come as single fields in the order of their
+/// exposure.
 ///
 /// Memory. The driver's buffers are mapped (V4L2_MEMORY_MMAP). Neither user pointers nor DMABUF
 /// would save anything here: no byte is copied as it is, and a picture of 640x480 costs 4 us of

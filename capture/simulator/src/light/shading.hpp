@@ -37,7 +37,8 @@ class Shading {
     return scene_.daylight.shadows && scene_.daylight.sun_w_m2_nm > 0.0;
   }
 
-  /// Electrons that daylight and lamps put into a pixel which sees this hit (or no hit at all).
+  /// Electrons that daylight and light sources put into a pixel which sees this hit (or no hit at
+  /// all).
   /// @param spot its texture, looked up. @param casters what may stand between it and the sun.
   double daylight_electrons(const Hit& hit, const Eigen::Vector3d& ray, const Reflection& spot,
                             std::span<const int> casters) const noexcept;

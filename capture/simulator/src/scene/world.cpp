@@ -246,26 +246,27 @@ bool World::may_shade(int index, const Ball& receiver) const noexcept {
   return !misses(caster.right, caster.half_width) && !misses(caster.up, caster.half_height);
 }
 
-bool World::may_block(int index, const Eigen::Vector3d& lamp,
+bool World::may_block(int index, const Eigen::Vector3d& light_source,
                       const Sight& receiver) const noexcept {
   constexpr double kEdgeOn_m = 1e-6;
   const Facet& caster = facet(index);
   if (caster.kind == Facet::Kind::kTube) return true;
-  const double lamp_height = caster.normal.dot(lamp - caster.center);
-  if (std::abs(lamp_height) < kEdgeOn_m) return true;
+  const double light_source_height = caster.normal.dot(light_source - caster.center);
+  if (std::abs(light_source_height) < kEdgeOn_m) return true;
   if (index == receiver.facet) return false;
 
-  // On the lamp's own side of the caster's plane, or beside the pyramid over the caster.
+  // On the light source's own side of the caster's plane, or beside the pyramid over the caster.
   const Ball& ball = receiver.seen;
   const double spread = ball.radius * (1.0 + kToSpare) + kToSpare;
   const double ball_height = caster.normal.dot(ball.center - caster.center);
-  if (lamp_height > 0.0 ? ball_height > spread : ball_height < -spread) return false;
+  if (light_source_height > 0.0 ? ball_height > spread : ball_height < -spread) return false;
   if (caster.kind == Facet::Kind::kDisc || caster.is_endless()) return true;
   const auto corners = caster.corners();
   for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector3d side = (corners[i] - lamp).cross(corners[(i + 1) % 4] - lamp);
-    const double inwards = std::copysign(1.0, side.dot(caster.center - lamp));
-    if (inwards * side.dot(ball.center - lamp) < -spread * side.norm()) return false;
+    const Eigen::Vector3d side =
+        (corners[i] - light_source).cross(corners[(i + 1) % 4] - light_source);
+    const double inwards = std::copysign(1.0, side.dot(caster.center - light_source));
+    if (inwards * side.dot(ball.center - light_source) < -spread * side.norm()) return false;
   }
   return true;
 }

@@ -78,8 +78,9 @@ class World {
   std::vector<int> sun_casters(int facet) const;
   /// False where a facet surely stands between no point of a ball and the sun.
   bool may_shade(int caster, const Ball& receiver) const noexcept;
-  /// The same of what is seen of a facet and a lamp.
-  bool may_block(int caster, const Eigen::Vector3d& lamp, const Sight& receiver) const noexcept;
+  /// The same of what is seen of a facet and a light source.
+  bool may_block(int caster, const Eigen::Vector3d& light_source,
+                 const Sight& receiver) const noexcept;
   /// True where one of `casters` stands between a point and the sun.
   bool in_shade(const Eigen::Vector3d& point, std::span<const int> casters) const noexcept;
 

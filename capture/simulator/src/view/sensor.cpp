@@ -106,13 +106,13 @@ cv::Mat pixel_gains(cv::Size picture, const Imager& imager, std::uint64_t seed) 
 
 cv::Mat bloomed(const cv::Mat& electrons, const Bloom& bloom) {
   if (bloom.fraction <= 0.0) return electrons;
-  const cv::Mat halo = blurred(electrons, bloom.sigma_px);
+  const cv::Mat flare = blurred(electrons, bloom.sigma_px);
   cv::Mat result(electrons.size(), CV_32FC1);
   const auto fraction = static_cast<float>(bloom.fraction);
   for (int row = 0; row < result.rows; ++row) {
     for (int column = 0; column < result.cols; ++column) {
       result.at<float>(row, column) = (1.0F - fraction) * electrons.at<float>(row, column) +
-                                      fraction * halo.at<float>(row, column);
+                                      fraction * flare.at<float>(row, column);
     }
   }
   return result;

@@ -44,7 +44,7 @@ class View {
     return hit.found() ? tiles_.of(u, v, hit.facet).casters : std::span<const int>();
   }
 
-  /// Electrons from daylight and lamps per sensor pixel of the region, CV_32FC1, lens blur
+  /// Electrons from daylight and light sources per sensor pixel of the region, CV_32FC1, lens blur
   /// included.
   cv::Mat daylight() const;
 

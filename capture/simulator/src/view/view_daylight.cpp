@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture that daylight and lamps make: one ray a pixel, more where the picture has an edge.
+// The picture that daylight and light sources make: one ray a pixel, more where the picture has an
+// edge.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kCompareEvery = 250ms;
 constexpr auto kAnswersWithin = 400ms;
-constexpr std::int64_t kSurelyWrong_ns = 2'000'000'000;
+constexpr std::int64_t kImplausible_ns = 2'000'000'000;
 
 }  // namespace
 
@@ -152,7 +152,7 @@ std::int64_t CameraClock::exposure_start_ns(std::int64_t device_ns, std::int64_t
   if (has_latch_ && map_.is_ready()) {
     const std::int64_t start_ns = map_.to_host(device_ns);
     const bool agrees =
-        start_ns <= arrival_ns + 1'000'000 && arrival_ns - start_ns < kSurelyWrong_ns;
+        start_ns <= arrival_ns + 1'000'000 && arrival_ns - start_ns < kImplausible_ns;
     if (agrees) return start_ns;
     // A clock that stepped (into PTP's time, say) agrees again after it was compared once or twice.
     has_disagreed_ = true;

@@ -134,10 +134,10 @@ std::vector<Asked> ask_everybody(std::span<const std::uint8_t> request,
   std::vector<Asked> asked;
   for (const NetworkInterface& where : interfaces) {
     auto socket = std::make_unique<UdpSocket>(where.address);
-    auto ears = UdpSocket::for_broadcasts(*socket, where.name);
+    auto broadcast_socket = UdpSocket::for_broadcasts(*socket, where.name);
     if (socket->is_open() && socket->send(control_port_of(INADDR_BROADCAST), request)) {
       asked.push_back({std::move(socket), where});
-      if (ears->is_open()) asked.push_back({std::move(ears), where});
+      if (broadcast_socket->is_open()) asked.push_back({std::move(broadcast_socket), where});
     }
   }
   return asked;

@@ -29,7 +29,7 @@ struct Agreement {
 
   bool is_one_field_a_buffer() const noexcept { return V4L2_FIELD_HAS_T_OR_B(field); }
   bool is_sequential() const noexcept { return V4L2_FIELD_IS_SEQUENTIAL(field); }
-  bool is_woven() const noexcept { return V4L2_FIELD_IS_INTERLACED(field); }
+  bool is_interlaced() const noexcept { return V4L2_FIELD_IS_INTERLACED(field); }
 
   /// Which field of a picture is exposed first; the kernel's rule: an explicit order wins, 525-line
   /// television begins with the bottom field, everything else with the top field.

@@ -158,8 +158,8 @@ FormatView set_nearest(const VideoDevice& device, std::uint32_t code, cv::Size w
   device.require(VIDIOC_S_FMT, format, "set the picture format");
   // A driver left to choose may give one field alone, which has no dark partner.
   if (field == V4L2_FIELD_ANY && !V4L2_FIELD_HAS_BOTH(read(format).field)) {
-    v4l2_format woven = make_format(device, code, wanted, V4L2_FIELD_INTERLACED);
-    if (device.attempt(VIDIOC_S_FMT, woven) == 0) format = woven;
+    v4l2_format interlaced = make_format(device, code, wanted, V4L2_FIELD_INTERLACED);
+    if (device.attempt(VIDIOC_S_FMT, interlaced) == 0) format = interlaced;
   }
   fill_whole_picture(device, format);
   return read(format);

@@ -12,7 +12,7 @@
 
 namespace striper {
 
-/// How ambient light is taken off.
+/// How ambient light is subtracted.
 enum class AmbientMethod {
   kAuto,       ///< kFields or kAlternate where there are dark exposures, else kNone.
   kNone,       ///< Nothing is subtracted.

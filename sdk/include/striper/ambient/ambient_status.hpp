@@ -42,7 +42,7 @@ struct AmbientStatus {
   PatternOrigin origin = PatternOrigin::kNone;
   TrackingPhase phase = TrackingPhase::kSearching;
   std::optional<Channel> channel;               ///< That is searched; empty until it is chosen.
-  AmbientMethod method = AmbientMethod::kNone;  ///< What is taken off; never kAuto.
+  AmbientMethod method = AmbientMethod::kNone;  ///< What is subtracted; never kAuto.
   std::uint64_t dark = 0;                       ///< Exposures without a laser.
   /// Lit exposures that could not be given because no dark neighbour was left: lost, or, as the
   /// pictures show, not dark.

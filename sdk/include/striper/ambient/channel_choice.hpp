@@ -8,7 +8,7 @@
 
 namespace striper {
 
-/// One channel of a picture, as what is lit and what is taken off it.
+/// One channel of a picture, as what is lit and what is subtracted from it.
 struct ChannelImages {
   cv::Mat lit;
   cv::Mat dark;  ///< The other channel of a colour difference; else empty.

@@ -16,7 +16,7 @@ namespace striper {
 /// flanks of the line, each like a line, and is hollow between them, where the line is. There the
 /// other colour is the line's own light and not the scene's, which is read instead beyond the
 /// flanks; the line is then what it is in its own colour. What is clipped in both colours and is no
-/// such line (a lamp, a sheet in the sun) is blind.
+/// such line (a light source, a sheet in the sun) is masked.
 ///
 /// Reads the laser's colour once where nothing is clipped, and both colours where something is;
 /// what that takes, `ambient_bench --benchmark_filter=colour` says. No allocation after the first
@@ -24,9 +24,9 @@ namespace striper {
 class ColourDifference {
  public:
   /// @param frame with the laser's colour in `lit` and the other one in `dark`, CV_8UC1 or CV_16UC1
-  /// (`select_channel`), which are not written into: `frame.dark` and `frame.blind` become matrices
-  /// of this object, valid until the next call, where anything is clipped.
-  void mend(LitFrame& frame, StripeAxis axis);
+  /// (`select_channel`), which are not written into: `frame.dark` and `frame.masked` become
+  /// matrices of this object, valid until the next call, where anything is clipped.
+  void correct(LitFrame& frame, StripeAxis axis);
 
   /// From the first to the last clipped pixel of a line; none where `last` is before `first`.
   struct Span {
@@ -36,7 +36,7 @@ class ColourDifference {
 
  private:
   cv::Mat filled_;
-  cv::Mat blind_;
+  cv::Mat masked_;
   std::vector<Span> clipped_;  // [line]
 };
 

@@ -9,7 +9,7 @@ namespace striper {
 /// What of a colour picture is searched for the stripe. On grey pictures all of them are the grey
 /// value.
 ///
-/// The differences take white light off. A stripe that is bright enough to clip to white they
+/// The differences subtract white light. A stripe that is bright enough to clip to white they
 /// hollow out; `ColourDifference` mends that, and shows it no better than its own colour does.
 enum class Channel { kAuto, kGrey, kRed, kGreen, kBlue, kGreenMinusRed, kRedMinusGreen };
 

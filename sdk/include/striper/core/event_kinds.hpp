@@ -75,7 +75,7 @@ inline constexpr EventKind kEventKinds[] = {
     {"always_lit", Severity::kWarning,
      "Dark exposures are asked for or given, and the laser is always on."},
     {"not_two_fields", Severity::kWarning, "A method needs fields and the pictures are whole."},
-    {"woven_fields", Severity::kWarning, "The pictures look woven of two fields."},
+    {"woven_fields", Severity::kWarning, "The pictures look interlaced."},
     {"rows_never_dark", Severity::kWarning, "A lit field has no dark exposure of its rows."},
     {"scene_moves", Severity::kWarning, "A method is for a still scene, and it moves."},
     {"field_order", Severity::kWarning, "The fields seem to be in the wrong order."},

@@ -20,8 +20,8 @@ enum class Field : std::uint8_t {
   kProgressive,            ///< All lines, exposed together.
   kTop,                    ///< One field alone: rows 0, 2, 4, ...
   kBottom,                 ///< One field alone: rows 1, 3, 5, ...
-  kInterlacedTopFirst,     ///< Two fields woven into one image, the top one exposed first.
-  kInterlacedBottomFirst,  ///< Two fields woven into one image, the bottom one exposed first.
+  kInterlacedTopFirst,     ///< Two fields in one image, the top one exposed first.
+  kInterlacedBottomFirst,  ///< Two fields in one image, the bottom one exposed first.
 };
 
 /// The source's own verdict on a frame. For anything but kOk only `sequence`, `time`, `status` and
@@ -33,7 +33,8 @@ enum class FrameStatus : std::uint8_t {
   kWrongSize,   ///< Not the size or pixel type of the stream that it belongs to.
 };
 
-/// Holds one exposure, or two fields woven together, with all that is needed to use it later on.
+/// Holds one exposure, or the two fields of an interlaced frame, with all that is needed to use it
+/// later on.
 ///
 /// Copying a Frame shares the image (cv::Mat is reference-counted); treat the pixels as read-only.
 struct Frame {
@@ -49,10 +50,11 @@ struct Frame {
   /// How often the source began anew before this frame, each time anywhere in the laser's cadence:
   /// a camera that was opened again and does not switch the laser itself.
   std::uint32_t epoch = 0;
-  int exposure_in_picture = 0;    ///< 0 or 1: which of the picture's exposures in time this is.
-  int exposures_per_picture = 1;  ///< 2 for interlaced sources, whether woven or field by field.
+  int exposure_in_picture = 0;  ///< 0 or 1: which of the picture's exposures in time this is.
+  int exposures_per_picture =
+      1;  ///< 2 for interlaced sources, whether interlaced or field by field.
 
-  FrameTime time;  ///< Exposure midpoint (of the first field where two are woven).
+  FrameTime time;  ///< Exposure midpoint (of the first field of an interlaced frame).
   std::int64_t field_period_ns = 0;  ///< From the first to the second field; 0 for progressive.
   std::int64_t exposure_ns = 0;      ///< How long the shutter was open; 0 if unknown.
 

@@ -30,7 +30,7 @@ struct SourceInfo {
   Cadence cadence;                        ///< From the URI's `laser=`; automatic if not given.
 
   /// What a frame is lit by, as far as its source knows or the cadence says; unknown where the two
-  /// fields of a woven picture are lit differently.
+  /// fields of an interlaced picture are lit differently.
   Illumination illumination_of(const Frame& frame) const noexcept {
     if (!frame.illumination.is_unknown()) return frame.illumination;
     const Illumination first = cadence.at(frame.exposure_number());

@@ -13,7 +13,7 @@ namespace striper {
 /// Holds one lit exposure, ready for the stripe to be found in `lit - dark`.
 ///
 /// The two images are kept apart so that the search can subtract while it reads (one pass over
-/// both) and see which lit pixels are clipped. `dark` is whatever must be taken off: the ambient
+/// both) and see which lit pixels are clipped. `dark` is whatever must be subtracted: the ambient
 /// light interpolated from dark exposures, or, for a colour difference such as green - red, the
 /// other channel.
 ///
@@ -26,7 +26,7 @@ struct LitFrame {
   bool is_dark_a_channel = false;
   cv::Mat variance;  ///< CV_32FC1, DN^2: what motion and edges leave in `lit - dark`, beyond
                      ///< noise; may be empty.
-  cv::Mat blind;     ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.
+  cv::Mat masked;    ///< CV_8UC1: non-zero where a stripe could not be seen; may be empty.
   /// The noise of `dark`, as a fraction of a single exposure's noise variance: 1 for an exposure, a
   /// half for the mean of two.
   float dark_noise_gain = 1.0F;

@@ -13,9 +13,9 @@ enum class ReturnStatus : std::uint8_t {
   // Good.
   kOk = 0,
   // Doubtful: the values are there, and there is a reason to distrust them.
-  kSaturated = 1,   ///< So many clipped pixels that the centre is not known to a pixel.
-  kAmbiguous = 2,   ///< Another peak is about as likely.
-  kWide = 3,        ///< Wider than the stripe is: a lamp, a glint, a bright surface.
+  kSaturated = 1,  ///< So many clipped pixels that the centre is not known to a pixel.
+  kAmbiguous = 2,  ///< Another peak is about as likely.
+  kWide = 3,  ///< Wider than the stripe is: a light source, a specular highlight, a bright surface.
   kNarrow = 4,      ///< Narrower than the stripe can be: a hot pixel.
   kWeak = 5,        ///< Below the signal-to-noise gate.
   kEdge = 6,        ///< So near the image's border that part of the stripe is outside.

@@ -38,7 +38,7 @@ struct DesignCamera {
   double shutter_s = 1.0 / 400000.0;
   double rate_hz = 30.0;         ///< Pictures a second.
   bool interlaced = false;       ///< Each picture is two fields of every other row, each a scan.
-  bool dark_subtracted = false;  ///< Every other exposure is dark and taken off the lit one.
+  bool dark_subtracted = false;  ///< Every other exposure is dark and subtracted from the lit one.
   int bit_depth = 8;
   double dn_per_electron = 0.05;
   double read_noise_e = 20.0;

@@ -11,73 +11,73 @@
 
 namespace striper {
 
-/// The largest value of `lit - dark` in every chunk of 32 pixels of every line, and where it is:
+/// The largest value of `lit - dark` in every block of 32 pixels of every line, and where it is:
 /// all that one pass over an image must keep to find the peaks of each line.
 ///
 /// The pass reads each pixel once, in memory order, with the widest vectors of the machine (chosen
-/// at run time). `lit - dark` stops at 0, blind pixels count as 0, and among equal values the first
-/// one wins. Two peaks of a line inside one chunk give one candidate, the higher one.
+/// at run time). `lit - dark` stops at 0, masked pixels count as 0, and among equal values the
+/// first one wins. Two peaks of a line inside one block give one candidate, the higher one.
 ///
-/// Along rows only the values are kept, and where they are is looked up for the chunks asked about:
+/// Along rows only the values are kept, and where they are is looked up for the blocks asked about:
 /// until the next `find` the pixels must stay where and as they are.
 ///
 /// No allocation after the first frame of a size. Not thread-safe.
-class ChunkMaxima {
+class BlockMaxima {
  public:
-  ChunkMaxima() = default;
-  ChunkMaxima(ChunkMaxima&&) = default;  // A copy would share what is kept.
-  ChunkMaxima& operator=(ChunkMaxima&&) = default;
+  BlockMaxima() = default;
+  BlockMaxima(BlockMaxima&&) = default;  // A copy would share what is kept.
+  BlockMaxima& operator=(BlockMaxima&&) = default;
 
-  static constexpr int kChunk = 32;
+  static constexpr int kBlock = 32;
   static constexpr int kBest = 4;
   static constexpr int kFirst = 2;
 
   struct Peak {
     int across = 0;         ///< Pixel across the stripe: row for kColumns, column for kRows.
     int value_dn = 0;       ///< lit - dark there.
-    int prominence_dn = 0;  ///< How far it rises above the darker one of its neighbouring chunks.
+    int prominence_dn = 0;  ///< How far it rises above the darker one of its neighbouring blocks.
   };
 
   /// Reads `frame`, one line per column (kColumns) or row (kRows).
   void find(const LitFrame& frame, StripeAxis axis);
 
-  /// Ranks the chunks of every line by prominence; needed before `best`. @param depth how many of a
+  /// Ranks the blocks of every line by prominence; needed before `best`. @param depth how many of a
   /// line: kBest, or kFirst, which takes less time and tells also how prominent the next one is.
   void rank(int depth = kBest);
 
   int lines() const noexcept { return lines_; }
-  int chunks() const noexcept { return chunks_; }
+  int blocks() const noexcept { return blocks_; }
 
-  /// The first of the largest pixels of a chunk. Its prominence is not filled in.
-  Peak at(int chunk, int line) const noexcept {
+  /// The first of the largest pixels of a block. Its prominence is not filled in.
+  Peak at(int block, int line) const noexcept {
     const int across = axis_ == StripeAxis::kRows
-                           ? across_in_row(chunk, line)
-                           : chunk * kChunk + number_at(positions_, chunk, line);
-    return {across, number_at(maxima_, chunk, line), 0};
+                           ? across_in_row(block, line)
+                           : block * kBlock + number_at(positions_, block, line);
+    return {across, number_at(maxima_, block, line), 0};
   }
 
-  /// How prominent the `nth` most prominent chunk of a line is, 0 <= nth < kBest; nth <= kFirst
+  /// How prominent the `nth` most prominent block of a line is, 0 <= nth < kBest; nth <= kFirst
   /// where ranked to kFirst.
   int prominence_dn(int nth, int line) const noexcept { return number_at(prominences_, nth, line); }
 
-  /// The chunk maximum that is the `nth` most prominent of a line, 0 <= nth < the depth ranked to;
+  /// The block maximum that is the `nth` most prominent of a line, 0 <= nth < the depth ranked to;
   /// of equal ones the first. Prominence 0 stands for none.
   Peak best(int nth, int line) const noexcept {
     const int prominence = prominence_dn(nth, line);
     if (prominence == 0) return {};
-    Peak peak = at(number_at(best_chunks_, nth, line), line);
+    Peak peak = at(number_at(best_blocks_, nth, line), line);
     peak.prominence_dn = prominence;
     return peak;
   }
 
-  /// Which pixel the most prominent chunk maximum of each line is at, that of the first chunk in a
+  /// Which pixel the most prominent block maximum of each line is at, that of the first block in a
   /// line without any contrast. Needs `rank`.
   const std::vector<std::int32_t>& best_across() const noexcept { return best_across_; }
 
-  /// What else of a line may be the stripe, besides its most prominent chunk.
+  /// What else of a line may be the stripe, besides its most prominent block.
   struct RivalLimits {
     int second_dn = 1;  ///< What rises at least so far, at least 1,
-    int flank_px = 0;  ///< but for the flank that a peak has in the next chunk, at most so far off.
+    int flank_px = 0;  ///< but for the flank that a peak has in the next block, at most so far off.
     int weak_dn = 1;   ///< Where the most prominent one rises less, the ranks tell little.
   };
   struct Place {
@@ -93,18 +93,18 @@ class ChunkMaxima {
   /// Finds them. Needs `rank`, and ranks to kBest itself where a line has so many.
   void find_rivals(const RivalLimits& limits, Rivals& rivals);
 
-  /// The largest `lit - dark` of a line; blind pixels count as 0.
+  /// The largest `lit - dark` of a line; masked pixels count as 0.
   int brightest_dn(int line) const noexcept {
     int brightest = 0;
-    for (int chunk = 0; chunk < chunks_; ++chunk) {
-      brightest = std::max(brightest, number_at(maxima_, chunk, line));
+    for (int block = 0; block < blocks_; ++block) {
+      brightest = std::max(brightest, number_at(maxima_, block, line));
     }
     return brightest;
   }
 
-  /// Whether a pixel of the line was blind.
-  bool is_partly_blind(int line) const noexcept {
-    return !blind_.empty() && blind_[static_cast<std::size_t>(line)] != 0;
+  /// Whether a pixel of the line was masked.
+  bool is_partly_masked(int line) const noexcept {
+    return !masked_.empty() && masked_[static_cast<std::size_t>(line)] != 0;
   }
 
  private:
@@ -117,8 +117,8 @@ class ChunkMaxima {
   struct Images {
     const void* lit = nullptr;
     const void* dark = nullptr;
-    const std::uint8_t* blind = nullptr;
-    std::ptrdiff_t lit_stride = 0, dark_stride = 0, blind_stride = 0;
+    const std::uint8_t* masked = nullptr;
+    std::ptrdiff_t lit_stride = 0, dark_stride = 0, masked_stride = 0;
     int rows = 0, cols = 0;
   };
   static Images images_of(const LitFrame& frame);
@@ -131,21 +131,21 @@ class ChunkMaxima {
   void find_rivals_of(int line, const RivalLimits& limits, Rivals& rivals);
   template <typename Pixel>
   void move_in_rows(int first_line, int count, std::int32_t* across) const noexcept;
-  int across_in_row(int chunk, int line) const noexcept;
-  void find_blind_lines(const LitFrame& frame, StripeAxis axis);
+  int across_in_row(int block, int line) const noexcept;
+  void find_masked_lines(const LitFrame& frame, StripeAxis axis);
 
   StripeAxis axis_ = StripeAxis::kColumns;
   Images images_;  // Maxima of rows are looked up in them.
   int lines_ = 0;
-  int chunks_ = 0;
-  int depth_ = kBest;  // That the chunks are ranked to.
-  // A column per line, in 8 or in 16 bits. Of a row per chunk: the largest pixel, and where in the
-  // chunk, which along rows is not known.
+  int blocks_ = 0;
+  int depth_ = kBest;  // That the blocks are ranked to.
+  // A column per line, in 8 or in 16 bits. Of a row per block: the largest pixel, and where in the
+  // block, which along rows is not known.
   cv::Mat maxima_, positions_;
-  // Of kBest rows; in 16 bits where the pixels or the numbers of the chunks need them.
-  cv::Mat prominences_, best_chunks_;
+  // Of kBest rows; in 16 bits where the pixels or the numbers of the blocks need them.
+  cv::Mat prominences_, best_blocks_;
   std::vector<std::int32_t> best_across_;  // [line]
-  std::vector<std::uint8_t> blind_;        // [line]; empty without a blind mask.
+  std::vector<std::uint8_t> masked_;       // [line]; empty without a mask.
 };
 
 }  // namespace striper

@@ -50,7 +50,7 @@ struct LineExplanation {
   double first_px = 0.0;    ///< Sensor pixel of the profile's first value,
   double step_px = 1.0;     ///< and of one to the next.
   std::vector<float> lit;   ///< The pixels of the line that were searched, DN;
-  std::vector<float> dark;  ///< what was taken off them; empty where nothing was.
+  std::vector<float> dark;  ///< what was subtracted from them; empty where nothing was.
 
   double noise_dn = 0.0;                   ///< Of a dark pixel, one sigma.
   double least_significance = 0.0;         ///< What a candidate needs.

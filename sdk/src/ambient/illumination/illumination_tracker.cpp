@@ -23,10 +23,11 @@ constexpr double kWrongFieldOrder = 0.35;
 // Words of what was or was not found out; what to do about it is part of each.
 constexpr const char* kNoDarkSeen =
     "no exposure without the laser could be told from the others: all are scanned as lit, and no "
-    "daylight is taken off; say laser=0 if it is always on, or in which it is off (laser=0,dark: "
+    "daylight is subtracted; say laser=0 if it is always on, or in which it is off (laser=0,dark: "
     "in every other one)";
 constexpr const char* kAlwaysLit =
-    "ambient {} needs exposures without the laser, and it shows in every one: nothing is taken off";
+    "ambient {} needs exposures without the laser, and it shows in every one: nothing is "
+    "subtracted";
 constexpr const char* kRowsNeverDark =
     "ambient alternate needs dark exposures of the same rows, and with the cadence '{}' a field "
     "that is lit is never dark: nothing is scanned; ambient fields takes the other field";
@@ -55,7 +56,7 @@ IlluminationTracker::IlluminationTracker(const AmbientOptions& options, OnceEven
   if (state_.is_given()) settle(options.cadence, PatternOrigin::kGiven);
 }
 
-void IlluminationTracker::push(const Frame& exposure, bool is_of_woven_picture) {
+void IlluminationTracker::push(const Frame& exposure, bool is_of_interlaced_picture) {
   const auto [number, is_restart, is_reopened] = numbers_.next(exposure);
   // The laser's phase may be another one now: hold what comes until it is known again.
   if ((is_restart || is_reopened) && state_.is_of_pictures()) {
@@ -63,9 +64,9 @@ void IlluminationTracker::push(const Frame& exposure, bool is_of_woven_picture) 
   }
   is_finished_ = false;
   if (!exposure.illumination.is_unknown()) {
-    heed_own_illumination(exposure, number);
-  } else if ((state_.was_of_frames() && !is_of_woven_picture) || is_reopened) {
-    heed_unknown_illumination(number, is_reopened);
+    apply_stated_illumination(exposure, number);
+  } else if ((state_.was_of_frames() && !is_of_interlaced_picture) || is_reopened) {
+    apply_unstated_illumination(number, is_reopened);
   }
   before_.number = number;
   queue_.add(exposure, number);
@@ -96,7 +97,7 @@ void IlluminationTracker::search_anew(TrackingSignal why) {
   looks_.look_now();
 }
 
-void IlluminationTracker::heed_own_illumination(const Frame& exposure, std::uint64_t number) {
+void IlluminationTracker::apply_stated_illumination(const Frame& exposure, std::uint64_t number) {
   const bool had_no_place = state_.has_no_place();
   state_.on(TrackingSignal::kLabelsHeard);
   if (had_no_place) {
@@ -113,7 +114,7 @@ void IlluminationTracker::heed_own_illumination(const Frame& exposure, std::uint
 
 // A source that said what lights its exposures does not know any more, as after a camera was lost
 // and opened again: what comes is held until its place in the cadence is known.
-void IlluminationTracker::heed_unknown_illumination(std::uint64_t number, bool is_reopened) {
+void IlluminationTracker::apply_unstated_illumination(std::uint64_t number, bool is_reopened) {
   if (state_.is_of_pictures()) return;  // It was found, and will be.
   if (state_.has_no_place()) {
     const bool is_gap = number > before_.number + kLongGap + 1;

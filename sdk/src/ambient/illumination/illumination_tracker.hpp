@@ -30,8 +30,8 @@ class IlluminationTracker {
   IlluminationTracker(const IlluminationTracker&) = delete;
   IlluminationTracker& operator=(const IlluminationTracker&) = delete;
 
-  /// @param is_of_woven_picture it has no illumination of its own where the two fields differ.
-  void push(const Frame& exposure, bool is_of_woven_picture);
+  /// @param is_of_interlaced_picture it has no illumination of its own where the two fields differ.
+  void push(const Frame& exposure, bool is_of_interlaced_picture);
   void finish();
   bool is_finished() const noexcept { return is_finished_; }
 
@@ -63,8 +63,8 @@ class IlluminationTracker {
     std::uint64_t number = 0;  // Of the last exposure.
   };
 
-  void heed_own_illumination(const Frame& exposure, std::uint64_t number);
-  void heed_unknown_illumination(std::uint64_t number, bool is_reopened);
+  void apply_stated_illumination(const Frame& exposure, std::uint64_t number);
+  void apply_unstated_illumination(std::uint64_t number, bool is_reopened);
   void search_anew(TrackingSignal why);
   void look(const Frame& exposure, std::uint64_t number);
   void conclude(const CadenceFinder::Finding& finding);

@@ -86,7 +86,7 @@ double Background::subtract_standing(const cv::Mat& standing, float noise_gain, 
   frame.dark_noise_gain = noise_gain;
   const bool moves = add_motion(pair, 1.0, frame);
   frame.variance = moves ? variance_ : cv::Mat();
-  frame.blind = blind_.find(frame.lit, &standing, nullptr, standing, frame.full_scale_dn);
+  frame.masked = masked_.find(frame.lit, &standing, nullptr, standing, frame.full_scale_dn);
   return frame.lit.depth() == CV_8U
              ? darker_part<std::uint8_t>(frame.lit, standing, static_cast<double>(noise_gain))
              : darker_part<std::uint16_t>(frame.lit, standing, static_cast<double>(noise_gain));
@@ -145,7 +145,7 @@ double Background::darker_part(const cv::Mat& lit, const cv::Mat& standing,
 
 void Background::prepare(cv::Size size) {
   motion_.prepare(size);
-  blind_.prepare(size);
+  masked_.prepare(size);
   if (variance_.size() != size) variance_ = cv::Mat::zeros(size, CV_32F);
 }
 
@@ -161,7 +161,7 @@ void Background::subtract_pixels(const DarkPair& pair, LitFrame& frame) {
   frame.dark = is_written ? dark_ : pair.any();
   frame.dark_noise_gain = static_cast<float>(averaging * (pair.is_between_rows ? kTapsNoise : 1.0));
   frame.dark_noise_correlation = pair.is_between_rows ? kTapsCorrelation : std::array<float, 3>{};
-  frame.blind = blind_.find(frame.lit, pair.before, pair.after, frame.dark, frame.full_scale_dn);
+  frame.masked = masked_.find(frame.lit, pair.before, pair.after, frame.dark, frame.full_scale_dn);
   const bool has_motion = add_motion(pair, averaging, frame);
   frame.variance = has_motion || pair.is_between_rows ? variance_ : cv::Mat();
 }
@@ -178,7 +178,7 @@ bool Background::add_motion(const DarkPair& pair, double averaging, const LitFra
     motion_.keep_beyond(noise_, static_cast<double>(frame.dark_noise_gain));
     return motion_.add_to(variance_, 1.0);
   }
-  if (!frame.blind.empty()) motion_.leave_out(*pair.before, *pair.after, frame.blind);
+  if (!frame.masked.empty()) motion_.leave_out(*pair.before, *pair.after, frame.masked);
   motion_.keep_beyond(noise_, 1.0);
   // Texture that passes by differs between before and after by twice its variance; lit less their
   // mean has what this factor makes of it.
@@ -205,8 +205,8 @@ void Background::read_strips(const DarkPair& pair, const LitFrame& frame) {
         return image != nullptr && row < image->rows &&
                row_maximum(image->ptr<Pixel>(row), lit.cols) >= frame.full_scale_dn;
       };
-      blind_.set_row(row, is_saturated(&lit),
-                     is_saturated(pair.before) || is_saturated(pair.after));
+      masked_.set_row(row, is_saturated(&lit),
+                      is_saturated(pair.before) || is_saturated(pair.after));
     }
   }
 }

@@ -10,7 +10,7 @@
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/noise_model.hpp>
 
-#include "ambient/pixels/blind_spots.hpp"
+#include "ambient/pixels/masked_pixels.hpp"
 #include "ambient/pixels/motion.hpp"
 
 namespace striper::detail {
@@ -39,7 +39,7 @@ struct DarkPair {
 ///   where both are nothing.
 /// - `blind`: saturated in a dark exposure, or in the lit one where no stripe can be so (a long
 /// run,
-///   or near a lamp), and a few pixels around. Empty where nothing is.
+///   or near a light source), and a few pixels around. Empty where nothing is.
 ///
 /// One read of each image, one write of `dark` where it is not an exposure itself. No allocation
 /// after the first frames of a size. Not thread-safe.
@@ -91,7 +91,7 @@ class Background {
   std::optional<NoiseModel> given_noise_;
   int noise_full_scale_dn_ = 0;  // Of the pictures that what was given is scaled to.
   Motion motion_;
-  BlindSpots blind_;
+  MaskedPixels masked_;
 
   cv::Mat dark_;
   cv::Mat variance_;

@@ -57,7 +57,8 @@ Spot brightest_spot(const float* line, int length, std::vector<float>& scratch) 
 
 // Whether the brightest spot of a colour difference is one side of a line whose core is clipped to
 // white: beyond bright pixels in which the difference vanishes there is the line's other side.
-// Mended (ColourDifference), it shows no more than the line's own colour does, so that is chosen.
+// Corrected (ColourDifference), it shows no more than the line's own colour does, so that is
+// chosen.
 bool is_side_of_a_hollow_line(const float* difference, const float* lit, int length,
                               const Spot& spot, double clipped_level) {
   constexpr int kFarthest = 24;

@@ -104,7 +104,7 @@ struct HollowLine {
   int to;
 };
 
-// What is taken off becomes no brighter than the straight line from the one end to the other, and
+// What is subtracted becomes no brighter than the straight line from the one end to the other, and
 // the same all over the core, which stays as flat as clipping made it.
 template <typename Pixel>
 void flatten(const StridedLine<Pixel>& pixels, const HollowLine& hollow) {
@@ -184,20 +184,20 @@ bool fill(const LitFrame& frame, StripeAxis axis, int clipped_dn,
 }
 
 template <typename Pixel>
-bool mark_blind(const LitFrame& frame, cv::Mat& blind) {
+bool mark_masked(const LitFrame& frame, cv::Mat& masked) {
   bool any = false;
   for (int row = 0; row < frame.lit.rows; ++row) {
-    auto* const marks = blind.ptr<std::uint8_t>(row);
+    auto* const marks = masked.ptr<std::uint8_t>(row);
     const auto* const lit = frame.lit.ptr<Pixel>(row);
     const auto* const dark = frame.dark.ptr<Pixel>(row);
     if (detail::row_maximum(dark, frame.dark.cols) < frame.full_scale_dn) {
-      std::memset(marks, 0, static_cast<std::size_t>(blind.cols));
+      std::memset(marks, 0, static_cast<std::size_t>(masked.cols));
       continue;
     }
     std::uint8_t any_here = 0;
     for (int col = 0; col < frame.lit.cols; ++col) {
-      const bool is_blind = lit[col] >= frame.full_scale_dn && dark[col] >= frame.full_scale_dn;
-      marks[col] = is_blind ? 1 : 0;
+      const bool is_masked = lit[col] >= frame.full_scale_dn && dark[col] >= frame.full_scale_dn;
+      marks[col] = is_masked ? 1 : 0;
       any_here |= marks[col];
     }
     any = any || any_here != 0;
@@ -206,23 +206,23 @@ bool mark_blind(const LitFrame& frame, cv::Mat& blind) {
 }
 
 template <typename Pixel>
-void mend_pixels(LitFrame& frame, StripeAxis axis, std::vector<ColourDifference::Span>& spans,
-                 cv::Mat& filled, cv::Mat& blind) {
+void correct_pixels(LitFrame& frame, StripeAxis axis, std::vector<ColourDifference::Span>& spans,
+                    cv::Mat& filled, cv::Mat& masked) {
   const int clipped_dn = static_cast<int>(std::ceil(detail::kClippedPart * frame.full_scale_dn));
   if (!find_clipped<Pixel>(frame.lit, axis, clipped_dn, spans)) return;
   if (fill<Pixel>(frame, axis, clipped_dn, spans, filled)) frame.dark = filled;
-  if (mark_blind<Pixel>(frame, blind)) frame.blind = blind;
+  if (mark_masked<Pixel>(frame, masked)) frame.masked = masked;
 }
 
 }  // namespace
 
-void ColourDifference::mend(LitFrame& frame, StripeAxis axis) {
+void ColourDifference::correct(LitFrame& frame, StripeAxis axis) {
   filled_.create(frame.dark.size(), frame.dark.type());
-  blind_.create(frame.dark.size(), CV_8UC1);
+  masked_.create(frame.dark.size(), CV_8UC1);
   if (frame.lit.depth() == CV_8U) {
-    mend_pixels<std::uint8_t>(frame, axis, clipped_, filled_, blind_);
+    correct_pixels<std::uint8_t>(frame, axis, clipped_, filled_, masked_);
   } else {
-    mend_pixels<std::uint16_t>(frame, axis, clipped_, filled_, blind_);
+    correct_pixels<std::uint16_t>(frame, axis, clipped_, filled_, masked_);
   }
 }
 

@@ -48,7 +48,7 @@ const LitFrame& LitFrameMaker::make(HeldExposure& lit, const Neighbours& darks,
                                     const HeldExposures& held) {
   const Frame& frame = lit.frame;
   // What nobody else holds is written into again.
-  for (cv::Mat* const image : {&made_.lit, &made_.dark, &made_.variance, &made_.blind}) {
+  for (cv::Mat* const image : {&made_.lit, &made_.dark, &made_.variance, &made_.masked}) {
     image->release();
   }
   made_.dark_noise_gain = 1.0F;
@@ -75,7 +75,7 @@ void LitFrameMaker::subtract(HeldExposure& lit, const Neighbours& darks,
   made_.is_dark_a_channel = any == nullptr && !made_.dark.empty();
   if (options_.method == AmbientMethod::kTemporal) return subtract_background(lit, held);
   if (any != nullptr) return subtract_dark(lit, darks, wanted);
-  if (!made_.dark.empty()) colour_difference_.mend(made_, options_.axis);
+  if (!made_.dark.empty()) colour_difference_.correct(made_, options_.axis);
 }
 
 void LitFrameMaker::subtract_dark(const HeldExposure& lit, const Neighbours& darks,

@@ -16,7 +16,7 @@
 
 namespace striper::detail {
 
-/// Makes the lit frame of an exposure: picks the channel, takes off the dark exposures beside it or
+/// Makes the lit frame of an exposure: picks the channel, subtracts the dark exposures beside it or
 /// what stands still. It is told which exposures are lit and dark.
 class LitFrameMaker {
  public:
@@ -35,7 +35,7 @@ class LitFrameMaker {
   /// What was searched last; empty until it is chosen.
   std::optional<Channel> channel() const noexcept;
 
-  /// What is taken off; never kAuto.
+  /// What is subtracted; never kAuto.
   AmbientMethod method() const noexcept;
 
  private:

@@ -134,18 +134,18 @@ float Motion::mean_of(const cv::Mat& variance, int row, int col) const {
   return sum / static_cast<float>(std::max(1, pixels));
 }
 
-void Motion::leave_out(const cv::Mat& before, const cv::Mat& after, const cv::Mat& blind) {
+void Motion::leave_out(const cv::Mat& before, const cv::Mat& after, const cv::Mat& masked) {
   if (before.depth() == CV_8U) {
-    compare_seen<std::uint8_t>(before, after, blind);
+    compare_seen<std::uint8_t>(before, after, masked);
   } else {
-    compare_seen<std::uint16_t>(before, after, blind);
+    compare_seen<std::uint16_t>(before, after, masked);
   }
 }
 
 template <typename Pixel>
-void Motion::compare_seen(const cv::Mat& a, const cv::Mat& b, const cv::Mat& blind) {
+void Motion::compare_seen(const cv::Mat& a, const cv::Mat& b, const cv::Mat& masked) {
   for (int row = 0; row < rows_; ++row) {
-    const int last = std::min({(row + 1) * kRows, a.rows, b.rows, blind.rows});
+    const int last = std::min({(row + 1) * kRows, a.rows, b.rows, masked.rows});
     for (int col = 0; col < cols_; ++col) {
       float squares = 0.0F;
       int seen = 0;
@@ -153,7 +153,7 @@ void Motion::compare_seen(const cv::Mat& a, const cv::Mat& b, const cv::Mat& bli
       for (int r = row * kRows; r < last; ++r) {
         const auto* const p = a.ptr<Pixel>(r);
         const auto* const q = b.ptr<Pixel>(r);
-        const auto* const mask = blind.ptr<std::uint8_t>(r);
+        const auto* const mask = masked.ptr<std::uint8_t>(r);
         for (int i = col * kCols; i < std::min(a.cols, (col + 1) * kCols); ++i) {
           const auto d = static_cast<float>(p[i]) - static_cast<float>(q[i]);
           squares += mask[i] == 0 ? d * d : 0.0F;

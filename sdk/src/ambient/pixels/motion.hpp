@@ -28,12 +28,12 @@ class Motion {
   /// Compares `kRows` rows of two dark exposures, strip by strip.
   void compare_strip(const cv::Mat& before, const cv::Mat& after, int strip);
 
-  /// After all strips: leaves out what is blind, which no variance needs to hide. @param blind
+  /// After all strips: leaves out what is masked, which no variance needs to hide. @param masked
   /// CV_8UC1, non-zero where it is so.
-  void leave_out(const cv::Mat& before, const cv::Mat& after, const cv::Mat& blind);
+  void leave_out(const cv::Mat& before, const cv::Mat& after, const cv::Mat& masked);
 
-  /// Compares a lit exposure with what is taken off it. @param known variance of the difference
-  /// beyond noise that is no motion's, CV_32FC1; may be empty.
+  /// Compares a lit exposure with what is subtracted from it. @param known variance of the
+  /// difference beyond noise that is no motion's, CV_32FC1; may be empty.
   void compare_with_lit(const cv::Mat& lit, const cv::Mat& dark, const cv::Mat& known);
 
   /// The variance of an exposure's noise, from the blocks of dark exposures that differ least.
@@ -54,7 +54,7 @@ class Motion {
   template <typename Pixel>
   void compare_pixels(const cv::Mat& a, const cv::Mat& b, int strip);
   template <typename Pixel>
-  void compare_seen(const cv::Mat& a, const cv::Mat& b, const cv::Mat& blind);
+  void compare_seen(const cv::Mat& a, const cv::Mat& b, const cv::Mat& masked);
   template <typename Matrix, typename Action>
   void for_rows_of(Matrix& variance, int row, int col, const Action& action) const;
   std::size_t index(int row, int col) const noexcept {

@@ -31,8 +31,8 @@ CandidateFinder::CandidateFinder(const ExtractOptions& options)
 
 void CandidateFinder::begin(const LitFrame& frame) {
   ridges_.reserve(frame.lit.size(), options_.axis);
-  chunks_.find(frame, options_.axis);
-  chunks_.rank(ChunkMaxima::kFirst);
+  blocks_.find(frame, options_.axis);
+  blocks_.rank(BlockMaxima::kFirst);
   detection_.prepare(line_length(frame.lit, options_.axis), options_.false_alarm_rate,
                      options_.weak_false_alarm_rate);
 }
@@ -41,12 +41,12 @@ void CandidateFinder::find(const FrameAtHand& at_hand, const SearchedPart& part,
                            const WidthModel& width) {
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, refine, BackgroundReach::kUsual);
-  candidates_.choose(at_hand.frame, options_.axis, chunks_, at_hand.noise_dn, plan);
-  measurer_.make_room(static_cast<std::size_t>(chunks_.lines()) * Ridges::kMost);
+  candidates_.choose(at_hand.frame, options_.axis, blocks_, at_hand.noise_dn, plan);
+  measurer_.make_room(static_cast<std::size_t>(blocks_.lines()) * Ridges::kMost);
   const double threshold = detection_.threshold();
-  measurer_.measure({at_hand, width, plan, threshold, nullptr}, candidates_.firsts);
-  candidates_.look_behind(static_cast<float>(threshold), at_hand.frame, options_.axis, chunks_);
-  measurer_.measure({at_hand, width, plan, threshold, &candidates_.firsts}, candidates_.extras);
+  measurer_.measure({at_hand, width, plan, threshold, nullptr}, candidates_.primary);
+  candidates_.look_behind(static_cast<float>(threshold), at_hand.frame, options_.axis, blocks_);
+  measurer_.measure({at_hand, width, plan, threshold, &candidates_.primary}, candidates_.secondary);
   is_hidden_ = is_hidden_by_background(at_hand.frame);
   if (is_hidden_) take_ridges(at_hand, width);
   drop_what_is_none(part);
@@ -60,8 +60,8 @@ void CandidateFinder::find_ridges(const FrameAtHand& at_hand, const SearchedPart
 }
 
 void CandidateFinder::drop_what_is_none(const SearchedPart& part) {
-  part.refuse_outside(candidates_.firsts);
-  part.refuse_outside(candidates_.extras);
+  part.refuse_outside(candidates_.primary);
+  part.refuse_outside(candidates_.secondary);
   candidates_.blank_flat_lines();
 }
 
@@ -70,7 +70,7 @@ void CandidateFinder::drop_what_is_none(const SearchedPart& part) {
 bool CandidateFinder::is_hidden_by_background(const LitFrame& frame) const {
   if (is_background_subtracted(frame) || options_.each_line_by_itself) return false;
   const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));
-  return unclear > kMostUnclear * chunks_.lines();
+  return unclear > kMostUnclear * blocks_.lines();
 }
 
 // Between surfaces: an edge is no ridge, and a wide background would have other surfaces in it.
@@ -85,7 +85,7 @@ void CandidateFinder::take_ridges(const FrameAtHand& at_hand, const WidthModel& 
   candidates_.take_ridges(ridges_);
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, refine, BackgroundReach::kNarrow);
-  for (PeakList* const peaks : {&candidates_.firsts, &candidates_.extras}) {
+  for (PeakList* const peaks : {&candidates_.primary, &candidates_.secondary}) {
     measure_profiles(at_hand.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
                      peaks->measurements());
   }

@@ -39,7 +39,7 @@ class CandidateFinder {
   /// Whether the background hides the stripe: candidates are ridges.
   bool is_hidden() const noexcept { return is_hidden_; }
 
-  const ChunkMaxima& chunks() const noexcept { return chunks_; }
+  const BlockMaxima& blocks() const noexcept { return blocks_; }
   const Detection& detection() const noexcept { return detection_; }
   const PeakCandidates& candidates() const noexcept { return candidates_; }
   PeakCandidates& candidates() noexcept { return candidates_; }
@@ -50,7 +50,7 @@ class CandidateFinder {
   void drop_what_is_none(const SearchedPart& part);
 
   const ExtractOptions& options_;
-  ChunkMaxima chunks_;
+  BlockMaxima blocks_;
   Detection detection_;
   PeakCandidates candidates_;
   PeakMeasurer measurer_;

@@ -5,25 +5,25 @@
 
 #include <striper/stripe/candidates.hpp>
 
-#include "stripe/candidates/chunk_kernels.hpp"
+#include "stripe/candidates/block_kernels.hpp"
 
 namespace striper {
 namespace {
 
-static_assert(ChunkMaxima::kChunk == detail::kChunkPixels);
-static_assert(ChunkMaxima::kBest == detail::kBestChunks);
-static_assert(ChunkMaxima::kFirst == detail::kFirstChunks);
+static_assert(BlockMaxima::kBlock == detail::kBlockPixels);
+static_assert(BlockMaxima::kBest == detail::kBestBlocks);
+static_assert(BlockMaxima::kFirst == detail::kFirstBlocks);
 
-constexpr int kMostNarrowChunks = 256;
+constexpr int kMostNarrowBlocks = 256;
 
 template <typename Pixel, typename Images>
 detail::PixelPlanes<Pixel> planes_of(const Images& images) {
   return {static_cast<const Pixel*>(images.lit),
           static_cast<const Pixel*>(images.dark),
-          images.blind,
+          images.masked,
           images.lit_stride,
           images.dark_stride,
-          images.blind_stride,
+          images.masked_stride,
           images.rows,
           images.cols};
 }
@@ -35,17 +35,17 @@ Number* room(int rows, int cols, cv::Mat& numbers) {
   return numbers.ptr<Number>();
 }
 
-// Whether a chunk's highest pixel is its border towards a peak next to it: the peak's own flank.
+// Whether a block's highest pixel is its border towards a peak next to it: the peak's own flank.
 bool is_flank(std::int32_t across, std::int32_t peak, int reach) {
-  constexpr int kChunk = ChunkMaxima::kChunk;
-  const bool is_above = across > peak && across % kChunk == 0;
-  const bool is_below = across < peak && across % kChunk == kChunk - 1;
+  constexpr int kBlock = BlockMaxima::kBlock;
+  const bool is_above = across > peak && across % kBlock == 0;
+  const bool is_below = across < peak && across % kBlock == kBlock - 1;
   return (is_above || is_below) && std::abs(across - peak) <= reach;
 }
 
 }  // namespace
 
-ChunkMaxima::Images ChunkMaxima::images_of(const LitFrame& frame) {
+BlockMaxima::Images BlockMaxima::images_of(const LitFrame& frame) {
   Images images;
   const auto take = [](const cv::Mat& image, const auto*& first, std::ptrdiff_t& stride) {
     if (image.empty()) return;
@@ -54,61 +54,61 @@ ChunkMaxima::Images ChunkMaxima::images_of(const LitFrame& frame) {
   };
   take(frame.lit, images.lit, images.lit_stride);
   take(frame.dark, images.dark, images.dark_stride);
-  take(frame.blind, images.blind, images.blind_stride);
+  take(frame.masked, images.masked, images.masked_stride);
   images.rows = frame.lit.rows;
   images.cols = frame.lit.cols;
   return images;
 }
 
-void ChunkMaxima::find(const LitFrame& frame, StripeAxis axis) {
+void BlockMaxima::find(const LitFrame& frame, StripeAxis axis) {
   const bool columns = axis == StripeAxis::kColumns;
   axis_ = axis;
   images_ = images_of(frame);
   lines_ = columns ? frame.lit.cols : frame.lit.rows;
   const int length = columns ? frame.lit.rows : frame.lit.cols;
-  chunks_ = (length + kChunk - 1) / kChunk;
+  blocks_ = (length + kBlock - 1) / kBlock;
   if (frame.lit.depth() == CV_8U) {
     find_in<std::uint8_t>();
   } else {
     find_in<std::uint16_t>();
   }
-  find_blind_lines(frame, axis);
+  find_masked_lines(frame, axis);
 }
 
 template <typename Pixel>
-void ChunkMaxima::find_in() {
-  Pixel* const maxima = room<Pixel>(chunks_, lines_, maxima_);
+void BlockMaxima::find_in() {
+  Pixel* const maxima = room<Pixel>(blocks_, lines_, maxima_);
   if (axis_ == StripeAxis::kRows) {
-    detail::chunk_maxima_of_rows(planes_of<Pixel>(images_), maxima);
+    detail::block_maxima_of_rows(planes_of<Pixel>(images_), maxima);
   } else {
-    detail::chunk_maxima_of_columns(planes_of<Pixel>(images_), maxima,
-                                    room<Pixel>(chunks_, lines_, positions_));
+    detail::block_maxima_of_columns(planes_of<Pixel>(images_), maxima,
+                                    room<Pixel>(blocks_, lines_, positions_));
   }
 }
 
-void ChunkMaxima::find_blind_lines(const LitFrame& frame, StripeAxis axis) {
-  if (frame.blind.empty()) {
-    blind_.clear();
+void BlockMaxima::find_masked_lines(const LitFrame& frame, StripeAxis axis) {
+  if (frame.masked.empty()) {
+    masked_.clear();
     return;
   }
-  blind_.assign(static_cast<std::size_t>(lines_), 0);
-  for (int row = 0; row < frame.blind.rows; ++row) {
-    const auto* const mask = frame.blind.ptr<std::uint8_t>(row);
+  masked_.assign(static_cast<std::size_t>(lines_), 0);
+  for (int row = 0; row < frame.masked.rows; ++row) {
+    const auto* const mask = frame.masked.ptr<std::uint8_t>(row);
     if (axis == StripeAxis::kColumns) {
-      for (std::size_t col = 0; col < blind_.size(); ++col) blind_[col] |= mask[col];
+      for (std::size_t col = 0; col < masked_.size(); ++col) masked_[col] |= mask[col];
     } else {
       std::uint8_t any = 0;
-      for (int col = 0; col < frame.blind.cols; ++col) any |= mask[col];
-      blind_[static_cast<std::size_t>(row)] = any;
+      for (int col = 0; col < frame.masked.cols; ++col) any |= mask[col];
+      masked_[static_cast<std::size_t>(row)] = any;
     }
   }
 }
 
-void ChunkMaxima::rank(int depth) {
+void BlockMaxima::rank(int depth) {
   depth_ = depth <= kFirst ? kFirst : kBest;
   if (maxima_.depth() == CV_16U) {
     rank_in<std::uint16_t, std::uint16_t>();
-  } else if (chunks_ > kMostNarrowChunks) {
+  } else if (blocks_ > kMostNarrowBlocks) {
     rank_in<std::uint8_t, std::uint16_t>();
   } else {
     rank_in<std::uint8_t, std::uint8_t>();
@@ -116,18 +116,18 @@ void ChunkMaxima::rank(int depth) {
 }
 
 template <typename Pixel, typename Rank>
-void ChunkMaxima::rank_in() {
-  detail::Chunks<Pixel> chunks{maxima_.ptr<Pixel>(0), nullptr, lines_, chunks_};
-  if (axis_ == StripeAxis::kColumns) chunks.positions = positions_.ptr<Pixel>(0);
+void BlockMaxima::rank_in() {
+  detail::Blocks<Pixel> blocks{maxima_.ptr<Pixel>(0), nullptr, lines_, blocks_};
+  if (axis_ == StripeAxis::kColumns) blocks.positions = positions_.ptr<Pixel>(0);
   best_across_.resize(static_cast<std::size_t>(lines_));
-  detail::rank_chunks(
-      chunks, detail::Ranking<Rank>{depth_, room<Rank>(kBest, lines_, prominences_),
-                                    room<Rank>(kBest, lines_, best_chunks_), best_across_.data()});
-  // The ranking tells which chunk of a row; the maximum is somewhere in it.
+  detail::rank_blocks(
+      blocks, detail::Ranking<Rank>{depth_, room<Rank>(kBest, lines_, prominences_),
+                                    room<Rank>(kBest, lines_, best_blocks_), best_across_.data()});
+  // The ranking tells which block of a row; the maximum is somewhere in it.
   if (axis_ == StripeAxis::kRows) move_in_rows<Pixel>(0, lines_, best_across_.data());
 }
 
-void ChunkMaxima::find_rivals(const RivalLimits& limits, Rivals& rivals) {
+void BlockMaxima::find_rivals(const RivalLimits& limits, Rivals& rivals) {
   const auto lines = static_cast<std::size_t>(lines_);
   rivals.places.clear();
   rivals.places.reserve(lines * (kBest - 1));
@@ -143,7 +143,7 @@ void ChunkMaxima::find_rivals(const RivalLimits& limits, Rivals& rivals) {
 }
 
 template <typename Rank>
-void ChunkMaxima::find_rivals_in(const RivalLimits& limits, Rivals& rivals) {
+void BlockMaxima::find_rivals_in(const RivalLimits& limits, Rivals& rivals) {
   const auto rank_of = [](int dn) {
     return static_cast<Rank>(std::min<int>(dn, std::numeric_limits<Rank>::max()));
   };
@@ -154,9 +154,9 @@ void ChunkMaxima::find_rivals_in(const RivalLimits& limits, Rivals& rivals) {
     return static_cast<Rank>((firsts[line] <= weak) | (seconds[line] >= second));
   };
   // Without branches: nearly always the answer is no, a vector at a time.
-  constexpr int kBlock = 16;
-  for (int first = 0; first < lines_; first += kBlock) {
-    const int last = std::min(first + kBlock, lines_);
+  constexpr int kTogether = 16;
+  for (int first = 0; first < lines_; first += kTogether) {
+    const int last = std::min(first + kTogether, lines_);
     Rank any = 0;
     for (int line = first; line < last; ++line) any |= may_be_unclear(line);
     if (any == 0) continue;
@@ -164,7 +164,7 @@ void ChunkMaxima::find_rivals_in(const RivalLimits& limits, Rivals& rivals) {
   }
 }
 
-void ChunkMaxima::find_rivals_of(int line, const RivalLimits& limits, Rivals& rivals) {
+void BlockMaxima::find_rivals_of(int line, const RivalLimits& limits, Rivals& rivals) {
   const int first_dn = prominence_dn(0, line);
   if (first_dn < limits.weak_dn) {
     (first_dn == 0 ? rivals.flat_lines : rivals.weak_lines).push_back(line);
@@ -173,19 +173,19 @@ void ChunkMaxima::find_rivals_of(int line, const RivalLimits& limits, Rivals& ri
   const std::int32_t first_across = best_across_[static_cast<std::size_t>(line)];
   for (int n = 1; n < kBest && prominence_dn(n, line) >= limits.second_dn; ++n) {
     if (n == depth_) rank();
-    const int across = at(number_at(best_chunks_, n, line), line).across;
+    const int across = at(number_at(best_blocks_, n, line), line).across;
     if (!is_flank(across, first_across, limits.flank_px)) rivals.places.push_back({line, across});
   }
 }
 
 template <typename Pixel>
-void ChunkMaxima::move_in_rows(int first_line, int count, std::int32_t* across) const noexcept {
+void BlockMaxima::move_in_rows(int first_line, int count, std::int32_t* across) const noexcept {
   detail::move_to_maxima_of_rows(planes_of<Pixel>(images_), maxima_.ptr<Pixel>(0), first_line,
                                  count, across);
 }
 
-int ChunkMaxima::across_in_row(int chunk, int line) const noexcept {
-  std::int32_t across = chunk * kChunk;
+int BlockMaxima::across_in_row(int block, int line) const noexcept {
+  std::int32_t across = block * kBlock;
   if (maxima_.depth() == CV_16U) {
     move_in_rows<std::uint16_t>(line, 1, &across);
   } else {

@@ -12,7 +12,7 @@
 namespace striper::detail {
 namespace {
 
-// A second candidate is measured where its pixel stands out from the noise: from the chunks next to
+// A second candidate is measured where its pixel stands out from the noise: from the blocks next to
 // it, and where the first one stands out less than so far, from the pixels about it.
 constexpr double kSecondProminence = 4.0;
 constexpr double kWeakFirstProminence = 10.0;
@@ -28,7 +28,7 @@ constexpr double kNowhere = -1e9;
 
 // Twice as far as a pixel rises above the brighter of its two sides, two pixels of each.
 template <typename Pixel>
-int rise_of(const LitLine<Pixel>& line, const ChunkMaxima::Peak& peak, int reach) {
+int rise_of(const LitLine<Pixel>& line, const BlockMaxima::Peak& peak, int reach) {
   const int last = line.length() - 1;
   const auto two = [&](int nearer, int farther) {
     return line.value(std::clamp(nearer, 0, last)) + line.value(std::clamp(farther, 0, last));
@@ -54,7 +54,7 @@ class Highest {
   }
 
  private:
-  static constexpr std::size_t kMost = ChunkMaxima::kBest - 1;
+  static constexpr std::size_t kMost = BlockMaxima::kBest - 1;
   struct Place {
     int rise;
     std::int32_t across;
@@ -65,13 +65,13 @@ class Highest {
 
 }  // namespace
 
-void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima& chunks,
+void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, BlockMaxima& blocks,
                             double noise_dn, const ProfilePlan& plan) {
-  const auto count = static_cast<std::size_t>(chunks.lines());
-  firsts.make_room(count);
-  first_rises_.reserve(count);
-  extra_rises_.reserve(count * Ridges::kMost);
-  extras.make_room(count * Ridges::kMost);
+  const auto count = static_cast<std::size_t>(blocks.lines());
+  primary.make_room(count);
+  primary_rises_.reserve(count);
+  secondary_rises_.reserve(count * Ridges::kMost);
+  secondary.make_room(count * Ridges::kMost);
   for (auto* some : {&hidden_, &weak_lines_}) {
     some->clear();
     some->reserve(count);
@@ -80,38 +80,38 @@ void PeakCandidates::choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima&
   limits_.second_dn = std::max(1, static_cast<int>(std::ceil(kSecondProminence * noise_dn)));
   limits_.weak_dn = std::max(1, static_cast<int>(std::ceil(kWeakFirstProminence * noise_dn)));
   limits_.flank_px = plan.core;
-  chunks.find_rivals(limits_, rivals_);
-  find_weak_rivals(frame, axis, chunks);
+  blocks.find_rivals(limits_, rivals_);
+  find_weak_rivals(frame, axis, blocks);
   merge_rivals();
-  firsts.seeds.resize(count);
+  primary.seeds.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    firsts.seeds[i] = {static_cast<std::int32_t>(i), chunks.best_across()[i]};
+    primary.seeds[i] = {static_cast<std::int32_t>(i), blocks.best_across()[i]};
   }
 }
 
 void PeakCandidates::look_behind(float significance, const LitFrame& frame, StripeAxis axis,
-                                 const ChunkMaxima& chunks) {
-  find_hidden_lines(significance, chunks);
+                                 const BlockMaxima& blocks) {
+  find_hidden_lines(significance, blocks);
   if (hidden_.empty()) return;
   std::set_union(rivals_.weak_lines.begin(), rivals_.weak_lines.end(), hidden_.begin(),
                  hidden_.end(), std::back_inserter(weak_lines_));
   rivals_.weak_lines.swap(weak_lines_);
   std::erase_if(rivals_.places, [&](const PeakSeed& place) { return is_hidden(place.line); });
-  find_weak_rivals(frame, axis, chunks);
+  find_weak_rivals(frame, axis, blocks);
   merge_rivals();
 }
 
-void PeakCandidates::find_hidden_lines(float significance, const ChunkMaxima& chunks) {
-  constexpr std::size_t kBlock = 16;  // Nearly always there are none, a vector at a time.
-  for (std::size_t first = 0; first < firsts.size(); first += kBlock) {
-    const std::size_t last = std::min(first + kBlock, firsts.size());
+void PeakCandidates::find_hidden_lines(float significance, const BlockMaxima& blocks) {
+  constexpr std::size_t kTogether = 16;  // Nearly always there are none, a vector at a time.
+  for (std::size_t first = 0; first < primary.size(); first += kTogether) {
+    const std::size_t last = std::min(first + kTogether, primary.size());
     int any = 0;
-    for (std::size_t i = first; i < last; ++i) any |= !(firsts.significance[i] >= significance);
+    for (std::size_t i = first; i < last; ++i) any |= !(primary.significance[i] >= significance);
     if (any == 0) continue;
     for (std::size_t i = first; i < last; ++i) {
       const auto line = static_cast<std::int32_t>(i);
-      if (firsts.significance[i] >= significance) continue;
-      if (chunks.prominence_dn(0, line) >= limits_.weak_dn) hidden_.push_back(line);
+      if (primary.significance[i] >= significance) continue;
+      if (blocks.prominence_dn(0, line) >= limits_.weak_dn) hidden_.push_back(line);
     }
   }
 }
@@ -121,30 +121,30 @@ bool PeakCandidates::is_hidden(std::int32_t line) const {
 }
 
 void PeakCandidates::find_weak_rivals(const LitFrame& frame, StripeAxis axis,
-                                      const ChunkMaxima& chunks) {
+                                      const BlockMaxima& blocks) {
   if (frame.lit.depth() == CV_8U) {
-    find_weak_rivals_in<std::uint8_t>(frame, axis, chunks);
+    find_weak_rivals_in<std::uint8_t>(frame, axis, blocks);
   } else {
-    find_weak_rivals_in<std::uint16_t>(frame, axis, chunks);
+    find_weak_rivals_in<std::uint16_t>(frame, axis, blocks);
   }
 }
 
-// Between surfaces as bright as itself a stripe does not rise above the chunks next to it: of weak
-// lines every chunk is looked at.
+// Between surfaces as bright as itself a stripe does not rise above the blocks next to it: of weak
+// lines every block is looked at.
 template <typename Pixel>
 void PeakCandidates::find_weak_rivals_in(const LitFrame& frame, StripeAxis axis,
-                                         const ChunkMaxima& chunks) {
+                                         const BlockMaxima& blocks) {
   weak_rivals_.clear();
-  weak_rivals_.reserve(extras.seeds.capacity());
+  weak_rivals_.reserve(secondary.seeds.capacity());
   for (const std::int32_t number : rivals_.weak_lines) {
     const LitLine<Pixel> line(frame, axis, number);
-    const std::int32_t first = chunks.best_across()[static_cast<std::size_t>(number)];
+    const std::int32_t first = blocks.best_across()[static_cast<std::size_t>(number)];
     const bool is_hopeless =
-        chunks.prominence_dn(0, number) < kHopelessFirstProminence * noise_dn_ || is_hidden(number);
+        blocks.prominence_dn(0, number) < kHopelessFirstProminence * noise_dn_ || is_hidden(number);
     const int least = is_hopeless ? 1 : static_cast<int>(2.0 * kSecondProminence * noise_dn_);
     Highest highest;
-    for (int chunk = 0; chunk < chunks.chunks(); ++chunk) {
-      const ChunkMaxima::Peak peak = chunks.at(chunk, number);
+    for (int block = 0; block < blocks.blocks(); ++block) {
+      const BlockMaxima::Peak peak = blocks.at(block, number);
       const int rise = rise_of(line, peak, limits_.flank_px);
       if (rise >= least && peak.across != first) highest.add(rise, peak.across);
     }
@@ -154,10 +154,10 @@ void PeakCandidates::find_weak_rivals_in(const LitFrame& frame, StripeAxis axis,
 
 void PeakCandidates::merge_rivals() {
   const std::vector<PeakSeed>& clear = rivals_.places;
-  extras.seeds.resize(clear.size() + weak_rivals_.size());
+  secondary.seeds.resize(clear.size() + weak_rivals_.size());
   const auto is_before = [](const PeakSeed& a, const PeakSeed& b) { return a.line < b.line; };
   std::merge(clear.begin(), clear.end(), weak_rivals_.begin(), weak_rivals_.end(),
-             extras.seeds.begin(), is_before);
+             secondary.seeds.begin(), is_before);
 }
 
 std::size_t PeakCandidates::unclear_lines(float significance) const {
@@ -165,14 +165,15 @@ std::size_t PeakCandidates::unclear_lines(float significance) const {
   std::size_t extra = 0;
   double last = kNowhere;
   std::size_t last_line = 0;
-  for (std::size_t line = 0; line < firsts.size(); ++line) {
-    const PeakList* highest = firsts.significance[line] >= significance ? &firsts : nullptr;
+  for (std::size_t line = 0; line < primary.size(); ++line) {
+    const PeakList* highest = primary.significance[line] >= significance ? &primary : nullptr;
     std::size_t at = line;
-    for (; extra < extras.size() && static_cast<std::size_t>(extras.seeds[extra].line) == line;
+    for (;
+         extra < secondary.size() && static_cast<std::size_t>(secondary.seeds[extra].line) == line;
          ++extra) {
-      if (!(extras.significance[extra] >= significance)) continue;
-      if (highest != nullptr && highest->amplitude[at] >= extras.amplitude[extra]) continue;
-      highest = &extras;
+      if (!(secondary.significance[extra] >= significance)) continue;
+      if (highest != nullptr && highest->amplitude[at] >= secondary.amplitude[extra]) continue;
+      highest = &secondary;
       at = extra;
     }
     if (highest == nullptr) continue;
@@ -186,27 +187,27 @@ std::size_t PeakCandidates::unclear_lines(float significance) const {
 }
 
 void PeakCandidates::take_ridges(const Ridges& ridges) {
-  extras.seeds.clear();
-  extras.seeds.reserve(firsts.size() * Ridges::kMost);
-  extra_rises_.clear();
-  extra_rises_.reserve(firsts.size() * Ridges::kMost);
-  first_rises_.assign(firsts.size(), 0);
-  for (std::size_t i = 0; i < firsts.size(); ++i) {
-    PeakSeed& first = firsts.seeds[i];
+  secondary.seeds.clear();
+  secondary.seeds.reserve(primary.size() * Ridges::kMost);
+  secondary_rises_.clear();
+  secondary_rises_.reserve(primary.size() * Ridges::kMost);
+  primary_rises_.assign(primary.size(), 0);
+  for (std::size_t i = 0; i < primary.size(); ++i) {
+    PeakSeed& first = primary.seeds[i];
     const std::span<const Ridges::Ridge> of_line = ridges.of_line(first.line);
     const auto highest = std::max_element(
         of_line.begin(), of_line.end(),
         [](const Ridges::Ridge& a, const Ridges::Ridge& b) { return a.rise_dn < b.rise_dn; });
     if (highest == of_line.end()) continue;
     first.across = highest->across;
-    first_rises_[i] = highest->rise_dn;
+    primary_rises_[i] = highest->rise_dn;
     for (auto ridge = of_line.begin(); ridge != of_line.end(); ++ridge) {
       if (ridge == highest) continue;
-      extras.seeds.push_back({first.line, ridge->across});
-      extra_rises_.push_back(ridge->rise_dn);
+      secondary.seeds.push_back({first.line, ridge->across});
+      secondary_rises_.push_back(ridge->rise_dn);
     }
   }
-  extras.make_room(extras.seeds.size());
+  secondary.make_room(secondary.seeds.size());
 }
 
 void PeakCandidates::blank_false_ridges() {
@@ -218,19 +219,19 @@ void PeakCandidates::blank_false_ridges() {
       peaks.significance[i] = 0.0F;
     }
   };
-  blank(firsts, first_rises_);
-  blank(extras, extra_rises_);
+  blank(primary, primary_rises_);
+  blank(secondary, secondary_rises_);
 }
 
 void PeakCandidates::blank_flat_lines() {
   for (const std::int32_t line : rivals_.flat_lines)
-    firsts.significance[static_cast<std::size_t>(line)] = 0.0F;
+    primary.significance[static_cast<std::size_t>(line)] = 0.0F;
 }
 
-std::size_t PeakCandidates::first_extra(int line) const {
+std::size_t PeakCandidates::first_secondary(int line) const {
   const auto before = [](const PeakSeed& seed, int l) { return seed.line < l; };
-  const auto at = std::lower_bound(extras.seeds.begin(), extras.seeds.end(), line, before);
-  return static_cast<std::size_t>(at - extras.seeds.begin());
+  const auto at = std::lower_bound(secondary.seeds.begin(), secondary.seeds.end(), line, before);
+  return static_cast<std::size_t>(at - secondary.seeds.begin());
 }
 
 }  // namespace striper::detail

@@ -17,20 +17,20 @@ namespace striper::detail {
 class PeakCandidates {
  public:
   /// The most prominent candidate of every line, element i that of line i.
-  PeakList firsts;
+  PeakList primary;
 
   /// What else may be the stripe, in order of lines, the more prominent first.
-  PeakList extras;
+  PeakList secondary;
 
   /// Chooses them. @param noise_dn of a dark pixel. @param plan says how wide the stripe is.
-  void choose(const LitFrame& frame, StripeAxis axis, ChunkMaxima& chunks, double noise_dn,
+  void choose(const LitFrame& frame, StripeAxis axis, BlockMaxima& blocks, double noise_dn,
               const ProfilePlan& plan);
 
-  /// Chooses the extras again of lines whose first, however prominent, was measured to be less
-  /// significant than that: an edge, say. What rises less may be the stripe. For the images of the
-  /// last `choose`, before the extras are measured.
+  /// Chooses the secondary peaks again of lines whose first, however prominent, was measured to be
+  /// less significant than that: an edge, say. What rises less may be the stripe. For the images of
+  /// the last `choose`, before the secondary peaks are measured.
   void look_behind(float significance, const LitFrame& frame, StripeAxis axis,
-                   const ChunkMaxima& chunks);
+                   const BlockMaxima& blocks);
 
   /// Takes the ridges of every line instead of what `choose` found, the highest one first: for
   /// frames whose background hides the stripe.
@@ -44,28 +44,28 @@ class PeakCandidates {
   /// before.
   std::size_t unclear_lines(float significance) const;
 
-  /// Lines without any contrast have a place among the firsts and nothing to be measured: this
-  /// takes back what was measured.
+  /// Lines without any contrast have a place among the primary peaks and nothing to be measured:
+  /// this takes back what was measured.
   void blank_flat_lines();
 
   /// The first extra of a line, or where it would be.
-  std::size_t first_extra(int line) const;
+  std::size_t first_secondary(int line) const;
 
  private:
-  void find_hidden_lines(float significance, const ChunkMaxima& chunks);
-  void find_weak_rivals(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks);
+  void find_hidden_lines(float significance, const BlockMaxima& blocks);
+  void find_weak_rivals(const LitFrame& frame, StripeAxis axis, const BlockMaxima& blocks);
   template <typename Pixel>
-  void find_weak_rivals_in(const LitFrame& frame, StripeAxis axis, const ChunkMaxima& chunks);
+  void find_weak_rivals_in(const LitFrame& frame, StripeAxis axis, const BlockMaxima& blocks);
   void merge_rivals();
   bool is_hidden(std::int32_t line) const;
 
   double noise_dn_ = 0.0;
-  ChunkMaxima::RivalLimits limits_;
-  ChunkMaxima::Rivals rivals_;
+  BlockMaxima::RivalLimits limits_;
+  BlockMaxima::Rivals rivals_;
   std::vector<std::int32_t> hidden_;      // Lines to look behind their first, in order.
   std::vector<std::int32_t> weak_lines_;  // With them.
-  std::vector<std::int32_t> first_rises_, extra_rises_;  // Of the ridges, DN; 0: none.
-  std::vector<PeakSeed> weak_rivals_;                    // Of the weak lines, in order.
+  std::vector<std::int32_t> primary_rises_, secondary_rises_;  // Of the ridges, DN; 0: none.
+  std::vector<PeakSeed> weak_rivals_;                          // Of the weak lines, in order.
 };
 
 }  // namespace striper::detail

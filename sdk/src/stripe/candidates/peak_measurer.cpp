@@ -21,10 +21,10 @@ constexpr float kHopelessSignificance = 2.5F;
 constexpr double kLeastAboveEdge = 3.5;
 
 // Whether what brightens the place's sides may be the line's most prominent peak, and no edge.
-bool is_beside_first(const PeakMeasurer::Task& task, const PeakPlace& place) {
+bool is_beside_primary(const PeakMeasurer::Task& task, const PeakPlace& place) {
   const auto line = static_cast<std::size_t>(place.line);
-  return task.firsts->significance[line] >= static_cast<float>(task.threshold) &&
-         std::abs(task.firsts->position(line) - place.across) <=
+  return task.primary->significance[line] >= static_cast<float>(task.threshold) &&
+         std::abs(task.primary->position(line) - place.across) <=
              disturbed_by_neighbours_px(place.width);
 }
 
@@ -82,9 +82,9 @@ void PeakMeasurer::refuse_edges(const Task& task, PeakList& peaks) {
   const auto is_tilted = [&](std::size_t i) -> int {
     return distance * std::abs(peaks.slope[i]) > peaks.amplitude[i];
   };
-  constexpr std::size_t kBlock = 16;  // Nearly always the answer is no, a vector at a time.
-  for (std::size_t first = 0; first < peaks.size(); first += kBlock) {
-    const std::size_t last = std::min(first + kBlock, peaks.size());
+  constexpr std::size_t kTogether = 16;  // Nearly always the answer is no, a vector at a time.
+  for (std::size_t first = 0; first < peaks.size(); first += kTogether) {
+    const std::size_t last = std::min(first + kTogether, peaks.size());
     int any = 0;
     for (std::size_t i = first; i < last; ++i) any |= is_tilted(i);
     if (any == 0) continue;
@@ -98,7 +98,7 @@ void PeakMeasurer::refuse_edge(const Task& task, std::size_t i, PeakList& peaks)
   if (!(peaks.significance[i] >= task.threshold)) return;
   const PeakPlace place{peaks.seeds[i].line, peaks.across[i], typical_width(task.width),
                         peaks.level[i]};
-  if (task.firsts != nullptr && is_beside_first(task, place)) return;
+  if (task.primary != nullptr && is_beside_primary(task, place)) return;
   const double above =
       significance_above_edge(task.at_hand.frame, task.at_hand.axis, task.at_hand.noise, place);
   if (above >= kLeastAboveEdge) return;

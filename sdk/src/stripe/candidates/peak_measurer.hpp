@@ -18,8 +18,8 @@ class PeakMeasurer {
     const FrameAtHand& at_hand;
     const WidthModel& width;
     ProfilePlan plan;
-    double threshold;        ///< Of significance.
-    const PeakList* firsts;  ///< What may lie beside them, measured; null: it is these.
+    double threshold;         ///< Of significance.
+    const PeakList* primary;  ///< What may lie beside them, measured; null: it is these.
   };
 
   explicit PeakMeasurer(bool refine) : refine_(refine) {}

@@ -27,7 +27,7 @@ LitFrame part_across(const LitFrame& frame, StripeAxis axis, int begin, int end)
   part.lit = part_across(frame.lit, axis, begin, end);
   part.dark = part_across(frame.dark, axis, begin, end);
   part.variance = part_across(frame.variance, axis, begin, end);
-  part.blind = part_across(frame.blind, axis, begin, end);
+  part.masked = part_across(frame.masked, axis, begin, end);
   AxisGrid& across = axis == StripeAxis::kColumns ? part.grid.v : part.grid.u;
   across.offset = across.sensor(begin);
   return part;

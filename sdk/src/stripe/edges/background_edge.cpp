@@ -34,7 +34,7 @@ Side side_of(const LitLine<Pixel>& line, const PlanNoise& noise, int first, int 
   Side side;
   const int end = std::min(first + pixels, line.length());
   for (int k = std::max(0, first); k < end; ++k) {
-    if (line.clipped(k) || line.blind(k)) continue;
+    if (line.clipped(k) || line.masked(k)) continue;
     side.value += line.value(k);
     side.variance += noise.model.variance_dn2(line.lit(k)) +
                      noise.dark_noise_gain * noise.model.variance_dn2(line.dark(k));
@@ -53,7 +53,7 @@ double rise_above(const LitLine<Pixel>& line, const Side& level, double width, i
   double energy = 0.0;
   double sum = 0.0;
   for (int k = std::max(0, across - reach); k <= std::min(across + reach, line.length() - 1); ++k) {
-    if (line.blind(k)) continue;
+    if (line.masked(k)) continue;
     const double t = (k - across) / width;
     const double g = std::exp(-0.5 * t * t);
     response += g * (line.value(k) - level.value);

@@ -13,7 +13,7 @@ struct PeakPlace {
   int line = 0;
   int across = 0;      // Pixel of the image.
   double width = 0.0;  // The stripe's effective sigma, of the frame.
-  double level = 0.0;  // The straight background that was taken off it, DN, to a few pixels.
+  double level = 0.0;  // The straight background that was subtracted from it, DN, to a few pixels.
 };
 
 /// What the matched filter finds of a peak above the brighter one of its sides, 0 or more, in

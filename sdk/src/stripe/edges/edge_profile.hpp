@@ -8,7 +8,7 @@
 
 namespace striper::detail {
 
-/// The pixels of one line about a stripe, those that are neither clipped nor blind.
+/// The pixels of one line about a stripe, those that are neither clipped nor masked.
 struct EdgeProfile {
   static constexpr std::size_t kMost = 64;
 

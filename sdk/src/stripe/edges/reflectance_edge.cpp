@@ -175,7 +175,7 @@ EdgeProfile profile_at(const LitFrame& frame, StripeAxis axis, int line, double 
   const int end = std::min(pixels.length(), middle + reach + 1);
   for (int k = std::max(0, middle - reach); k < end; ++k) {
     profile.is_clipped = profile.is_clipped || pixels.clipped(k);
-    if (pixels.clipped(k) || pixels.blind(k)) continue;
+    if (pixels.clipped(k) || pixels.masked(k)) continue;
     profile.at[profile.count] = k;
     profile.lit[profile.count] = pixels.lit(k);
     profile.dark[profile.count] = pixels.dark(k);

@@ -34,7 +34,7 @@ Normal normal_equations(const LitLine<Pixel>& line, const Vector5& p, double cen
   const int first = std::max(0, middle - reach);
   const int last = std::min(line.length() - 1, middle + reach);
   for (int k = first; k <= last; ++k) {
-    if (line.clipped(k) || line.blind(k)) continue;
+    if (line.clipped(k) || line.masked(k)) continue;
     const double t = (k - p[kPosition]) / p[kWidth];
     const double g = std::exp(-0.5 * t * t);
     const double a = p[kAmplitude] * g / p[kWidth];

@@ -36,7 +36,7 @@ std::optional<WidthModel> known_width(const LitFrame& frame, const ExtractOption
   return WidthModel{at_pivot, slope, across.index(expected->pivot_px), 0.0};
 }
 
-WidthTracker& LaserWidths::of(const FrameAtHand& at_hand, const ChunkMaxima& chunks,
+WidthTracker& LaserWidths::of(const FrameAtHand& at_hand, const BlockMaxima& blocks,
                               const ExtractOptions& options) {
   const auto index = static_cast<std::size_t>(std::max(0, at_hand.frame.laser));
   if (index >= widths_.size()) widths_.resize(index + 1);
@@ -48,7 +48,7 @@ WidthTracker& LaserWidths::of(const FrameAtHand& at_hand, const ChunkMaxima& chu
   } else if (known) {
     width.expect(*known);
   } else {
-    const auto guess = guess_stripe_width(at_hand.frame, options.axis, chunks, at_hand.noise_dn);
+    const auto guess = guess_stripe_width(at_hand.frame, options.axis, blocks, at_hand.noise_dn);
     width.set(guess.value_or(kDefaultWidth));
   }
   return width;

@@ -19,7 +19,7 @@ class LaserWidths {
  public:
   /// The width of a laser's stripe; where nothing is known of it yet, as it was told or as the
   /// brightest pixels show it.
-  WidthTracker& of(const FrameAtHand& at_hand, const ChunkMaxima& chunks,
+  WidthTracker& of(const FrameAtHand& at_hand, const BlockMaxima& blocks,
                    const ExtractOptions& options);
 
   /// Takes in what was chosen. Returns by what factor the width has changed.

@@ -20,11 +20,11 @@ constexpr double kProminence = 4.0;  // Standard deviations of noise.
 constexpr int kReach = 32;
 
 // The mean of several lines' profiles about their brightest pixels, each in parts of its own
-// height: a few lamps are no more than a few faint lines.
+// height: a few light sources are no more than a few faint lines.
 class MeanProfile {
  public:
   template <typename Pixel>
-  void add(const LitFrame& frame, StripeAxis axis, int line_number, const ChunkMaxima::Peak& peak) {
+  void add(const LitFrame& frame, StripeAxis axis, int line_number, const BlockMaxima::Peak& peak) {
     const int across = peak.across;
     const LitLine<Pixel> line(frame, axis, line_number);
     const int first = std::max(0, across - kReach);
@@ -102,12 +102,12 @@ class MeanProfile {
 }  // namespace
 
 std::optional<double> guess_stripe_width(const LitFrame& frame, StripeAxis axis,
-                                         const ChunkMaxima& chunks, double noise_dn) {
+                                         const BlockMaxima& blocks, double noise_dn) {
   MeanProfile mean;
   int count = 0;
-  const int stride = chunks.lines() / kLines + 1;
-  for (int line = 0; line < chunks.lines(); line += stride) {
-    const ChunkMaxima::Peak peak = chunks.best(0, line);
+  const int stride = blocks.lines() / kLines + 1;
+  for (int line = 0; line < blocks.lines(); line += stride) {
+    const BlockMaxima::Peak peak = blocks.best(0, line);
     if (peak.prominence_dn < kProminence * noise_dn) continue;
     ++count;
     if (frame.lit.depth() == CV_8U) {

@@ -58,7 +58,7 @@ double WidthLearner::learn(const LitFrame& frame, StripeAxis axis, const StripeC
                            WidthTracker& width) {
   ++next_line_;
   const Census census = add_samples(choice, kStrongSnr, next_line_, width);
-  // A few strong peaks beside many fair ones are lamps and edges: the stripe is the many.
+  // A few strong peaks beside many fair ones are light sources and edges: the stripe is the many.
   if (census.strong >= kEnoughStrong && 2 * census.strong >= census.fair) return width.finish();
   if (census.clipped > census.fair && add_clipped_samples(frame, axis, choice, width) > 0) {
     return width.finish();

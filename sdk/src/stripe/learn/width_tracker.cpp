@@ -70,8 +70,8 @@ WidthModel WidthTracker::fit() {
   return known.model;
 }
 
-// About the shortest interval that half of the samples are in: lamps and edges beside the stripe
-// are nearly all wider than it, which moves a median.
+// About the shortest interval that half of the samples are in: light sources and edges beside the
+// stripe are nearly all wider than it, which moves a median.
 WidthModel WidthTracker::fit_anew() {
   scratch_.clear();
   for (const Sample& s : samples_) scratch_.push_back(s.width);
@@ -128,8 +128,8 @@ WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   return fit;
 }
 
-// Whether what lies so far off, which is what a slope hangs on, is mostly no outlier: of lamps and
-// edges beside a level stripe some always have its width.
+// Whether what lies so far off, which is what a slope hangs on, is mostly no outlier: of light
+// sources and edges beside a level stripe some always have its width.
 bool WidthTracker::is_stripe_beyond(double distance, double pivot, const WidthModel& centre) const {
   double all = 0.0;
   double inliers = 0.0;

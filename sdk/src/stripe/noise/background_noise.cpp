@@ -136,9 +136,9 @@ void BackgroundNoise::count_run(const ProfileImages& images, const std::int32_t*
     for_each_bend(dark, images.dark_steps, count,
                   [&](int i, int a, int b, int c) { difference[index(i)] -= a - 2 * b + c; });
   }
-  if (images.blind != nullptr) {
-    const std::uint8_t* const blind = images.blind + place(images.blind_steps);
-    for_each_bend(blind, images.blind_steps, count, [&](int i, int a, int b, int c) {
+  if (images.masked != nullptr) {
+    const std::uint8_t* const masked = images.masked + place(images.masked_steps);
+    for_each_bend(masked, images.masked_steps, count, [&](int i, int a, int b, int c) {
       tells[index(i)] &= static_cast<int>((a | b | c) == 0);
     });
   }

@@ -20,7 +20,7 @@ class BackgroundNoise {
  public:
   /// Returns the noise of one exposure, never below that of quantisation.
   /// @param peaks of each line, where its brightest peak is. @param exposures how many exposures'
-  /// variance lit - dark shows here: what is followed does not jump with what is taken off.
+  /// variance lit - dark shows here: what is followed does not jump with what is subtracted.
   double update(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
                 double exposures);
 

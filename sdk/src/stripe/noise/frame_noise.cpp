@@ -24,7 +24,7 @@ void sample_differences(const LitFrame& frame, StripeAxis axis, std::vector<std:
   for (std::int64_t i = 0; i < pairs; i += stride) {
     const LitLine<Pixel> line(frame, axis, static_cast<int>(i % lines));
     const int k = static_cast<int>(i / lines);
-    if (line.clipped(k) || line.clipped(k + 1) || line.blind(k) || line.blind(k + 1)) continue;
+    if (line.clipped(k) || line.clipped(k + 1) || line.masked(k) || line.masked(k + 1)) continue;
     out.push_back(std::abs(line.value(k + 1) - line.value(k)));
   }
 }

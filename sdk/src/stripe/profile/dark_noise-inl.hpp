@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shot noise of light that stands under a peak in `lit` and in `dark`: a marking, a lamp, a
-// bright edge. Compiled for every instruction set: see hwy/foreach_target.h for the unusual include
-// guard.
+// The shot noise of light that stands under a peak in `lit` and in `dark`: a marking, a light
+// source, a bright edge. Compiled for every instruction set: see hwy/foreach_target.h for the
+// unusual include guard.
 #if defined(STRIPER_STRIPE_DARK_NOISE_INL_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STRIPER_STRIPE_DARK_NOISE_INL_
 #undef STRIPER_STRIPE_DARK_NOISE_INL_

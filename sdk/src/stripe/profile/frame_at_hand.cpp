@@ -23,9 +23,9 @@ ProfileImages images_of(const LitFrame& frame, StripeAxis axis) {
     images.dark = frame.dark.ptr<Pixel>();
     images.dark_steps = steps(frame.dark);
   }
-  if (!frame.blind.empty()) {
-    images.blind = frame.blind.ptr<std::uint8_t>();
-    images.blind_steps = steps(frame.blind);
+  if (!frame.masked.empty()) {
+    images.masked = frame.masked.ptr<std::uint8_t>();
+    images.masked_steps = steps(frame.masked);
   }
   if (!frame.variance.empty()) {
     images.variance = frame.variance.ptr<float>();

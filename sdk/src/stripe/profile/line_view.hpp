@@ -15,7 +15,7 @@ inline const AxisGrid& grid_across(const PixelGrid& grid, StripeAxis axis) noexc
   return axis == StripeAxis::kColumns ? grid.v : grid.u;
 }
 
-/// One line of a lit frame with its dark reference taken off and its clipped pixels known.
+/// One line of a lit frame with its dark reference subtracted and its clipped pixels known.
 template <typename Pixel>
 class LitLine {
  public:
@@ -24,7 +24,7 @@ class LitLine {
         length_(line_length(frame.lit, axis)),
         full_scale_(frame.full_scale_dn) {
     if (!frame.dark.empty()) dark_ = image_line<Pixel>(frame.dark, axis, line);
-    if (!frame.blind.empty()) blind_ = image_line<std::uint8_t>(frame.blind, axis, line);
+    if (!frame.masked.empty()) masked_ = image_line<std::uint8_t>(frame.masked, axis, line);
   }
 
   int length() const noexcept { return length_; }
@@ -36,12 +36,12 @@ class LitLine {
   int dark(int k) const noexcept { return dark_.first != nullptr ? dark_[k] : 0; }
 
   bool clipped(int k) const noexcept { return lit_[k] >= full_scale_; }
-  bool blind(int k) const noexcept { return blind_.first != nullptr && blind_[k] != 0; }
+  bool masked(int k) const noexcept { return masked_.first != nullptr && masked_[k] != 0; }
 
  private:
   StridedLine<const Pixel> lit_;
   StridedLine<const Pixel> dark_;
-  StridedLine<const std::uint8_t> blind_;
+  StridedLine<const std::uint8_t> masked_;
   int length_;
   int full_scale_;
 };

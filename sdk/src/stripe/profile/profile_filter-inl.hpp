@@ -37,7 +37,7 @@ struct FilteredBackground {
     slope = hn::Mul(sum, b.left_slope);
   }
 
-  // What it takes off the response at a pixel.
+  // What it subtracts from the response at a pixel.
   HWY_INLINE V minus_at(int k) const {
     return hn::NegMulAdd(set(static_cast<float>(k)), slope, hn::Neg(level));
   }

@@ -92,7 +92,7 @@ void load_with_background(const ProfileImages& images, const ProfilePlan& plan, 
                           GroupWindow& g, Window& w, Background& background) {
   const BatchPixels pixels{g.pixels, batch};
   const bool is_inside = g.are_inside[batch];
-  if (is_inside && images.blind == nullptr && images.variance == nullptr) {
+  if (is_inside && images.masked == nullptr && images.variance == nullptr) {
     const bool is_plain = images.is_16_bit
                               ? read_if_plain<std::uint16_t>(images, plan, pixels, w, background)
                               : read_if_plain<std::uint8_t>(images, plan, pixels, w, background);

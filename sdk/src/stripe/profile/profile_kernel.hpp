@@ -17,17 +17,17 @@ struct ProfileImages {
     std::ptrdiff_t across = 0;
   };
   const void* lit = nullptr;
-  const void* dark = nullptr;           // Null: nothing to subtract.
-  const std::uint8_t* blind = nullptr;  // Null: none is blind.
-  const float* variance = nullptr;      // What `lit - dark` leaves beyond noise. Null: nothing.
-  Steps lit_steps, dark_steps, blind_steps, variance_steps;
+  const void* dark = nullptr;            // Null: nothing to subtract.
+  const std::uint8_t* masked = nullptr;  // Null: none is masked.
+  const float* variance = nullptr;       // What `lit - dark` leaves beyond noise. Null: nothing.
+  Steps lit_steps, dark_steps, masked_steps, variance_steps;
   bool is_16_bit = false;
   int length = 0;  // Pixels across the stripe.
   int full_scale_dn = 0;
 };
 
 /// Where a peak is to be measured.
-using PeakSeed = ChunkMaxima::Place;
+using PeakSeed = BlockMaxima::Place;
 
 /// How the kernel measures; made by `plan_profile`. Lengths in image pixels.
 struct ProfilePlan {

@@ -20,13 +20,13 @@ namespace {
 
 // Row k, then lane. Rows count from `half` pixels before the lane's centre.
 struct Window {
-  HWY_ALIGN float value[kMostRows * kMostLanes];  // lit - dark; the background is taken off later.
+  HWY_ALIGN float value[kMostRows * kMostLanes];  // lit - dark; the background is subtracted later.
   HWY_ALIGN float dark[kMostLanes];               // Mean of the dark image.
 
   // Whether every pixel is inside the image, seen and below full scale, and nothing is known of
   // its variance. Otherwise, and only then, there is this:
   bool is_plain = false;
-  HWY_ALIGN float seen[kMostRows * kMostLanes];    // 1 where inside the image and not blind.
+  HWY_ALIGN float seen[kMostRows * kMostLanes];    // 1 where inside the image and not masked.
   HWY_ALIGN float usable[kMostRows * kMostLanes];  // 1 where also not clipped.
   HWY_ALIGN float extra[kMostRows * kMostLanes];   // Variance beyond noise.
   bool has_extra = false;
@@ -46,9 +46,9 @@ void mark_clipped(const Rows& lit, int rows, V full_scale, Window& w) {
 
 HWY_INLINE bool is_seen(const ProfileImages& images, int line, int across) {
   if (across < 0 || across >= images.length) return false;
-  if (images.blind == nullptr) return true;
-  const ProfileImages::Steps& steps = images.blind_steps;
-  return images.blind[line * steps.line + across * steps.across] == 0;
+  if (images.masked == nullptr) return true;
+  const ProfileImages::Steps& steps = images.masked_steps;
+  return images.masked[line * steps.line + across * steps.across] == 0;
 }
 
 HWY_NOINLINE void mark_unseen(const ProfileImages& images, const Places& places, int half,
@@ -66,7 +66,7 @@ HWY_NOINLINE void mark_unseen(const ProfileImages& images, const Places& places,
 // ---- Loading.
 
 template <typename Rows>
-void take_off_dark(const Rows& dark, int rows, Window& w) {
+void subtract_dark(const Rows& dark, int rows, Window& w) {
   const Tag d;
   const int n = lanes();
   V sum = hn::Zero(d);
@@ -87,7 +87,7 @@ void load_pixels(const ProfileImages& images, const BatchPixels& pixels, int hal
   for (int k = 0; k < rows; ++k) hn::Store(lit.at(k), d, w.value + k * n);
   mark_clipped(lit, rows, set(static_cast<float>(images.full_scale_dn)), w);
   hn::Store(hn::Zero(d), d, w.dark);
-  if (images.dark != nullptr) take_off_dark(pixels.rows_of<Pixel>(pixels.group.dark), rows, w);
+  if (images.dark != nullptr) subtract_dark(pixels.rows_of<Pixel>(pixels.group.dark), rows, w);
 }
 
 // Fills the window around the lanes' centres, whatever there is.
@@ -99,7 +99,7 @@ HWY_NOINLINE void load(const ProfileImages& images, const BatchPixels& pixels, c
     load_pixels<std::uint8_t>(images, pixels, half, w);
   }
   w.is_plain = false;
-  if (!are_inside || images.blind != nullptr) mark_unseen(images, places, half, w);
+  if (!are_inside || images.masked != nullptr) mark_unseen(images, places, half, w);
   w.has_extra = images.variance != nullptr;
   if (!w.has_extra) return;
   const auto variance = image_of<float>(images.variance, images.variance_steps, images.length);

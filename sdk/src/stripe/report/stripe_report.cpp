@@ -17,7 +17,8 @@ namespace {
 constexpr double kLeastSure = 0.01;
 constexpr float kSure = 0.99F;
 
-// What is told by its neighbours has so many of them at least; and alone it is as likely a glint.
+// What is told by its neighbours has so many of them at least; and alone it is as likely a specular
+// highlight.
 constexpr int kFewestToCompare = 16;
 constexpr float kOfOneAlone = 0.5F;
 constexpr double kSamePeakPx = 0.5;
@@ -26,7 +27,7 @@ using Choice = StripeReport::Choice;
 
 // Whether at least half of what is good is clear in its own line.
 bool is_mostly_clear(const Choice& chosen, const Stripe& stripe) {
-  const auto& significance = chosen.finder.candidates().firsts.significance;
+  const auto& significance = chosen.finder.candidates().primary.significance;
   std::size_t good = 0;
   std::size_t clear = 0;
   for (std::size_t i = 0; i < stripe.size(); ++i) {
@@ -51,7 +52,7 @@ bool is_alone(const StripePieces& pieces, int line, double across) {
 // A stripe would show in a line beside it, or not far off, where most of it is clear.
 void mark_alone(const Choice& chosen, Stripe& stripe) {
   const bool is_comparable =
-      chosen.options.peak != PeakRule::kAll && chosen.finder.chunks().lines() >= kFewestToCompare;
+      chosen.options.peak != PeakRule::kAll && chosen.finder.blocks().lines() >= kFewestToCompare;
   if (!is_comparable || !is_mostly_clear(chosen, stripe)) return;
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
@@ -83,7 +84,7 @@ void mark_outliers(const Choice& chosen, Stripe& stripe) {
     sure += static_cast<std::size_t>(stripe.confidence[i] >= kSure);
   }
   const double least_sure =
-      chosen.choice.is_plain() ? 0.0 : kLeastSure * chosen.finder.chunks().lines();
+      chosen.choice.is_plain() ? 0.0 : kLeastSure * chosen.finder.blocks().lines();
   // A faint stripe that is followed goes on where no line alone shows it.
   const bool is_followed = chosen.options.peak == PeakRule::kContinuous;
   const bool is_scattered = chosen.choice.is_scattered() && !is_followed;
@@ -94,15 +95,15 @@ void mark_outliers(const Choice& chosen, Stripe& stripe) {
   }
 }
 
-// Where two images are subtracted, the blind mask has what is clipped in both.
-void mark_blind_lines(const LitFrame& frame, const ChunkMaxima& chunks, Stripe& stripe) {
+// Where two images are subtracted, the mask has what is clipped in both.
+void mark_masked_lines(const LitFrame& frame, const BlockMaxima& blocks, Stripe& stripe) {
   const auto is_clipped = [&](int line) {
-    return frame.dark.empty() && chunks.brightest_dn(line) >= frame.full_scale_dn;
+    return frame.dark.empty() && blocks.brightest_dn(line) >= frame.full_scale_dn;
   };
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     if (stripe.status[i] != ReturnStatus::kNoStripe) continue;
     const int line = stripe.line[i];
-    if (chunks.is_partly_blind(line) || is_clipped(line)) stripe.status[i] = ReturnStatus::kBlind;
+    if (blocks.is_partly_masked(line) || is_clipped(line)) stripe.status[i] = ReturnStatus::kBlind;
   }
 }
 
@@ -115,7 +116,7 @@ void StripeReport::write(const Choice& chosen, Stripe& stripe) {
       !is_background_subtracted(frame) && !chosen.options.each_line_by_itself;
   if (chosen.choice.is_plain() && has_background) mark_alone(chosen, stripe);
   mark_outliers(chosen, stripe);
-  mark_blind_lines(frame, chosen.finder.chunks(), stripe);
+  mark_masked_lines(frame, chosen.finder.blocks(), stripe);
 }
 
 void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {
@@ -123,14 +124,14 @@ void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {
   const PeakLimits limits =
       limits_of(options, finder.detection(), width, at_hand.images.length, at_hand.step);
   PeakCandidates& candidates = finder.candidates();
-  judge_peaks(limits, candidates.firsts);
-  judge_peaks(limits, candidates.extras);
+  judge_peaks(limits, candidates.primary);
+  judge_peaks(limits, candidates.secondary);
   if (!choice.is_plain()) return choose_by_evidence(choice, options, stripe);
   choose_by_height(candidates, width, options, stripe);
   if (options.peak != PeakRule::kContinuous) return;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, false, BackgroundReach::kWide);
   follower_.follow(at_hand, candidates, width, plan, limits, stripe);
-  follower_.drop_strays(finder.chunks(), stripe);
+  follower_.drop_unsupported(finder.blocks(), stripe);
 }
 
 }  // namespace striper::detail

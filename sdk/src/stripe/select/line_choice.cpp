@@ -73,22 +73,23 @@ void choose_in_line(const LinePeaks& peaks, std::size_t line, const ExtractOptio
   }
 }
 
-void put_firsts(const PeakList& firsts, Stripe& stripe) {
-  const std::size_t count = firsts.size();
+void put_primary(const PeakList& primary, Stripe& stripe) {
+  const std::size_t count = primary.size();
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
-  for (std::size_t i = 0; i < count; ++i) stripe.across_px[i] = across.sensor(firsts.position(i));
-  std::copy_n(firsts.sigma.begin(), count, stripe.sigma_px.begin());
-  std::copy_n(firsts.amplitude.begin(), count, stripe.amplitude_dn.begin());
-  std::copy_n(firsts.width.begin(), count, stripe.width_px.begin());
-  std::copy_n(firsts.confidence.begin(), count, stripe.confidence.begin());
-  std::copy_n(firsts.status.begin(), count, stripe.status.begin());
+  for (std::size_t i = 0; i < count; ++i) stripe.across_px[i] = across.sensor(primary.position(i));
+  std::copy_n(primary.sigma.begin(), count, stripe.sigma_px.begin());
+  std::copy_n(primary.amplitude.begin(), count, stripe.amplitude_dn.begin());
+  std::copy_n(primary.width.begin(), count, stripe.width_px.begin());
+  std::copy_n(primary.confidence.begin(), count, stripe.confidence.begin());
+  std::copy_n(primary.status.begin(), count, stripe.status.begin());
 }
 
 void put_all_by_height(const PeakCandidates& candidates, const WidthModel& width, Stripe& stripe) {
   stripe.clear();
-  stripe.reserve(candidates.firsts.size() * (Ridges::kMost + 1));
-  for (int line = 0; line < static_cast<int>(candidates.firsts.size()); ++line) {
-    const LinePeaks peaks = peaks_of_line(candidates, line, candidates.first_extra(line), width);
+  stripe.reserve(candidates.primary.size() * (Ridges::kMost + 1));
+  for (int line = 0; line < static_cast<int>(candidates.primary.size()); ++line) {
+    const LinePeaks peaks =
+        peaks_of_line(candidates, line, candidates.first_secondary(line), width);
     if (peaks.count == 0) stripe.append(line);
     for (const LinePeak& peak : peaks) put_peak(peak, stripe.append(line), stripe);
   }
@@ -216,10 +217,10 @@ LinePeaks peaks_of_line(const PeakCandidates& candidates, int line, std::size_t 
     const double position = list.position(at);
     insert({&list, at, position}, kSamePeak * width.at(position), peaks);
   };
-  consider(candidates.firsts, static_cast<std::size_t>(line));
-  const std::vector<PeakSeed>& seeds = candidates.extras.seeds;
+  consider(candidates.primary, static_cast<std::size_t>(line));
+  const std::vector<PeakSeed>& seeds = candidates.secondary.seeds;
   for (; extra < seeds.size() && seeds[extra].line == line; ++extra) {
-    consider(candidates.extras, extra);
+    consider(candidates.secondary, extra);
   }
   return peaks;
 }
@@ -239,15 +240,15 @@ void choose_by_height(const PeakCandidates& candidates, const WidthModel& width,
     put_all_by_height(candidates, width, stripe);
     return;
   }
-  put_firsts(candidates.firsts, stripe);
-  const std::vector<PeakSeed>& extras = candidates.extras.seeds;
-  for (std::size_t i = 0; i < extras.size();) {
-    const int line = extras[i].line;
+  put_primary(candidates.primary, stripe);
+  const std::vector<PeakSeed>& secondary = candidates.secondary.seeds;
+  for (std::size_t i = 0; i < secondary.size();) {
+    const int line = secondary[i].line;
     const LinePeaks peaks = peaks_of_line(candidates, line, i, width);
     if (peaks.count > 0) {
       choose_in_line(peaks, static_cast<std::size_t>(line), options, stripe);
     }
-    while (i < extras.size() && extras[i].line == line) ++i;
+    while (i < secondary.size() && secondary[i].line == line) ++i;
   }
 }
 

@@ -59,8 +59,8 @@ void StripePieces::find(const PeakCandidates& candidates, const WidthModel& widt
 
 void StripePieces::gather(const PeakCandidates& candidates, const WidthModel& width,
                           float threshold) {
-  const std::size_t lines = candidates.firsts.size();
-  const std::size_t most = lines + candidates.extras.seeds.capacity();
+  const std::size_t lines = candidates.primary.size();
+  const std::size_t most = lines + candidates.secondary.seeds.capacity();
   candidates_.clear();
   candidates_.reserve(most);
   links_.reserve(most);
@@ -68,13 +68,13 @@ void StripePieces::gather(const PeakCandidates& candidates, const WidthModel& wi
   next_distance_.reserve(most);
   pieces_.reserve(most);
   first_of_line_.resize(lines + 1);
-  const std::vector<PeakSeed>& seeds = candidates.extras.seeds;
+  const std::vector<PeakSeed>& seeds = candidates.secondary.seeds;
   std::size_t extra = 0;
   for (std::size_t line = 0; line < lines; ++line) {
     first_of_line_[line] = static_cast<std::uint32_t>(candidates_.size());
-    add(candidates.firsts, line, width, threshold);
+    add(candidates.primary, line, width, threshold);
     for (; extra < seeds.size() && static_cast<std::size_t>(seeds[extra].line) == line; ++extra) {
-      add(candidates.extras, extra, width, threshold);
+      add(candidates.secondary, extra, width, threshold);
     }
   }
   first_of_line_[lines] = static_cast<std::uint32_t>(candidates_.size());

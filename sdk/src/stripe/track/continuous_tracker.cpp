@@ -28,7 +28,7 @@ struct Amplitude {
   double weight;
 };
 constexpr std::array<Amplitude, 4> kAmplitudes{{{1.9, 0.65}, {2.9, 0.2}, {4.3, 0.1}, {6.3, 0.05}}};
-// Stronger than this, continuity may still overrule a line: a glint is strong as well.
+// Stronger than this, continuity may still overrule a line: a specular highlight is strong as well.
 constexpr double kStrongest = 9.0;
 constexpr double kTableStep = 1.0 / 16.0;
 constexpr double kTableLow = -8.0;
@@ -121,7 +121,7 @@ void ContinuousTracker::load_line(const LitFrame& frame, StripeAxis axis, int li
   hidden_.assign(static_cast<std::size_t>(length_), 0);
   float last_seen = 0.0F;
   for (int k = 0; k < length_; ++k) {
-    const bool hidden = line.blind(k);
+    const bool hidden = line.masked(k);
     hidden_[static_cast<std::size_t>(k)] = hidden ? 1 : 0;
     if (!hidden) last_seen = static_cast<float>(line.value(k));
     padded_[static_cast<std::size_t>(k + half_window_)] = last_seen;

@@ -33,8 +33,8 @@ constexpr double kSteepestBeside = 3.0;
 constexpr float kPlainSignificance = 5.5F;
 constexpr float kLeastOfBeside = 0.4F;
 
-bool is_blind_at(const LitFrame& frame, StripeAxis axis, int line, int across) {
-  return !frame.blind.empty() && image_line<std::uint8_t>(frame.blind, axis, line)[across] != 0;
+bool is_masked_at(const LitFrame& frame, StripeAxis axis, int line, int across) {
+  return !frame.masked.empty() && image_line<std::uint8_t>(frame.masked, axis, line)[across] != 0;
 }
 
 // Judges the width and the edge only: that there is a stripe is known from the chain.
@@ -53,10 +53,10 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
   const PlanNoise& noise = at_hand.noise;
   const double typical = typical_width(width);
   tracker_.track(frame, stripe.axis, typical, noise);
-  const auto lines = static_cast<int>(candidates.firsts.size());
-  followed_.make_room(candidates.firsts.size());
-  followed_.seeds.clear();
-  leans_.assign(candidates.firsts.size(), 0);
+  const auto lines = static_cast<int>(candidates.primary.size());
+  tracked_.make_room(candidates.primary.size());
+  tracked_.seeds.clear();
+  weakly_supported_.assign(candidates.primary.size(), 0);
   for (int line = 0; line < lines; ++line) {
     const ContinuousTracker::Answer& answer = tracker_.of_line(line);
     const bool is_probable = answer.probability >= kProbable;
@@ -66,39 +66,38 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
     // of false alarms.
     if (stripe.status[i] == ReturnStatus::kWeak) stripe.drop(i, ReturnStatus::kNoStripe);
     const bool is_missing = verdict(stripe.status[i]) == Verdict::kMissing;
-    if (is_probable && is_missing && !is_blind_at(frame, stripe.axis, line, answer.across)) {
-      followed_.seeds.push_back({line, answer.across});
+    if (is_probable && is_missing && !is_masked_at(frame, stripe.axis, line, answer.across)) {
+      tracked_.seeds.push_back({line, answer.across});
     }
   }
-  if (followed_.seeds.empty()) return;
+  if (tracked_.seeds.empty()) return;
   // The line alone would lose its way: the filter's peak is looked for close by and stands.
   plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
   plan.aligned = 0;
-  measure_profiles(at_hand.images, plan, followed_.seeds.data(), static_cast<int>(followed_.size()),
-                   followed_.measurements());
-  for (std::size_t n = 0; n < followed_.size(); ++n) {
-    const PeakPlace place{followed_.seeds[n].line, followed_.across[n], typical,
-                          followed_.level[n]};
+  measure_profiles(at_hand.images, plan, tracked_.seeds.data(), static_cast<int>(tracked_.size()),
+                   tracked_.measurements());
+  for (std::size_t n = 0; n < tracked_.size(); ++n) {
+    const PeakPlace place{tracked_.seeds[n].line, tracked_.across[n], typical, tracked_.level[n]};
     const double above = significance_above_edge(frame, stripe.axis, noise, place);
-    followed_.significance[n] = std::min(followed_.significance[n], static_cast<float>(above));
+    tracked_.significance[n] = std::min(tracked_.significance[n], static_cast<float>(above));
   }
-  judge_peaks(without_threshold(limits), followed_);
+  judge_peaks(without_threshold(limits), tracked_);
   // However little a line shows, its peak is not farther off than it was looked for.
   const float farthest = limits.step * (static_cast<float>(plan.reach) + 0.5F);
-  for (float& sigma : followed_.sigma) sigma = std::min(sigma, farthest);
-  put_followed(at_hand.images.length, stripe);
+  for (float& sigma : tracked_.sigma) sigma = std::min(sigma, farthest);
+  put_tracked(at_hand.images.length, stripe);
 }
 
 bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
                                   const WidthModel& width, Stripe& stripe) {
   const ContinuousTracker::Answer& answer = tracker_.of_line(line);
-  const LinePeaks peaks = peaks_of_line(candidates, line, candidates.first_extra(line), width);
+  const LinePeaks peaks = peaks_of_line(candidates, line, candidates.first_secondary(line), width);
   const double near = kFollowedReach * width.at(answer.across) + 1.0;
   for (const LinePeak& peak : peaks) {
     if (std::abs(peak.position - answer.across) > near) continue;
     const auto i = static_cast<std::size_t>(line);
     put_peak(peak, i, stripe);
-    leans_[i] = peak.status() == ReturnStatus::kWeak ? 1 : 0;
+    weakly_supported_[i] = peak.status() == ReturnStatus::kWeak ? 1 : 0;
     const bool is_sure = answer.probability >= kCertain && peak.status() == ReturnStatus::kWeak;
     if (is_sure) stripe.status[i] = ReturnStatus::kOk;
     stripe.confidence[i] = answer.probability;
@@ -109,43 +108,43 @@ bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
 
 // Whether the lines beside a followed one show the stripe so plainly that it would show here too.
 bool LineFollower::lacks_stripe(std::size_t n, const Stripe& stripe) const {
-  const int line = followed_.seeds[n].line;
+  const int line = tracked_.seeds[n].line;
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   std::array<float, 2 * kBeside> amplitudes{};
   std::size_t count = 0;
   for (int other = std::max(0, line - kBeside); other <= line + kBeside; ++other) {
     const auto i = static_cast<std::size_t>(other);
     if (other == line || i >= stripe.size() || stripe.status[i] != ReturnStatus::kOk) continue;
-    const double step = across.index(stripe.across_px[i]) - followed_.position(n);
+    const double step = across.index(stripe.across_px[i]) - tracked_.position(n);
     if (std::abs(step) > kSteepestBeside * (std::abs(other - line) + 1)) continue;
     amplitudes[count++] = stripe.amplitude_dn[i];
   }
   if (count == 0) return false;
   std::span seen(amplitudes.data(), count);
   const float beside = upper_median(seen);
-  const float own = followed_.amplitude[n];
-  const bool is_plain = beside * (followed_.significance[n] / own) >= kPlainSignificance;
+  const float own = tracked_.amplitude[n];
+  const bool is_plain = beside * (tracked_.significance[n] / own) >= kPlainSignificance;
   return is_plain && own < kLeastOfBeside * beside;
 }
 
-void LineFollower::put_followed(int length, Stripe& stripe) {
-  for (std::size_t first = 0; first < followed_.size();) {
+void LineFollower::put_tracked(int length, Stripe& stripe) {
+  for (std::size_t first = 0; first < tracked_.size();) {
     std::size_t end = first + 1;
-    while (end < followed_.size() && goes_on(end)) ++end;
+    while (end < tracked_.size() && goes_on(end)) ++end;
     if (shows_on_the_whole(first, end)) put_run(first, end, length, stripe);
     first = end;
   }
 }
 
 bool LineFollower::goes_on(std::size_t n) const {
-  return followed_.seeds[n].line == followed_.seeds[n - 1].line + 1;
+  return tracked_.seeds[n].line == tracked_.seeds[n - 1].line + 1;
 }
 
 // Whether a run of followed lines shows a stripe in the mean; a gap shows what the chain could find
 // in noise. A few lines are bridged.
 bool LineFollower::shows_on_the_whole(std::size_t first, std::size_t end) const {
   if (end - first <= kMostBridged) return true;
-  const auto begin = followed_.significance.begin();
+  const auto begin = tracked_.significance.begin();
   const float sum = std::accumulate(begin + static_cast<std::ptrdiff_t>(first),
                                     begin + static_cast<std::ptrdiff_t>(end), 0.0F);
   return sum >= kLeastMeanFollowed * static_cast<float>(end - first);
@@ -154,16 +153,16 @@ bool LineFollower::shows_on_the_whole(std::size_t first, std::size_t end) const 
 void LineFollower::put_run(std::size_t first, std::size_t end, int length, Stripe& stripe) {
   std::size_t bridged = 0;
   for (std::size_t n = first; n < end; ++n) {
-    const bool shows = followed_.significance[n] > kLeastFollowed;
+    const bool shows = tracked_.significance[n] > kLeastFollowed;
     bridged = shows ? 0 : bridged + 1;
     if (bridged > kMostBridged || lacks_stripe(n, stripe)) continue;
-    if (!(followed_.amplitude[n] > 0.0F)) continue;  // There is no light at all.
-    const LinePeak peak{&followed_, n, followed_.position(n)};
+    if (!(tracked_.amplitude[n] > 0.0F)) continue;  // There is no light at all.
+    const LinePeak peak{&tracked_, n, tracked_.position(n)};
     if (!(peak.position >= 0.0 && peak.position <= length - 1)) continue;
-    const int line = followed_.seeds[n].line;
+    const int line = tracked_.seeds[n].line;
     const auto i = static_cast<std::size_t>(line);
     put_peak(peak, i, stripe);
-    leans_[i] = 1;
+    weakly_supported_[i] = 1;
     const float probability = tracker_.of_line(line).probability;
     stripe.confidence[i] = probability;
     // The chain tells that there is a stripe, not that all of it is inside the picture.
@@ -172,14 +171,14 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
   }
 }
 
-void LineFollower::drop_strays(const ChunkMaxima& chunks, Stripe& stripe) const {
-  const auto hangs = [&](std::size_t i) {
-    return leans_[i] != 0 && chunks.is_partly_blind(stripe.line[i]);
+void LineFollower::drop_unsupported(const BlockMaxima& blocks, Stripe& stripe) const {
+  const auto is_isolated = [&](std::size_t i) {
+    return weakly_supported_[i] != 0 && blocks.is_partly_masked(stripe.line[i]);
   };
-  for (std::size_t first = 0; first < leans_.size(); ++first) {
-    if (!hangs(first)) continue;
+  for (std::size_t first = 0; first < weakly_supported_.size(); ++first) {
+    if (!is_isolated(first)) continue;
     std::size_t end = first + 1;
-    while (end < leans_.size() && hangs(end)) ++end;
+    while (end < weakly_supported_.size() && is_isolated(end)) ++end;
     if (!goes_on_from(first, -1, stripe) && !goes_on_from(end - 1, 1, stripe)) {
       for (std::size_t i = first; i < end; ++i) stripe.drop(i, ReturnStatus::kNoStripe);
     }
@@ -193,7 +192,7 @@ bool LineFollower::goes_on_from(std::size_t i, int direction, const Stripe& stri
   int near = 0;
   for (int n = 1; n <= kBeside; ++n) {
     const std::ptrdiff_t beside = static_cast<std::ptrdiff_t>(i) + n * direction;
-    if (beside < 0 || beside >= static_cast<std::ptrdiff_t>(leans_.size())) break;
+    if (beside < 0 || beside >= static_cast<std::ptrdiff_t>(weakly_supported_.size())) break;
     const auto other = static_cast<std::size_t>(beside);
     if (stripe.status[other] != ReturnStatus::kOk) continue;
     const double step = across.index(stripe.across_px[other]) - across.index(stripe.across_px[i]);

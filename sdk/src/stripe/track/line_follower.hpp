@@ -22,10 +22,10 @@ class LineFollower {
   void follow(const FrameAtHand& at_hand, const PeakCandidates& candidates, const WidthModel& width,
               ProfilePlan plan, const PeakLimits& limits, Stripe& stripe);
 
-  /// After `follow`: of lines side by side that are partly blind, drops what the chain alone made a
-  /// return of, unless it goes on in a line that is not. Where the stripe is hidden the chain finds
-  /// what else there is.
-  void drop_strays(const ChunkMaxima& chunks, Stripe& stripe) const;
+  /// After `follow`: of lines side by side that are partly masked, drops what the chain alone made
+  /// a return of, unless it goes on in a line that is not. Where the stripe is hidden the chain
+  /// finds what else there is.
+  void drop_unsupported(const BlockMaxima& blocks, Stripe& stripe) const;
 
  private:
   bool take_candidate(int line, const PeakCandidates& candidates, const WidthModel& width,
@@ -35,11 +35,12 @@ class LineFollower {
   bool goes_on(std::size_t n) const;
   bool shows_on_the_whole(std::size_t first, std::size_t end) const;
   void put_run(std::size_t first, std::size_t end, int length, Stripe& stripe);
-  void put_followed(int length, Stripe& stripe);
+  void put_tracked(int length, Stripe& stripe);
 
   ContinuousTracker tracker_;
-  PeakList followed_;
-  std::vector<std::uint8_t> leans_;  // Per line: on the chain, the line alone shows too little.
+  PeakList tracked_;
+  std::vector<std::uint8_t>
+      weakly_supported_;  // Per line: on the chain, the line alone shows too little.
 };
 
 }  // namespace striper::detail

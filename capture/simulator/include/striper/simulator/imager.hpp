@@ -22,7 +22,7 @@ struct SensorNoise {
 };
 
 /// Light scattered in the lens: this fraction of all light is spread by a Gaussian instead of
-/// going to its own pixel. It makes the halo around lamps.
+/// going to its own pixel. It makes the flare around light sources.
 struct Bloom {
   double fraction = 0.0;
   double sigma_px = 8.0;

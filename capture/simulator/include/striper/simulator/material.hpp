@@ -64,8 +64,8 @@ struct Material {
   double reflectance = 0.5;
   double retro_gain = 0.0;
   double retro_spread_rad = 0.035;
-  /// Light that the surface sends out by itself, spectral radiance in the filter's band: a lamp
-  /// (rear light about 1 to 10), or a mirror image of the sun (2e4 and above).
+  /// Light that the surface sends out by itself, spectral radiance in the filter's band: a light
+  /// source (rear light about 1 to 10), or a mirror image of the sun (2e4 and above).
   double radiance_w_m2_sr_nm = 0.0;
   /// Mottling of flat faces, as of grass or asphalt: the reflectance (of texture and all) varies
   /// smoothly by up to this fraction, over about `mottle_grain_m`.

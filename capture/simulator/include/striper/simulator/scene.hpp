@@ -20,7 +20,7 @@ namespace striper {
 /// How the camera scans its picture.
 enum class ScanMode {
   kProgressive,
-  kTopFirst,              ///< Interlaced, two fields woven into one frame, the top one first.
+  kTopFirst,              ///< Interlaced, two fields in one frame, the top one first.
   kBottomFirst,           ///< The same, the bottom one first.
   kAlternateTopFirst,     ///< Interlaced, a frame per field, the top one first.
   kAlternateBottomFirst,  ///< The same, the bottom one first.

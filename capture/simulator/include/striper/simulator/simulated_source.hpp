@@ -39,7 +39,7 @@ class SimulatedControls;
 /// - `noise` = `off`, or those that stay on: `noise=shot,read,prnu,speckle`
 /// - `laser` the cadence that the lasers follow: `0`, `0,dark`, `0,1,dark`
 /// - `illumination=unknown` the frames do not say which laser fired, as with a real grabber
-/// - `fields` = `progressive`, `split-top`, `split-bottom` (pictures of two woven fields, the named
+/// - `fields` = `progressive`, `split-top`, `split-bottom` (pictures of two fields, the named
 ///   one first), `alternate-top`, `alternate-bottom` (each field a frame)
 /// - `realtime=yes` frames come when they are due, not when they are ready: `next` waits for that,
 ///   whatever its timeout, until `stop`

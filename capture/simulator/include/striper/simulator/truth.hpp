@@ -43,7 +43,7 @@ struct TrueReturn {
   int object = -1;         ///< Index into Scene::objects.
   bool near_edge = false;  ///< Within Scene::edge_distance_px of where the surface or its light
                            ///< ends, or bends: the profile is not one whole Gaussian.
-  bool blind = false;      ///< Daylight or a lamp alone saturates pixels here.
+  bool blind = false;      ///< Daylight or a light source alone saturates pixels here.
   bool clipped = false;    ///< The stripe's own peak saturates.
 };
 

@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// The chunk maxima of columns. Compiled for every instruction set: see hwy/foreach_target.h for the
+// The block maxima of columns. Compiled for every instruction set: see hwy/foreach_target.h for the
 // unusual include guard.
-#if defined(STRIPER_STRIPE_CHUNK_COLUMNS_INL_) == defined(HWY_TARGET_TOGGLE)
-#ifdef STRIPER_STRIPE_CHUNK_COLUMNS_INL_
-#undef STRIPER_STRIPE_CHUNK_COLUMNS_INL_
+#if defined(STRIPER_STRIPE_BLOCK_COLUMNS_INL_) == defined(HWY_TARGET_TOGGLE)
+#ifdef STRIPER_STRIPE_BLOCK_COLUMNS_INL_
+#undef STRIPER_STRIPE_BLOCK_COLUMNS_INL_
 #else
-#define STRIPER_STRIPE_CHUNK_COLUMNS_INL_
+#define STRIPER_STRIPE_BLOCK_COLUMNS_INL_
 #endif
 
 #include <algorithm>
 #include <cstdint>
 
-#include "stripe/candidates/chunk_reader-inl.hpp"
+#include "stripe/candidates/block_reader-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace striper::detail {
 namespace HWY_NAMESPACE {
 namespace {
 
-// ---- Columns: the rows of a chunk are folded into running maxima, a strip of columns at a time.
+// ---- Columns: the rows of a block are folded into running maxima, a strip of columns at a time.
 
 template <typename Pixel>
 struct Running {
   PixelVec<Pixel> maximum;
-  PixelVec<Pixel> position;  // Row in the chunk.
+  PixelVec<Pixel> position;  // Row in the block.
 
   HWY_INLINE void fold(PixelVec<Pixel> v, PixelVec<Pixel> row_position) {
     const auto larger = hn::Max(maximum, v);
@@ -33,9 +33,9 @@ struct Running {
   }
 };
 
-// What is kept of one chunk of every column.
+// What is kept of one block of every column.
 template <typename Pixel>
-struct ChunkOfColumns {
+struct BlockOfColumns {
   Pixel* maxima;
   Pixel* positions;
 
@@ -51,21 +51,21 @@ struct ChunkOfColumns {
   }
 };
 
-constexpr int kRowBlock = 8;
-static_assert(kChunkPixels % kRowBlock == 0);
+constexpr int kRowGroup = 8;
+static_assert(kBlockPixels % kRowGroup == 0);
 
-// Folds rows from `first` to `end` of the chunk that begins at `row`, so many vectors side by side.
-// Rows in blocks of a number known beforehand, whose loop is gone.
+// Folds rows from `first` to `end` of the block that begins at `row`, so many vectors side by side.
+// Rows in groups of a number known beforehand, whose loop is gone.
 template <int kVectors, typename R>
 HWY_INLINE void fold_strip(const R& reader, int row, int first, int end, int col,
-                           const ChunkOfColumns<typename R::Pixel>& chunk) {
+                           const BlockOfColumns<typename R::Pixel>& block) {
   using Pixel = typename R::Pixel;
   const PixelTag<Pixel> d;
   const int n = static_cast<int>(hn::Lanes(d));
   Running<Pixel> running[kVectors];
   for (int v = 0; v < kVectors; ++v) {
     running[v] = {hn::Zero(d), hn::Zero(d)};
-    if (first > 0) running[v] = chunk.load(col + v * n);
+    if (first > 0) running[v] = block.load(col + v * n);
   }
   auto position = hn::Set(d, static_cast<Pixel>(first));
   const auto fold_row = [&](int k) HWY_ATTR {
@@ -75,16 +75,16 @@ HWY_INLINE void fold_strip(const R& reader, int row, int first, int end, int col
     position = hn::Add(position, hn::Set(d, Pixel{1}));
   };
   int k = first;
-  for (; k + kRowBlock <= end; k += kRowBlock) {
-    for (int i = 0; i < kRowBlock; ++i) fold_row(k + i);
+  for (; k + kRowGroup <= end; k += kRowGroup) {
+    for (int i = 0; i < kRowGroup; ++i) fold_row(k + i);
   }
   for (; k < end; ++k) fold_row(k);
-  for (int v = 0; v < kVectors; ++v) chunk.store(running[v], col + v * n);
+  for (int v = 0; v < kVectors; ++v) block.store(running[v], col + v * n);
 }
 
 template <typename R>
-void narrow_chunk(const R& reader, int row, int rows,
-                  const ChunkOfColumns<typename R::Pixel>& chunk) {
+void narrow_block(const R& reader, int row, int rows,
+                  const BlockOfColumns<typename R::Pixel>& block) {
   using Pixel = typename R::Pixel;
   for (int col = 0; col < reader.planes.cols; ++col) {
     Pixel maximum = 0;
@@ -94,8 +94,8 @@ void narrow_chunk(const R& reader, int row, int rows,
       if (value > maximum) position = k;
       maximum = std::max(maximum, value);
     }
-    chunk.maxima[col] = maximum;
-    chunk.positions[col] = static_cast<Pixel>(position);
+    block.maxima[col] = maximum;
+    block.positions[col] = static_cast<Pixel>(position);
   }
 }
 
@@ -104,12 +104,12 @@ constexpr int kRowsPerVisit = 16;
 // A wide image is read a few whole rows at a time, which is the order that memory gives fastest.
 // Returns how many columns were done: a multiple of two vectors.
 template <typename R>
-int wide_chunk(const R& reader, int row, int rows, const ChunkOfColumns<typename R::Pixel>& chunk) {
+int wide_block(const R& reader, int row, int rows, const BlockOfColumns<typename R::Pixel>& block) {
   const int step = 2 * static_cast<int>(hn::Lanes(PixelTag<typename R::Pixel>()));
   const int cols = reader.planes.cols / step * step;
   for (int k = 0; k < rows; k += kRowsPerVisit) {
     const int end = std::min(k + kRowsPerVisit, rows);
-    for (int col = 0; col < cols; col += step) fold_strip<2>(reader, row, k, end, col, chunk);
+    for (int col = 0; col < cols; col += step) fold_strip<2>(reader, row, k, end, col, block);
   }
   return cols;
 }
@@ -124,23 +124,23 @@ void columns(const R& reader, typename R::Pixel* maxima, typename R::Pixel* posi
   const int n = static_cast<int>(hn::Lanes(PixelTag<Pixel>()));
   const int cols = reader.planes.cols;
   const bool is_wide = cols * static_cast<int>(sizeof(Pixel)) >= kWideBytes;
-  ChunkOfColumns<Pixel> chunk{maxima, positions};
-  for (int row = 0; row < reader.planes.rows; row += kChunkPixels) {
-    const int rows = std::min(kChunkPixels, reader.planes.rows - row);
+  BlockOfColumns<Pixel> block{maxima, positions};
+  for (int row = 0; row < reader.planes.rows; row += kBlockPixels) {
+    const int rows = std::min(kBlockPixels, reader.planes.rows - row);
     if (cols < n) {
-      narrow_chunk(reader, row, rows, chunk);
+      narrow_block(reader, row, rows, block);
     } else {
-      int col = is_wide ? wide_chunk(reader, row, rows, chunk) : 0;
+      int col = is_wide ? wide_block(reader, row, rows, block) : 0;
       for (; col + kStrip * n <= cols; col += kStrip * n) {
-        fold_strip<kStrip>(reader, row, 0, rows, col, chunk);
+        fold_strip<kStrip>(reader, row, 0, rows, col, block);
       }
-      for (; col + 2 * n <= cols; col += 2 * n) fold_strip<2>(reader, row, 0, rows, col, chunk);
-      for (; col + n <= cols; col += n) fold_strip<1>(reader, row, 0, rows, col, chunk);
+      for (; col + 2 * n <= cols; col += 2 * n) fold_strip<2>(reader, row, 0, rows, col, block);
+      for (; col + n <= cols; col += n) fold_strip<1>(reader, row, 0, rows, col, block);
       // The last strip may overlap the one before it: the same is written twice.
-      if (col < cols) fold_strip<1>(reader, row, 0, rows, cols - n, chunk);
+      if (col < cols) fold_strip<1>(reader, row, 0, rows, cols - n, block);
     }
-    chunk.maxima += cols;
-    chunk.positions += cols;
+    block.maxima += cols;
+    block.positions += cols;
   }
 }
 
@@ -149,4 +149,4 @@ void columns(const R& reader, typename R::Pixel* maxima, typename R::Pixel* posi
 }  // namespace striper::detail
 HWY_AFTER_NAMESPACE();
 
-#endif  // STRIPER_STRIPE_CHUNK_COLUMNS_INL_
+#endif  // STRIPER_STRIPE_BLOCK_COLUMNS_INL_

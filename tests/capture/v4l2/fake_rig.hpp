@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-#include "capture/v4l2/stand_in_camera.hpp"
+#include "capture/v4l2/fake_camera.hpp"
 #include "support/error_of.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
@@ -16,10 +16,10 @@ namespace striper::testing {
 
 constexpr std::chrono::milliseconds kPatience{2000};
 
-/// A stand-in camera and sources that open it.
+/// A fake camera and sources that open it.
 struct Rig {
-  explicit Rig(const StandInCamera::Setup& setup = StandInCamera::Setup{})
-      : camera(std::make_shared<StandInCamera>(setup)) {
+  explicit Rig(const FakeCamera::Setup& setup = FakeCamera::Setup{})
+      : camera(std::make_shared<FakeCamera>(setup)) {
     options.device = "/dev/video7";
   }
   std::unique_ptr<FrameSource> open() const { return detail::v4l2::open(options, camera); }
@@ -29,13 +29,12 @@ struct Rig {
     return source;
   }
 
-  std::shared_ptr<StandInCamera> camera;
+  std::shared_ptr<FakeCamera> camera;
   V4l2Options options;
 };
 
-inline StandInCamera::Setup television(std::uint32_t field,
-                                       v4l2_std_id standard = V4L2_STD_NTSC_M) {
-  StandInCamera::Setup setup;
+inline FakeCamera::Setup television(std::uint32_t field, v4l2_std_id standard = V4L2_STD_NTSC_M) {
+  FakeCamera::Setup setup;
   setup.field = field;
   setup.standard = standard;
   return setup;

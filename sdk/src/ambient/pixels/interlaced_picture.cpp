@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ambient/pixels/woven_picture.hpp"
+#include "ambient/pixels/interlaced_picture.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -32,7 +32,7 @@ struct Differences {
 };
 
 template <typename Pixel>
-bool is_woven(const cv::Mat& image, int top, int left) {
+bool is_interlaced(const cv::Mat& image, int top, int left) {
   const int channels = image.channels();
   const auto below = static_cast<std::ptrdiff_t>(image.step1());
   Differences down;
@@ -49,23 +49,23 @@ bool is_woven(const cv::Mat& image, int top, int left) {
 }
 
 template <typename Pixel>
-bool has_woven_blocks(const cv::Mat& image) {
+bool has_interlaced_blocks(const cv::Mat& image) {
   int blocks = 0;
-  int woven = 0;
+  int interlaced = 0;
   for (int top = 0; top + kBlock + 2 <= image.rows; top += kBlock) {
     for (int left = 0; left + kBlock + 2 <= image.cols; left += kBlock) {
       ++blocks;
-      if (is_woven<Pixel>(image, top, left)) ++woven;
+      if (is_interlaced<Pixel>(image, top, left)) ++interlaced;
     }
   }
-  return woven >= std::max(kLeastBlocks, static_cast<int>(kLeastPart * blocks));
+  return interlaced >= std::max(kLeastBlocks, static_cast<int>(kLeastPart * blocks));
 }
 
 }  // namespace
 
-bool looks_woven(const cv::Mat& image) {
-  return image.depth() == CV_8U ? has_woven_blocks<std::uint8_t>(image)
-                                : has_woven_blocks<std::uint16_t>(image);
+bool looks_interlaced(const cv::Mat& image) {
+  return image.depth() == CV_8U ? has_interlaced_blocks<std::uint8_t>(image)
+                                : has_interlaced_blocks<std::uint16_t>(image);
 }
 
 }  // namespace striper::detail

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the V4L2 source keeps the promises of a source for every order of fields, for
-// pictures used in place and copied ones, single- and multi-planar. The device is a stand-in in
+// pictures used in place and copied ones, single- and multi-planar. The device is a fake in
 // this process: what a kernel's driver does is tried in the virtual machine (tests/v4l2_vm).
 #include <map>
 #include <memory>
 
 #include "capture/conformance/frame_source_conformance.hpp"
-#include "capture/v4l2/stand_in_camera.hpp"
+#include "capture/v4l2/fake_camera.hpp"
 #include "v4l2/v4l2_stream.hpp"
 
 namespace striper::testing {
 namespace {
 
 // A source that keeps its camera running beside it; two opened at once share the camera.
-SourceUnderTest stand_in(const std::string& name, const StandInCamera::Setup& setup) {
-  auto shared = std::make_shared<std::weak_ptr<StandInCamera>>();
+SourceUnderTest fake(const std::string& name, const FakeCamera::Setup& setup) {
+  auto shared = std::make_shared<std::weak_ptr<FakeCamera>>();
   const auto open = [setup, shared] {
-    std::shared_ptr<StandInCamera> camera = shared->lock();
+    std::shared_ptr<FakeCamera> camera = shared->lock();
     if (!camera) {
-      camera = std::make_shared<StandInCamera>(setup);
+      camera = std::make_shared<FakeCamera>(setup);
       camera->add_control(V4L2_CID_EXPOSURE_ABSOLUTE, "Exposure Time, Absolute",
                           V4L2_CTRL_TYPE_INTEGER, 1, 300, 20);
       camera->add_control(V4L2_CID_HFLIP, "Horizontal Flip", V4L2_CTRL_TYPE_BOOLEAN, 0, 1, 0);
@@ -29,22 +29,22 @@ SourceUnderTest stand_in(const std::string& name, const StandInCamera::Setup& se
       *shared = camera;
     }
     V4l2Options options;
-    options.device = "/dev/stand-in";
+    options.device = "/dev/fake";
     return detail::v4l2::open(options, camera);
   };
   return {name, open, false};
 }
 
-StandInCamera::Setup television(std::uint32_t code, std::uint32_t field) {
-  StandInCamera::Setup setup;
+FakeCamera::Setup television(std::uint32_t code, std::uint32_t field) {
+  FakeCamera::Setup setup;
   setup.code = code;
   setup.field = field;
   setup.standard = V4L2_STD_NTSC_M;
   return setup;
 }
 
-StandInCamera::Setup camera(std::uint32_t code, bool is_multiplanar) {
-  StandInCamera::Setup setup;
+FakeCamera::Setup camera(std::uint32_t code, bool is_multiplanar) {
+  FakeCamera::Setup setup;
   setup.code = code;
   setup.is_multiplanar = is_multiplanar;
   setup.padding = 16;
@@ -53,15 +53,15 @@ StandInCamera::Setup camera(std::uint32_t code, bool is_multiplanar) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    V4l2StandIn, FrameSourceConformance,
-    ::testing::Values(stand_in("progressive", camera(V4L2_PIX_FMT_GREY, false)),
-                      stand_in("multiplanar", camera(V4L2_PIX_FMT_NV12M, true)),
-                      stand_in("luma", camera(V4L2_PIX_FMT_YUYV, false)),
-                      stand_in("colour", camera(V4L2_PIX_FMT_RGB24, false)),
-                      stand_in("interlaced", television(V4L2_PIX_FMT_GREY, V4L2_FIELD_INTERLACED)),
-                      stand_in("sequential", television(V4L2_PIX_FMT_GREY, V4L2_FIELD_SEQ_BT)),
-                      stand_in("sequential_luma", television(V4L2_PIX_FMT_UYVY, V4L2_FIELD_SEQ_TB)),
-                      stand_in("alternate", television(V4L2_PIX_FMT_GREY, V4L2_FIELD_ALTERNATE))),
+    V4l2Fake, FrameSourceConformance,
+    ::testing::Values(fake("progressive", camera(V4L2_PIX_FMT_GREY, false)),
+                      fake("multiplanar", camera(V4L2_PIX_FMT_NV12M, true)),
+                      fake("luma", camera(V4L2_PIX_FMT_YUYV, false)),
+                      fake("colour", camera(V4L2_PIX_FMT_RGB24, false)),
+                      fake("interlaced", television(V4L2_PIX_FMT_GREY, V4L2_FIELD_INTERLACED)),
+                      fake("sequential", television(V4L2_PIX_FMT_GREY, V4L2_FIELD_SEQ_BT)),
+                      fake("sequential_luma", television(V4L2_PIX_FMT_UYVY, V4L2_FIELD_SEQ_TB)),
+                      fake("alternate", television(V4L2_PIX_FMT_GREY, V4L2_FIELD_ALTERNATE))),
     source_name);
 
 }  // namespace

@@ -44,35 +44,37 @@ std::vector<Channel> candidate_channels(const cv::Mat& image, Channel given) {
           Channel::kBlue, Channel::kGreenMinusRed, Channel::kRedMinusGreen};
 }
 
-std::vector<StripeRecipe> candidate_recipes(const LaserPicture& picture, const cv::Mat& mask,
-                                            std::optional<StripeAxis> axis, Channel channel) {
-  std::vector<StripeRecipe> recipes;
+std::vector<ExtractionSettings> candidate_compared_settings(const LaserPicture& picture,
+                                                            const cv::Mat& mask,
+                                                            std::optional<StripeAxis> axis,
+                                                            Channel channel) {
+  std::vector<ExtractionSettings> compared_settings;
   const bool may_subtract = off_is_comparable(picture, mask);
   for (const StripeAxis a : {StripeAxis::kColumns, StripeAxis::kRows}) {
     if (axis && *axis != a) continue;
     for (const Channel c : candidate_channels(picture.on, channel)) {
       const bool difference = c == Channel::kGreenMinusRed || c == Channel::kRedMinusGreen;
-      recipes.push_back({a, c, false});
-      if (may_subtract && !difference) recipes.push_back({a, c, true});
+      compared_settings.push_back({a, c, false});
+      if (may_subtract && !difference) compared_settings.push_back({a, c, true});
     }
   }
-  return recipes;
+  return compared_settings;
 }
 
 struct Impression {
-  StripeRecipe recipe;
+  ExtractionSettings settings;
   double score;
 };
 
 // The information about the lines, summed: a picture without a line adds nothing.
-double score_of(const StripeRecipe& recipe, const std::vector<LaserPicture>& pictures,
+double score_of(const ExtractionSettings& settings, const std::vector<LaserPicture>& pictures,
                 const Board& board, const CameraModel& camera) {
   double score = 0.0;
   const std::size_t step = std::max<std::size_t>(1, pictures.size() / kTrialPictures);
   for (std::size_t i = 0; i < pictures.size(); i += step) {
-    if (recipe.subtract_off && pictures[i].off.empty()) continue;
+    if (settings.subtract_off && pictures[i].off.empty()) continue;
     const double uncertainty_px = line_uncertainty_px(
-        detail::find_coarse_line(pictures[i], board, camera, recipe, std::nullopt).stripe);
+        detail::find_coarse_line(pictures[i], board, camera, settings, std::nullopt).stripe);
     if (std::isfinite(uncertainty_px)) score += 1.0 / uncertainty_px;
   }
   return score;
@@ -86,8 +88,8 @@ bool is_plausible(const Impression& one, const std::vector<Impression>& best_fir
   constexpr double kLeastPart = 0.3;
   int before = 0;
   for (const Impression& other : best_first) {
-    if (other.recipe.subtract_off != one.recipe.subtract_off) continue;
-    if (other.recipe == one.recipe) return true;
+    if (other.settings.subtract_off != one.settings.subtract_off) continue;
+    if (other.settings == one.settings) return true;
     if (++before == kMost || one.score < kLeastPart * other.score) return false;
   }
   return false;
@@ -95,29 +97,29 @@ bool is_plausible(const Impression& one, const std::vector<Impression>& best_fir
 
 }  // namespace
 
-std::string to_string(const StripeRecipe& recipe) {
-  return fmt::format("{} {}{}", to_string(recipe.axis), to_string(recipe.channel),
-                     recipe.subtract_off ? ", laser-off picture subtracted" : "");
+std::string to_string(const ExtractionSettings& settings) {
+  return fmt::format("{} {}{}", to_string(settings.axis), to_string(settings.channel),
+                     settings.subtract_off ? ", laser-off picture subtracted" : "");
 }
 
-RecipeRanking rank_recipes(const std::vector<LaserPicture>& pictures, const Board& board,
-                           const CameraModel& camera, std::optional<StripeAxis> axis,
-                           Channel channel) {
+SettingsRanking rank_settings(const std::vector<LaserPicture>& pictures, const Board& board,
+                              const CameraModel& camera, std::optional<StripeAxis> axis,
+                              Channel channel) {
   std::vector<Impression> impressions;
   if (!pictures.empty()) {
     const cv::Mat first_mask =
         board_mask(board, camera, pictures.front().T_cam_board, kMarginSquares);
-    for (const StripeRecipe& recipe :
-         candidate_recipes(pictures.front(), first_mask, axis, channel)) {
-      const double score = score_of(recipe, pictures, board, camera);
-      if (score > 0.0) impressions.push_back({recipe, score});
+    for (const ExtractionSettings& settings :
+         candidate_compared_settings(pictures.front(), first_mask, axis, channel)) {
+      const double score = score_of(settings, pictures, board, camera);
+      if (score > 0.0) impressions.push_back({settings, score});
     }
   }
   std::stable_sort(impressions.begin(), impressions.end(),
                    [](const Impression& a, const Impression& b) { return a.score > b.score; });
-  RecipeRanking ranking;
+  SettingsRanking ranking;
   for (const Impression& one : impressions)
-    (is_plausible(one, impressions) ? ranking.plausible : ranking.others).push_back(one.recipe);
+    (is_plausible(one, impressions) ? ranking.plausible : ranking.others).push_back(one.settings);
   if (impressions.empty())
     throw Error(
         ErrorKind::kUntrustworthy,

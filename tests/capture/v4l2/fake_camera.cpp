@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/v4l2/stand_in_camera.hpp"
+#include "capture/v4l2/fake_camera.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,20 +32,20 @@ std::int64_t now_ns() {
 
 }  // namespace
 
-std::size_t StandInCamera::stride() const {
+std::size_t FakeCamera::stride() const {
   return detail::v4l2::find_pixel_format(setup_.code)->row_bytes(setup_.width) + setup_.padding;
 }
 
-int StandInCamera::buffer_rows() const {
+int FakeCamera::buffer_rows() const {
   return V4L2_FIELD_HAS_T_OR_B(setup_.field) ? setup_.height / 2 : setup_.height;
 }
 
-std::size_t StandInCamera::buffer_bytes() const {
+std::size_t FakeCamera::buffer_bytes() const {
   const std::size_t bytes = stride() * static_cast<std::size_t>(buffer_rows());
   return bytes > 0 ? bytes : 65536;  // A JPEG's size is its own.
 }
 
-void StandInCamera::expose(std::uint32_t extra_flags, std::size_t bytes_missing) {
+void FakeCamera::expose(std::uint32_t extra_flags, std::size_t bytes_missing) {
   const std::scoped_lock lock(mutex_);
   if (!is_streaming_ || !is_plugged_in_) return;
   const std::uint64_t count = count_++;
@@ -79,7 +79,7 @@ void StandInCamera::expose(std::uint32_t extra_flags, std::size_t bytes_missing)
     [[maybe_unused]] const auto written = ::write(fd, &one, sizeof one);
 }
 
-void StandInCamera::run(std::chrono::microseconds period) {
+void FakeCamera::run(std::chrono::microseconds period) {
   is_running_ = true;
   runner_ = std::thread([this, period] {
     auto next = std::chrono::steady_clock::now();
@@ -91,12 +91,12 @@ void StandInCamera::run(std::chrono::microseconds period) {
   });
 }
 
-void StandInCamera::stop_running() {
+void FakeCamera::stop_running() {
   is_running_ = false;
   if (runner_.joinable()) runner_.join();
 }
 
-void StandInCamera::unplug() {
+void FakeCamera::unplug() {
   const std::scoped_lock lock(mutex_);
   is_plugged_in_ = false;
   is_streaming_ = false;
@@ -109,12 +109,12 @@ void StandInCamera::unplug() {
     [[maybe_unused]] const auto written = ::write(fd, &one, sizeof one);
 }
 
-void StandInCamera::plug_in() {
+void FakeCamera::plug_in() {
   const std::scoped_lock lock(mutex_);
   is_plugged_in_ = true;
 }
 
-void StandInCamera::break_stream() {
+void FakeCamera::break_stream() {
   const std::scoped_lock lock(mutex_);
   is_broken_ = true;
   const std::uint64_t one = 1;
@@ -122,37 +122,37 @@ void StandInCamera::break_stream() {
     [[maybe_unused]] const auto written = ::write(fd, &one, sizeof one);
 }
 
-void StandInCamera::fail_next(unsigned long request, int error, int times) {
+void FakeCamera::fail_next(unsigned long request, int error, int times) {
   const std::scoped_lock lock(mutex_);
   failures_[request] = {error, times};
 }
 
-void StandInCamera::delay_next(unsigned long request, std::chrono::milliseconds by, int times) {
+void FakeCamera::delay_next(unsigned long request, std::chrono::milliseconds by, int times) {
   const std::scoped_lock lock(mutex_);
   delays_[request] = {by, times};
 }
 
-void StandInCamera::skip_sequence(std::uint32_t by) {
+void FakeCamera::skip_sequence(std::uint32_t by) {
   const std::scoped_lock lock(mutex_);
   count_ += by;
 }
 
-void StandInCamera::add_control(std::uint32_t id, const std::string& name, std::uint32_t type,
-                                std::int32_t minimum, std::int32_t maximum, std::int32_t value) {
+void FakeCamera::add_control(std::uint32_t id, const std::string& name, std::uint32_t type,
+                             std::int32_t minimum, std::int32_t maximum, std::int32_t value) {
   controls_[id] = {name, type, minimum, maximum, value};
 }
 
-std::int32_t StandInCamera::control_value(std::uint32_t id) const {
+std::int32_t FakeCamera::control_value(std::uint32_t id) const {
   const std::scoped_lock lock(mutex_);
   return controls_.at(id).value;
 }
 
-int StandInCamera::queued() const {
+int FakeCamera::queued() const {
   const std::scoped_lock lock(mutex_);
   return static_cast<int>(queued_.size());
 }
 
-int StandInCamera::open(const std::string&) noexcept {
+int FakeCamera::open(const std::string&) noexcept {
   const std::scoped_lock lock(mutex_);
   if (open_error_ != 0) return -open_error_;
   if (!is_plugged_in_) return -ENOENT;
@@ -164,7 +164,7 @@ int StandInCamera::open(const std::string&) noexcept {
   return fd;
 }
 
-void StandInCamera::close(int fd) noexcept {
+void FakeCamera::close(int fd) noexcept {
   const std::scoped_lock lock(mutex_);
   if (owner_ == fd) {
     owner_ = -1;
@@ -177,7 +177,7 @@ void StandInCamera::close(int fd) noexcept {
   ::close(fd);
 }
 
-int StandInCamera::control(int fd, unsigned long request, void* argument) noexcept {
+int FakeCamera::control(int fd, unsigned long request, void* argument) noexcept {
   const std::scoped_lock lock(mutex_);
   if (!is_plugged_in_ || !descriptors_.contains(fd)) return ENODEV;
   if (const auto delay = delays_.find(request);
@@ -193,7 +193,7 @@ int StandInCamera::control(int fd, unsigned long request, void* argument) noexce
   return dispatch(fd, request, argument);
 }
 
-int StandInCamera::dispatch(int fd, unsigned long request, void* argument) {
+int FakeCamera::dispatch(int fd, unsigned long request, void* argument) {
   switch (request) {
     case VIDIOC_QUERYCAP:
       return query_capability(*static_cast<v4l2_capability*>(argument));
@@ -241,10 +241,10 @@ int StandInCamera::dispatch(int fd, unsigned long request, void* argument) {
   }
 }
 
-int StandInCamera::query_capability(v4l2_capability& capability) const {
+int FakeCamera::query_capability(v4l2_capability& capability) const {
   capability = {};
-  copy_text(capability.driver, "stand_in");
-  copy_text(capability.card, "Stand-in camera");
+  copy_text(capability.driver, "fake");
+  copy_text(capability.card, "Fake camera");
   copy_text(capability.bus_info, "test:0");
   const std::uint32_t capture =
       setup_.is_multiplanar ? V4L2_CAP_VIDEO_CAPTURE_MPLANE : V4L2_CAP_VIDEO_CAPTURE;
@@ -254,19 +254,19 @@ int StandInCamera::query_capability(v4l2_capability& capability) const {
   return 0;
 }
 
-int StandInCamera::enumerate_format(v4l2_fmtdesc& description) const {
+int FakeCamera::enumerate_format(v4l2_fmtdesc& description) const {
   if (description.index > setup_.other_codes.size()) return EINVAL;
   description.pixelformat =
       description.index == 0 ? setup_.code : setup_.other_codes[description.index - 1];
   return 0;
 }
 
-bool StandInCamera::knows(std::uint32_t code) const {
+bool FakeCamera::knows(std::uint32_t code) const {
   return code == setup_.code || std::find(setup_.other_codes.begin(), setup_.other_codes.end(),
                                           code) != setup_.other_codes.end();
 }
 
-void StandInCamera::write_format(v4l2_format& format) const {
+void FakeCamera::write_format(v4l2_format& format) const {
   if (setup_.is_multiplanar) {
     v4l2_pix_format_mplane& pix = format.fmt.pix_mp;
     pix.width = static_cast<std::uint32_t>(setup_.width);
@@ -287,7 +287,7 @@ void StandInCamera::write_format(v4l2_format& format) const {
   pix.sizeimage = static_cast<std::uint32_t>(buffer_bytes());
 }
 
-int StandInCamera::set_format(int fd, v4l2_format& format) {
+int FakeCamera::set_format(int fd, v4l2_format& format) {
   if (owner_ >= 0 && owner_ != fd) return EBUSY;
   const std::uint32_t code =
       setup_.is_multiplanar ? format.fmt.pix_mp.pixelformat : format.fmt.pix.pixelformat;
@@ -299,7 +299,7 @@ int StandInCamera::set_format(int fd, v4l2_format& format) {
   return 0;
 }
 
-int StandInCamera::request_buffers(int fd, v4l2_requestbuffers& request) {
+int FakeCamera::request_buffers(int fd, v4l2_requestbuffers& request) {
   if (owner_ >= 0 && owner_ != fd) return EBUSY;
   queued_.clear();
   filled_.clear();
@@ -310,7 +310,7 @@ int StandInCamera::request_buffers(int fd, v4l2_requestbuffers& request) {
   return 0;
 }
 
-int StandInCamera::query_buffer(v4l2_buffer& buffer) const {
+int FakeCamera::query_buffer(v4l2_buffer& buffer) const {
   if (buffer.index >= buffers_.size()) return EINVAL;
   constexpr std::uint32_t kPage = 1U << 24;
   if (setup_.is_multiplanar) {
@@ -323,7 +323,7 @@ int StandInCamera::query_buffer(v4l2_buffer& buffer) const {
   return 0;
 }
 
-int StandInCamera::queue_buffer(int fd, const v4l2_buffer& buffer) {
+int FakeCamera::queue_buffer(int fd, const v4l2_buffer& buffer) {
   if (owner_ != fd) return EBUSY;
   if (buffer.index >= buffers_.size()) return EINVAL;
   const bool is_there = std::find(queued_.begin(), queued_.end(), buffer.index) != queued_.end();
@@ -332,7 +332,7 @@ int StandInCamera::queue_buffer(int fd, const v4l2_buffer& buffer) {
   return 0;
 }
 
-int StandInCamera::take_buffer(int fd, v4l2_buffer& buffer) {
+int FakeCamera::take_buffer(int fd, v4l2_buffer& buffer) {
   if (owner_ != fd || !is_streaming_) return EINVAL;
   if (is_broken_) return EIO;
   if (filled_.empty()) return EAGAIN;
@@ -356,7 +356,7 @@ int StandInCamera::take_buffer(int fd, v4l2_buffer& buffer) {
   return 0;
 }
 
-int StandInCamera::stream(int fd, bool on) {
+int FakeCamera::stream(int fd, bool on) {
   if (owner_ != fd) return owner_ < 0 ? EINVAL : EBUSY;
   is_streaming_ = on;
   if (on) {
@@ -369,13 +369,13 @@ int StandInCamera::stream(int fd, bool on) {
   return 0;
 }
 
-void StandInCamera::drain_events() const {
+void FakeCamera::drain_events() const {
   std::uint64_t events = 0;
   for (const int fd : descriptors_)
     [[maybe_unused]] const auto got = ::read(fd, &events, sizeof events);
 }
 
-int StandInCamera::enumerate_input(v4l2_input& input) const {
+int FakeCamera::enumerate_input(v4l2_input& input) const {
   if (input.index > 0) return EINVAL;
   copy_text(input.name, setup_.standard == 0 ? "Camera 1" : "S-Video");
   input.type = V4L2_INPUT_TYPE_CAMERA;
@@ -385,7 +385,7 @@ int StandInCamera::enumerate_input(v4l2_input& input) const {
   return 0;
 }
 
-int StandInCamera::query_control(v4l2_query_ext_ctrl& query) const {
+int FakeCamera::query_control(v4l2_query_ext_ctrl& query) const {
   const bool is_next = (query.id & V4L2_CTRL_FLAG_NEXT_CTRL) != 0;
   const std::uint32_t id = query.id & ~V4L2_CTRL_FLAG_NEXT_CTRL;
   const auto found = is_next ? controls_.upper_bound(id) : controls_.find(id);
@@ -400,7 +400,7 @@ int StandInCamera::query_control(v4l2_query_ext_ctrl& query) const {
   return 0;
 }
 
-int StandInCamera::access_control(v4l2_ext_controls& controls, bool is_set) {
+int FakeCamera::access_control(v4l2_ext_controls& controls, bool is_set) {
   for (std::uint32_t index = 0; index < controls.count; ++index) {
     v4l2_ext_control& one = controls.controls[index];
     const auto found = controls_.find(one.id);
@@ -414,7 +414,7 @@ int StandInCamera::access_control(v4l2_ext_controls& controls, bool is_set) {
   return 0;
 }
 
-std::uint8_t* StandInCamera::map(int, std::size_t bytes, std::int64_t offset) noexcept {
+std::uint8_t* FakeCamera::map(int, std::size_t bytes, std::int64_t offset) noexcept {
   const std::scoped_lock lock(mutex_);
   const auto index = static_cast<std::size_t>(offset >> 24);
   auto memory = std::make_unique<std::uint8_t[]>(bytes);
@@ -425,13 +425,13 @@ std::uint8_t* StandInCamera::map(int, std::size_t bytes, std::int64_t offset) no
   return start;
 }
 
-void StandInCamera::unmap(std::uint8_t* memory, std::size_t) noexcept {
+void FakeCamera::unmap(std::uint8_t* memory, std::size_t) noexcept {
   const std::scoped_lock lock(mutex_);
   memory_.erase(memory);
   --mapped_;
 }
 
-detail::v4l2::Readiness StandInCamera::wait(int fd, int wake_fd, int timeout_ms) noexcept {
+detail::v4l2::Readiness FakeCamera::wait(int fd, int wake_fd, int timeout_ms) noexcept {
   std::array<pollfd, 2> waiting{pollfd{fd, POLLIN, 0}, pollfd{wake_fd, POLLIN, 0}};
   ::poll(waiting.data(), waiting.size(), timeout_ms);
   const std::scoped_lock lock(mutex_);

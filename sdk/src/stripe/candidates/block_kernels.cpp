@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once for every instruction set (see hwy/foreach_target.h); the best one is chosen at run
 // time.
-#include "stripe/candidates/chunk_kernels.hpp"
+#include "stripe/candidates/block_kernels.hpp"
 
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stripe/candidates/chunk_kernels.cpp"
+#define HWY_TARGET_INCLUDE "stripe/candidates/block_kernels.cpp"
 #include <hwy/foreach_target.h>  // Must come first.
 // clang-format off
 #include <hwy/highway.h>
-#include "stripe/candidates/chunk_columns-inl.hpp"
-#include "stripe/candidates/chunk_rows-inl.hpp"
+#include "stripe/candidates/block_columns-inl.hpp"
+#include "stripe/candidates/block_rows-inl.hpp"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
@@ -56,18 +56,18 @@ HWY_EXPORT(rows_u16);
 HWY_EXPORT(move_u8);
 HWY_EXPORT(move_u16);
 
-void chunk_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima,
+void block_maxima_of_columns(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima,
                              std::uint8_t* positions) {
   HWY_DYNAMIC_DISPATCH(columns_u8)(planes, maxima, positions);
 }
-void chunk_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima,
+void block_maxima_of_columns(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima,
                              std::uint16_t* positions) {
   HWY_DYNAMIC_DISPATCH(columns_u16)(planes, maxima, positions);
 }
-void chunk_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima) {
+void block_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, std::uint8_t* maxima) {
   HWY_DYNAMIC_DISPATCH(rows_u8)(planes, maxima);
 }
-void chunk_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima) {
+void block_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, std::uint16_t* maxima) {
   HWY_DYNAMIC_DISPATCH(rows_u16)(planes, maxima);
 }
 void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::uint8_t* maxima,

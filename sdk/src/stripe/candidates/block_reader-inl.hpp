@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pixels of lit - dark, a vector at a time. Compiled for every instruction set: see
 // hwy/foreach_target.h for the unusual include guard.
-#if defined(STRIPER_STRIPE_CHUNK_READER_INL_) == defined(HWY_TARGET_TOGGLE)
-#ifdef STRIPER_STRIPE_CHUNK_READER_INL_
-#undef STRIPER_STRIPE_CHUNK_READER_INL_
+#if defined(STRIPER_STRIPE_BLOCK_READER_INL_) == defined(HWY_TARGET_TOGGLE)
+#ifdef STRIPER_STRIPE_BLOCK_READER_INL_
+#undef STRIPER_STRIPE_BLOCK_READER_INL_
 #else
-#define STRIPER_STRIPE_CHUNK_READER_INL_
+#define STRIPER_STRIPE_BLOCK_READER_INL_
 #endif
 
 #include <cstdint>
 
 #include <hwy/highway.h>
 
-#include "stripe/candidates/chunk_kernels.hpp"
+#include "stripe/candidates/block_kernels.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace striper::detail {
@@ -28,17 +28,17 @@ template <typename Pixel>
 using PixelVec = hn::Vec<PixelTag<Pixel>>;
 
 template <class D>
-HWY_INLINE hn::Vec<D> load_blind(D d, const std::uint8_t* blind) {
+HWY_INLINE hn::Vec<D> load_masked(D d, const std::uint8_t* masked) {
   if constexpr (sizeof(hn::TFromD<D>) == 1) {
-    return hn::LoadU(d, blind);
+    return hn::LoadU(d, masked);
   } else {
     const hn::Rebind<std::uint8_t, D> half;
-    return hn::PromoteTo(d, hn::LoadU(half, blind));
+    return hn::PromoteTo(d, hn::LoadU(half, masked));
   }
 }
 
 // What the planes hold, known when the loop is compiled: a plane that is absent costs nothing.
-template <typename PixelT, bool kHasDark, bool kHasBlind>
+template <typename PixelT, bool kHasDark, bool kHasMask>
 struct Reader {
   using Pixel = PixelT;
 
@@ -55,16 +55,16 @@ struct Reader {
     if constexpr (kHasDark) {
       v = hn::SaturatedSub(v, hn::LoadU(d, planes.dark + row * planes.dark_stride + col));
     }
-    if constexpr (kHasBlind) {
+    if constexpr (kHasMask) {
       const auto seen =
-          hn::Eq(load_blind(d, planes.blind + row * planes.blind_stride + col), hn::Zero(d));
+          hn::Eq(load_masked(d, planes.masked + row * planes.masked_stride + col), hn::Zero(d));
       v = hn::IfThenElseZero(seen, v);
     }
     return v;
   }
 
   Pixel value(int row, int col) const {
-    if (kHasBlind && planes.blind[row * planes.blind_stride + col] != 0) return 0;
+    if (kHasMask && planes.masked[row * planes.masked_stride + col] != 0) return 0;
     const Pixel lit = planes.lit[row * planes.lit_stride + col];
     if constexpr (!kHasDark) return lit;
     const Pixel dark = planes.dark[row * planes.dark_stride + col];
@@ -75,7 +75,7 @@ struct Reader {
 template <typename Visitor, typename Pixel>
 void with_reader(const PixelPlanes<Pixel>& planes, const Visitor& visit) {
   const bool dark = planes.dark != nullptr;
-  if (planes.blind != nullptr) {
+  if (planes.masked != nullptr) {
     if (dark) {
       visit(Reader<Pixel, true, true>{planes});
     } else {
@@ -93,4 +93,4 @@ void with_reader(const PixelPlanes<Pixel>& planes, const Visitor& visit) {
 }  // namespace striper::detail
 HWY_AFTER_NAMESPACE();
 
-#endif  // STRIPER_STRIPE_CHUNK_READER_INL_
+#endif  // STRIPER_STRIPE_BLOCK_READER_INL_

@@ -22,7 +22,7 @@ namespace striper::testing {
 
 /// A V4L2 device in this process: behaves as the kernel's API says (buffers, ownership, formats,
 /// inputs, standards, controls), and fails on demand.
-class StandInCamera final : public detail::v4l2::VideoCalls {
+class FakeCamera final : public detail::v4l2::VideoCalls {
  public:
   struct Setup {
     std::uint32_t code = V4L2_PIX_FMT_GREY;
@@ -38,9 +38,9 @@ class StandInCamera final : public detail::v4l2::VideoCalls {
     bool counts_fields = false;  ///< A driver that numbers fields where the kernel wants pictures.
   };
 
-  StandInCamera() : StandInCamera(Setup{}) {}
-  explicit StandInCamera(const Setup& setup) : setup_(setup) {}
-  ~StandInCamera() override { stop_running(); }
+  FakeCamera() : FakeCamera(Setup{}) {}
+  explicit FakeCamera(const Setup& setup) : setup_(setup) {}
+  ~FakeCamera() override { stop_running(); }
 
   // What a test does to it. All thread-safe.
 

@@ -34,16 +34,17 @@ struct Television {
 
 inline void PrintTo(const Television& way, std::ostream* out) { *out << way.name; }
 
-/// NTSC and PAL, woven, sequential and alternate with both orders of fields, GREY, YUYV and Y16.
+/// NTSC and PAL, interlaced, sequential and alternate with both orders of fields, GREY, YUYV and
+/// Y16.
 std::vector<Television> ways_of_television();
 
 /// One picture of the scene of data/scenes/ntsc_grabber.yaml (sun, a wall, a box; the laser in the
 /// first field alone), as a camera of such a television gives it.
-struct TelevisedScene {
-  Frame picture;  ///< Both fields woven.
+struct InterlacedScene {
+  Frame picture;  ///< Both fields interlaced.
   StriperModel model;
 
-  explicit TelevisedScene(const Television& way);
+  explicit InterlacedScene(const Television& way);
 
   /// What the simulator gives for an exposure that came from elsewhere: its own pixels, field and
   /// grid, with the number, time and status of the other.
@@ -55,7 +56,7 @@ struct TelevisedScene {
 class SideBySide {
  public:
   /// @param scene must outlive this.
-  SideBySide(const TelevisedScene& scene, const Cadence& cadence);
+  SideBySide(const InterlacedScene& scene, const Cadence& cadence);
 
   void process(const Frame& came);
   void finish();
@@ -76,7 +77,7 @@ class SideBySide {
  private:
   void compare(ScanSpan camera, ScanSpan simulator);
 
-  const TelevisedScene& scene_;
+  const InterlacedScene& scene_;
   Scanner of_camera_;
   Scanner of_simulator_;
   PolarScan undisturbed_;
@@ -95,8 +96,8 @@ int lines_of(const Frame& frame, const cv::Mat& picture);
 bool is_part_of(const Frame& frame, const cv::Mat& picture);
 
 /// Which pictures must give a scan when the laser fires in the first field of each: those whose
-/// first field came whole, with the field just before or just after it. In order; a woven picture
-/// counts as both of its fields.
+/// first field came whole, with the field just before or just after it. In order; an interlaced
+/// picture counts as both of its fields.
 /// @param frames all that came; only numbers, field and status are looked at.
 std::vector<std::uint64_t> pictures_with_a_pair(const std::vector<Frame>& frames);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/v4l2/televised_scene.hpp"
+#include "capture/v4l2/interlaced_scene.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -64,7 +64,7 @@ ScannerOptions options_for(const StriperModel& model, const Cadence& cadence) {
 }
 
 // The last scan of a picture that comes over and over.
-PolarScan scan_undisturbed(const TelevisedScene& scene) {
+PolarScan scan_undisturbed(const InterlacedScene& scene) {
   Scanner scanner(scene.model, options_for(scene.model, Cadence::parse("0,dark")));
   PolarScan last;
   for (std::uint64_t number = 0; number < 4; ++number) {
@@ -153,10 +153,10 @@ std::vector<Television> ways_of_television() {
   };
 }
 
-TelevisedScene::TelevisedScene(const Television& way)
+InterlacedScene::InterlacedScene(const Television& way)
     : picture(as_camera_gives_it(rendered(way).picture, way.code)), model(rendered(way).model) {}
 
-Frame TelevisedScene::as_if_simulated(const Frame& came) const {
+Frame InterlacedScene::as_if_simulated(const Frame& came) const {
   if (came.status != FrameStatus::kOk) return came;
   Frame frame = picture;
   if (!came.is_interlaced())
@@ -166,7 +166,7 @@ Frame TelevisedScene::as_if_simulated(const Frame& came) const {
   return frame;
 }
 
-SideBySide::SideBySide(const TelevisedScene& scene, const Cadence& cadence)
+SideBySide::SideBySide(const InterlacedScene& scene, const Cadence& cadence)
     : scene_(scene),
       of_camera_(scene.model, options_for(scene.model, cadence)),
       of_simulator_(scene.model, options_for(scene.model, cadence)),
