@@ -103,7 +103,7 @@ TEST(GigeLossNumbering, CountsThePicturesOfTheWholeOutage) {
     if (is_given && source->statistics().reconnects == 0) before = frame;
   }
   ASSERT_EQ(source->statistics().reconnects, 1u);
-  if (frame.sequence == before.sequence) {
+  if (frame.sequence <= before.sequence) {  // None was given since the camera came back.
     ASSERT_EQ(source->next(frame, 5000ms), NextStatus::kFrame);
   }
   const double seconds =
