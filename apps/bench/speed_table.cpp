@@ -12,15 +12,17 @@
 
 #include <striper/core/robust.hpp>
 #include <striper/pipeline/scanner.hpp>
-#include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
 #include "keep.hpp"
 #include "read_roofline.hpp"
 #include "rivals.hpp"
+#include "stripe/candidates/block_maxima.hpp"
 
 namespace striper::speed {
 namespace {
+
+using detail::BlockMaxima;
 
 using Clock = std::chrono::steady_clock;
 using Call = std::function<void(const cv::Mat&)>;

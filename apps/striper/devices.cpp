@@ -10,7 +10,6 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/ambient/sync_check.hpp>
 #include <striper/capture/list_cameras.hpp>
 #include <striper/capture/open_source.hpp>
@@ -263,7 +262,7 @@ void print_sync(const SyncReport& report) {
   fmt::print("lost      {} dropped by the driver, {} not read in time, {} damaged\n", lost.dropped,
              lost.overrun, lost.corrupt + lost.incomplete + lost.wrong_size);
   fmt::print("looked    {} times at {} pictures: {} agree, {} show another order, {} none\n",
-             report.windows, CadenceFinder::kPictures, report.agreeing, report.others,
+             report.windows, SyncReport::kWindowPictures, report.agreeing, report.others,
              report.unclear);
   if (report.verdict == SyncVerdict::kLocked) {
     fmt::print("laser     {}, its line {:.0f} % of a clear one: laser={}\n", lit_exposures(report),

@@ -15,17 +15,18 @@
 #include <opencv2/core.hpp>
 
 #include <striper/ambient/ambient_stage.hpp>
-#include <striper/ambient/colour_difference.hpp>
 #include <striper/ambient/fields.hpp>
-#include <striper/stripe/candidates.hpp>
+
+#include "ambient/pixels/colour_difference.hpp"
+#include "stripe/candidates/block_maxima.hpp"
 
 namespace {
 
 using striper::AmbientStage;
-using striper::BlockMaxima;
 using striper::Frame;
 using striper::LitFrame;
 using striper::StripeAxis;
+using striper::detail::BlockMaxima;
 
 constexpr int kPairs = 4;  // In turn; of the larger sizes no cache holds them.
 
@@ -146,7 +147,7 @@ void colour(benchmark::State& state, double line_dn) {
       red = cv::saturate_cast<std::uint8_t>(red + 0.4 * dn);
     }
   }
-  striper::ColourDifference difference;
+  striper::detail::ColourDifference difference;
   for ([[maybe_unused]] auto _ : state) {
     LitFrame frame = green_red;
     difference.correct(frame, StripeAxis::kColumns);

@@ -6,6 +6,7 @@
 
 #include "bench/speed_table.hpp"
 #include "bench/speed_text.hpp"
+#include "stripe/candidates/block_maxima.hpp"
 #include "stripe/candidates/peak_list.hpp"
 #include "stripe/profile/profile_plan.hpp"
 #include "support/allocation_counter.hpp"
@@ -13,6 +14,7 @@
 namespace {
 
 using namespace striper;
+using detail::BlockMaxima;
 
 // Of `fast`: the brightest place of each column, background, matched filter, log-parabola and its
 // error, for a stripe of the picture's width. Without what judges and learns: rivals, confidence,

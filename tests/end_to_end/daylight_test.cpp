@@ -14,15 +14,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 
+#include "ambient/illumination/cadence_finder.hpp"
 #include "support/heard.hpp"
 #include "support/random.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
 namespace {
+
+using detail::CadenceFinder;
 
 using testing::DaylightScore;
 using testing::DaylightWay;

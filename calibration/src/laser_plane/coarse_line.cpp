@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include <striper/ambient/channel_choice.hpp>
-#include <striper/ambient/colour_difference.hpp>
 #include <striper/core/robust.hpp>
 
 #include "laser_plane/board_paper.hpp"
@@ -33,18 +32,12 @@ std::unique_ptr<StripeExtractor> coarse_extractor(const ExtractionSettings& sett
 }
 
 LitFrame lit_frame(const LaserPicture& picture, const ExtractionSettings& settings) {
-  ChannelImages on;
-  select_channel(picture.on, settings.channel, on);
-  LitFrame frame;
-  frame.lit = on.lit;
-  frame.dark = on.dark;
-  frame.full_scale_dn = (1 << picture.bit_depth) - 1;
-  if (settings.subtract_off && on.dark.empty()) {
+  LitFrame frame = lit_frame_of_channel(picture.on, settings.channel, settings.axis,
+                                        (1 << picture.bit_depth) - 1);
+  if (settings.subtract_off && frame.dark.empty()) {
     ChannelImages off;
     select_channel(picture.off, settings.channel, off);
     frame.dark = off.lit;
-  } else if (!frame.dark.empty()) {
-    ColourDifference().correct(frame, settings.axis);
   }
   return frame;
 }

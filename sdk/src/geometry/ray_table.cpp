@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "geometry/ray_table.hpp"
+
 #include <algorithm>
 #include <limits>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include <striper/geometry/ray_table.hpp>
-
-namespace striper {
+namespace striper::detail {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -86,4 +86,4 @@ double RayTable::worst_error_px(const CameraModel& camera) const {
   return worst;
 }
 
-}  // namespace striper
+}  // namespace striper::detail

@@ -7,15 +7,17 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
-#include <striper/geometry/ray_table.hpp>
 #include <striper/geometry/triangulator.hpp>
 #include <striper/scan/scan_projector.hpp>
 
+#include "geometry/ray_table.hpp"
 #include "scan/calibration_sigma_table.hpp"
 #include "scan/plane_kernel.hpp"
 
 namespace striper {
 namespace {
+
+using detail::RayTable;
 
 // Two for interlaced fields, some more for whoever switches between regions of interest.
 constexpr std::size_t kMostRayTables = 8;

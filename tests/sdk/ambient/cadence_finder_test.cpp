@@ -3,15 +3,18 @@
 // stripes, motion, texture, lost pictures and interlaced fields, and that an empty scene or a laser
 // that is always on is not mistaken for a cadence. The scenes are synthetic; what a real street
 // does is measured on simulated frames elsewhere.
+#include "ambient/illumination/cadence_finder.hpp"
+
 #include <gtest/gtest.h>
 
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/ambient/fields.hpp>
 
 #include "support/street.hpp"
 
 namespace striper {
 namespace {
+
+using detail::CadenceFinder;
 
 using testing::Street;
 

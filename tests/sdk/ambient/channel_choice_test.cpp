@@ -7,13 +7,15 @@
 #include <opencv2/imgproc.hpp>
 
 #include <striper/ambient/channel_choice.hpp>
-#include <striper/ambient/colour_difference.hpp>
 #include <striper/stripe/extractor.hpp>
 
+#include "ambient/pixels/colour_difference.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
 namespace {
+
+using detail::ColourDifference;
 
 cv::Mat scene(const cv::Scalar& background, const cv::Scalar& line) {
   cv::Mat image(120, 160, CV_8UC3, background);

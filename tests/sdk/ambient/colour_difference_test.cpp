@@ -3,6 +3,8 @@
 // line's own colour does: down columns and along rows, in 8, 10 and 16 bits, green and red. And
 // that it still leaves out what a difference is for: white surfaces, markings and specular
 // highlights, on grey and on coloured ground; those that are clipped are masked.
+#include "ambient/pixels/colour_difference.hpp"
+
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -11,7 +13,6 @@
 #include <opencv2/core.hpp>
 
 #include <striper/ambient/ambient_stage.hpp>
-#include <striper/ambient/colour_difference.hpp>
 #include <striper/stripe/extractor.hpp>
 
 #include "support/allocation_counter.hpp"
@@ -19,6 +20,8 @@
 
 namespace striper {
 namespace {
+
+using detail::ColourDifference;
 
 const cv::Size kSize(240, 160);
 constexpr double kSigma_px = 1.3;

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the table's rays and slopes are the lens', for every lens, axis and grid, and that
 // where the lens has no ray the table has none.
+#include "geometry/ray_table.hpp"
+
 #include <cmath>
 
 #include <gtest/gtest.h>
-
-#include <striper/geometry/ray_table.hpp>
 
 #include "support/models.hpp"
 #include "support/random.hpp"
 
 namespace striper {
 namespace {
+
+using detail::RayTable;
 
 struct Case {
   const char* name;

@@ -11,13 +11,14 @@
 
 #include <gtest/gtest.h>
 
-#include <striper/stripe/candidates.hpp>
-
+#include "stripe/candidates/block_maxima.hpp"
 #include "support/instruction_sets.hpp"
 #include "support/random.hpp"
 
 namespace striper {
 namespace {
+
+using detail::BlockMaxima;
 
 using Peak = BlockMaxima::Peak;
 

@@ -4,6 +4,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <striper/core/channel.hpp>
+#include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
 namespace striper {
@@ -21,6 +22,12 @@ struct ChannelImages {
 /// kAuto.
 /// @param reuse its matrices are written into where they fit, so that a stream allocates once.
 void select_channel(const cv::Mat& image, Channel channel, ChannelImages& reuse);
+
+/// One channel of a picture as a frame of its own. A colour difference is corrected where the
+/// stripe is clipped to white: both of its flanks would be read as stripes, and nothing between
+/// them. Allocates. @param channel anything but kAuto.
+LitFrame lit_frame_of_channel(const cv::Mat& image, Channel channel, StripeAxis axis,
+                              int full_scale_dn);
 
 /// Returns the channel in which the laser's line stands out best: the one with most lines (columns
 /// or rows) whose brightest spot is narrow, above the noise, and beside that of the next line.

@@ -28,7 +28,9 @@ struct SyncReport {
   /// Where exposures are fields and only those of one parity are lit: kTop or kBottom.
   Field lit_field = Field::kProgressive;
 
-  // Six pictures at a time were looked at. How many of these windows
+  static constexpr int kWindowPictures = 6;
+
+  // So many pictures at a time were looked at. How many of these windows
   std::uint64_t windows = 0;   ///< there were,
   std::uint64_t agreeing = 0;  ///< showed the cadence that most of them show,
   std::uint64_t others = 0;    ///< showed another one, or lit exposures in no order,
@@ -54,7 +56,7 @@ struct SyncCheckOptions {
 /// Watches a source and tells whether the laser fires in step with the shutter, and in which
 /// exposures.
 ///
-/// A CadenceFinder looks at six pictures after the other, as a Scanner does that was not told the
+/// It looks at six pictures after the other, as a Scanner does that was not told the
 /// cadence, in whatever daylight it sees the line. The source is started and stopped.
 ///
 /// @throws Error what the source's `start` throws.

@@ -10,7 +10,7 @@ namespace striper {
 /// value.
 ///
 /// The differences subtract white light. A stripe that is bright enough to clip to white they
-/// hollow out; `ColourDifference` mends that, and shows it no better than its own colour does.
+/// hollow out; that is corrected where it is scanned, and shows no more than its own colour does.
 enum class Channel { kAuto, kGrey, kRed, kGreen, kBlue, kGreenMinusRed, kRedMinusGreen };
 
 /// `auto`, `grey`, `red`, `green`, `blue`, `green-red`, `red-green`. Static storage.

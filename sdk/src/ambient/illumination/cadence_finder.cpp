@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ambient/illumination/cadence_finder.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,7 +10,6 @@
 
 #include <opencv2/core.hpp>
 
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/core/robust.hpp>
 
 #include "ambient/illumination/cadence_fits.hpp"
@@ -16,7 +17,7 @@
 #include "ambient/illumination/field_order.hpp"
 #include "ambient/pixels/band_profiles.hpp"
 
-namespace striper {
+namespace striper::detail {
 namespace {
 
 // Exposures further apart than this are not compared: the scene may have moved on.
@@ -55,11 +56,11 @@ constexpr double kBetterFit = 0.6;
 constexpr double kLeastMotion = 3.0;
 
 // What moves along the road does so along the columns' bands, or the samples of rows.
-constexpr detail::OrderSearch kSearchColumns{18, 4};
-constexpr detail::OrderSearch kSearchRows{4, 40};
+constexpr OrderSearch kSearchColumns{18, 4};
+constexpr OrderSearch kSearchRows{4, 40};
 constexpr int kLeastVotes = 8;
 
-std::uint64_t apart(const detail::ProfiledExposure& a, const detail::ProfiledExposure& b) {
+std::uint64_t apart(const ProfiledExposure& a, const ProfiledExposure& b) {
   return a.number > b.number ? a.number - b.number : b.number - a.number;
 }
 
@@ -79,9 +80,7 @@ std::vector<Illumination> without_repetition(const std::vector<Illumination>& pa
 }  // namespace
 
 CadenceFinder::CadenceFinder(StripeAxis axis, int lasers)
-    : axis_(axis),
-      lasers_(lasers),
-      comparisons_(std::make_unique<detail::ExposureComparisons>(axis)) {}
+    : axis_(axis), lasers_(lasers), comparisons_(std::make_unique<ExposureComparisons>(axis)) {}
 CadenceFinder::CadenceFinder(CadenceFinder&&) noexcept = default;
 CadenceFinder& CadenceFinder::operator=(CadenceFinder&&) noexcept = default;
 CadenceFinder::~CadenceFinder() = default;
@@ -125,12 +124,12 @@ CadenceFinder::Finding CadenceFinder::find() {
 
 CadenceFinder::Finding CadenceFinder::find_in_pairs() {
   const auto surpluses = comparisons_->pairs(kFarthestPair);
-  detail::PeriodFit best;
-  const std::size_t longest = exposures() >= 2 * detail::kLongestPeriod
-                                  ? detail::kLongestPeriod
-                                  : std::min(detail::kLongestPeriod, exposures() / 2 + 1);
+  PeriodFit best;
+  const std::size_t longest = exposures() >= 2 * kLongestPeriod
+                                  ? kLongestPeriod
+                                  : std::min(kLongestPeriod, exposures() / 2 + 1);
   for (std::size_t period = 2; period <= longest; ++period) {
-    const detail::PeriodFit fit = detail::fit_period(period, surpluses);
+    const PeriodFit fit = fit_period(period, surpluses);
     if (!fit.is_complete) continue;
     const bool improves = best.period == 0 || fit.residual < kBetterFit * best.residual - 1e-4;
     if (improves) best = fit;
@@ -148,10 +147,10 @@ CadenceFinder::Finding CadenceFinder::find_in_pairs() {
 
 CadenceFinder::Finding CadenceFinder::find_in_triples() {
   comparisons_->compare_triples();
-  detail::PatternFit best;
+  PatternFit best;
   for (std::size_t period = 2; period <= kLongestPeriodOfTriples; ++period) {
     for (unsigned lit = 1; lit + 1 < 1U << period; ++lit) {
-      const detail::PatternFit fit = detail::fit_pattern({period, lit}, comparisons_->triples());
+      const PatternFit fit = fit_pattern({period, lit}, comparisons_->triples());
       if (fit.explained < kLeastTriples) continue;
       const double better = fit.pattern.period > best.pattern.period ? kBetterFit : 1.0;
       const bool improves = best.explained == 0 || fit.residual < better * best.residual - 1e-6;
@@ -182,7 +181,7 @@ bool CadenceFinder::tells_apart(const Cadence& a, const Cadence& b) const {
 bool CadenceFinder::shows_lines_in_dark(const Cadence& cadence) {
   if (cadence.is_automatic()) return false;
   const auto exposures = comparisons_->exposures();
-  detail::ExposureComparisons::Strength all;
+  ExposureComparisons::Strength all;
   int pairs = 0;
   for (std::size_t dark = 0; dark < exposures.size(); ++dark) {
     for (std::size_t lit = 0; lit < exposures.size(); ++lit) {
@@ -268,25 +267,25 @@ bool CadenceFinder::shows_another_line(std::size_t p, std::size_t q,
 }
 
 std::optional<double> CadenceFinder::field_disorder() {
-  const detail::OrderSearch search = axis_ == StripeAxis::kColumns ? kSearchColumns : kSearchRows;
-  detail::OrderVotes votes;
+  const OrderSearch search = axis_ == StripeAxis::kColumns ? kSearchColumns : kSearchRows;
+  OrderVotes votes;
   disorders_.clear();
   const auto exposures = comparisons_->exposures();
   for (std::size_t i = 0; i + 2 < exposures.size(); ++i) {
-    const detail::ProfiledExposure& first = exposures[i];
-    const detail::ProfiledExposure& second = exposures[i + 1];
-    const detail::ProfiledExposure& next = exposures[i + 2];
+    const ProfiledExposure& first = exposures[i];
+    const ProfiledExposure& second = exposures[i + 1];
+    const ProfiledExposure& next = exposures[i + 2];
     const bool consecutive = second.number == first.number + 1 && next.number == first.number + 2;
     if (!consecutive || first.exposures_per_picture != 2 || first.number % 2 != 0) continue;
     const auto difference = [](const auto& a, const auto& b) {
-      return detail::mean_square_difference(a.bands.plain, b.bands.plain);
+      return mean_square_difference(a.bands.plain, b.bands.plain);
     };
     const double moved = difference(first, next);
     const double noise = comparisons_->white_variance_of(i, i + 2);
     if (moved <= kLeastMotion * noise || moved == 0.0) continue;
     disorders_.push_back((difference(second, next) - difference(first, second)) / (moved - noise));
-    const detail::OrderVotes these =
-        detail::vote_on_order(first.bands.plain, second.bands.plain, next.bands.plain, search);
+    const OrderVotes these =
+        vote_on_order(first.bands.plain, second.bands.plain, next.bands.plain, search);
     votes.right += these.right;
     votes.wrong += these.wrong;
   }
@@ -297,4 +296,4 @@ std::optional<double> CadenceFinder::field_disorder() {
   return upper_median(disorders_);
 }
 
-}  // namespace striper
+}  // namespace striper::detail

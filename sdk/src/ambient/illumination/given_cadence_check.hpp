@@ -4,10 +4,10 @@
 #include <optional>
 #include <string>
 
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 
+#include "ambient/illumination/cadence_finder.hpp"
 #include "core/once_events.hpp"
 
 namespace striper::detail {

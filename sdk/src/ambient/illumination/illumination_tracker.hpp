@@ -5,11 +5,11 @@
 
 #include <striper/ambient/ambient_options.hpp>
 #include <striper/ambient/ambient_status.hpp>
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/core/lit_frame.hpp>
 
+#include "ambient/illumination/cadence_finder.hpp"
 #include "ambient/illumination/exposure_numbers.hpp"
 #include "ambient/illumination/exposure_queue.hpp"
 #include "ambient/illumination/given_cadence_check.hpp"

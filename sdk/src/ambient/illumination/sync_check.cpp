@@ -6,14 +6,19 @@
 #include <utility>
 #include <vector>
 
-#include <striper/ambient/cadence_finder.hpp>
 #include <striper/ambient/fields.hpp>
 #include <striper/ambient/sync_check.hpp>
+
+#include "ambient/illumination/cadence_finder.hpp"
 
 namespace striper {
 namespace {
 
+using detail::CadenceFinder;
+
 using std::chrono::milliseconds;
+
+static_assert(SyncReport::kWindowPictures == CadenceFinder::kPictures);
 
 // Asks of a few pictures after the other which exposures the laser lights.
 class Windows {

@@ -12,6 +12,7 @@
 #include <striper/core/sole_owner.hpp>
 
 #include "ambient/pixels/clipped_part.hpp"
+#include "ambient/pixels/colour_difference.hpp"
 
 namespace striper {
 namespace {
@@ -165,6 +166,18 @@ void select_channel(const cv::Mat& image, Channel channel, ChannelImages& reuse)
       break;
   }
   reuse.dark.release();
+}
+
+LitFrame lit_frame_of_channel(const cv::Mat& image, Channel channel, StripeAxis axis,
+                              int full_scale_dn) {
+  ChannelImages images;
+  select_channel(image, channel, images);
+  LitFrame frame;
+  frame.lit = images.lit;
+  frame.dark = images.dark;
+  frame.full_scale_dn = full_scale_dn;
+  if (!frame.dark.empty()) detail::ColourDifference().correct(frame, axis);
+  return frame;
 }
 
 Channel choose_channel(const cv::Mat& image, StripeAxis axis) {

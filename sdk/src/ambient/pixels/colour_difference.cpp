@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ambient/pixels/colour_difference.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -9,15 +11,11 @@
 
 #include <opencv2/core.hpp>
 
-#include <striper/ambient/colour_difference.hpp>
-
 #include "ambient/pixels/clipped_part.hpp"
 #include "core/image_line.hpp"
 
-namespace striper {
+namespace striper::detail {
 namespace {
-
-using detail::StridedLine;
 
 // What is clipped over more pixels is a surface; a flank is no further from the core than this.
 constexpr int kWidestCore = 24;
@@ -145,11 +143,11 @@ template <typename Pixel>
 bool find_clipped(const cv::Mat& lit, StripeAxis axis, int clipped_dn,
                   std::vector<ColourDifference::Span>& spans) {
   bool any = false;
-  spans.assign(static_cast<std::size_t>(detail::line_count(lit, axis)),
+  spans.assign(static_cast<std::size_t>(line_count(lit, axis)),
                {std::numeric_limits<int>::max(), -1});
   for (int row = 0; row < lit.rows; ++row) {
     const auto* const pixels = lit.ptr<Pixel>(row);
-    if (detail::row_maximum(pixels, lit.cols) < clipped_dn) continue;
+    if (row_maximum(pixels, lit.cols) < clipped_dn) continue;
     any = true;
     for (int col = 0; col < lit.cols; ++col) {
       if (pixels[col] < clipped_dn) continue;
@@ -166,17 +164,17 @@ bool find_clipped(const cv::Mat& lit, StripeAxis axis, int clipped_dn,
 template <typename Pixel>
 bool fill(const LitFrame& frame, StripeAxis axis, int clipped_dn,
           const std::vector<ColourDifference::Span>& spans, cv::Mat& filled) {
-  const int length = detail::line_length(frame.lit, axis);
+  const int length = line_length(frame.lit, axis);
   bool any = false;
   for (std::size_t i = 0; i < spans.size(); ++i) {
     if (spans[i].last < spans[i].first) continue;
     const int number = static_cast<int>(i);
-    const Difference<Pixel> line{detail::image_line<Pixel>(frame.lit, axis, number),
-                                 detail::image_line<Pixel>(frame.dark, axis, number), length};
+    const Difference<Pixel> line{image_line<Pixel>(frame.lit, axis, number),
+                                 image_line<Pixel>(frame.dark, axis, number), length};
     const auto fill_it = [&](const HollowLine& hollow) {
       if (!any) frame.dark.copyTo(filled);
       any = true;
-      flatten(detail::writable_line<Pixel>(filled, axis, number), hollow);
+      flatten(writable_line<Pixel>(filled, axis, number), hollow);
     };
     for_each_hollow(line, spans[i], clipped_dn, frame.full_scale_dn, fill_it);
   }
@@ -190,7 +188,7 @@ bool mark_masked(const LitFrame& frame, cv::Mat& masked) {
     auto* const marks = masked.ptr<std::uint8_t>(row);
     const auto* const lit = frame.lit.ptr<Pixel>(row);
     const auto* const dark = frame.dark.ptr<Pixel>(row);
-    if (detail::row_maximum(dark, frame.dark.cols) < frame.full_scale_dn) {
+    if (row_maximum(dark, frame.dark.cols) < frame.full_scale_dn) {
       std::memset(marks, 0, static_cast<std::size_t>(masked.cols));
       continue;
     }
@@ -208,7 +206,7 @@ bool mark_masked(const LitFrame& frame, cv::Mat& masked) {
 template <typename Pixel>
 void correct_pixels(LitFrame& frame, StripeAxis axis, std::vector<ColourDifference::Span>& spans,
                     cv::Mat& filled, cv::Mat& masked) {
-  const int clipped_dn = static_cast<int>(std::ceil(detail::kClippedPart * frame.full_scale_dn));
+  const int clipped_dn = static_cast<int>(std::ceil(kClippedPart * frame.full_scale_dn));
   if (!find_clipped<Pixel>(frame.lit, axis, clipped_dn, spans)) return;
   if (fill<Pixel>(frame, axis, clipped_dn, spans, filled)) frame.dark = filled;
   if (mark_masked<Pixel>(frame, masked)) frame.masked = masked;
@@ -226,4 +224,4 @@ void ColourDifference::correct(LitFrame& frame, StripeAxis axis) {
   }
 }
 
-}  // namespace striper
+}  // namespace striper::detail

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include <striper/ambient/ambient_options.hpp>
-#include <striper/ambient/colour_difference.hpp>
 #include <striper/core/channel.hpp>
 #include <striper/core/lit_frame.hpp>
 
 #include "ambient/pixels/background.hpp"
+#include "ambient/pixels/colour_difference.hpp"
 #include "ambient/pixels/held_exposure.hpp"
 #include "ambient/pixels/temporal_background.hpp"
 #include "core/once_events.hpp"

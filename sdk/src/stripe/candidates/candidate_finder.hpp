@@ -3,9 +3,9 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
+#include "stripe/candidates/block_maxima.hpp"
 #include "stripe/candidates/detection.hpp"
 #include "stripe/candidates/peak_candidates.hpp"
 #include "stripe/candidates/peak_measurer.hpp"

@@ -6,8 +6,8 @@
 
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
-#include <striper/stripe/candidates.hpp>
 
+#include "stripe/candidates/block_maxima.hpp"
 #include "stripe/candidates/peak_list.hpp"
 #include "stripe/candidates/ridges.hpp"
 

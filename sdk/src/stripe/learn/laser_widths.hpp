@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
+#include "stripe/candidates/block_maxima.hpp"
 #include "stripe/learn/width_learner.hpp"
 #include "stripe/learn/width_tracker.hpp"
 #include "stripe/profile/frame_at_hand.hpp"

@@ -5,7 +5,8 @@
 
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
-#include <striper/stripe/candidates.hpp>
+
+#include "stripe/candidates/block_maxima.hpp"
 
 namespace striper::detail {
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <striper/stripe/candidates.hpp>
+#include "stripe/profile/peak_seed.hpp"
 
 namespace striper::detail {
 
@@ -25,9 +25,6 @@ struct ProfileImages {
   int length = 0;  // Pixels across the stripe.
   int full_scale_dn = 0;
 };
-
-/// Where a peak is to be measured.
-using PeakSeed = BlockMaxima::Place;
 
 /// How the kernel measures; made by `plan_profile`. Lengths in image pixels.
 struct ProfilePlan {

@@ -4,9 +4,9 @@
 #include <array>
 #include <cstddef>
 
-#include <striper/stripe/candidates.hpp>
 #include <striper/stripe/extractor.hpp>
 
+#include "stripe/candidates/block_maxima.hpp"
 #include "stripe/candidates/peak_candidates.hpp"
 #include "stripe/profile/profile_plan.hpp"
 #include "stripe/select/stripe_choice.hpp"

@@ -3,8 +3,8 @@
 
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
-#include <striper/stripe/candidates.hpp>
 
+#include "stripe/candidates/block_maxima.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/select/line_choice.hpp"
 #include "stripe/select/peak_judge.hpp"

@@ -11,7 +11,7 @@
 #include <striper/core/stripe_axis.hpp>
 #include <striper/model/camera_model.hpp>
 
-namespace striper {
+namespace striper::detail {
 
 /// Undistorted rays of every line (column or row) of an image, as a cubic Hermite interpolation
 /// across it: a ray in a few nanoseconds where the lens would take hundreds. Immutable;
@@ -122,4 +122,4 @@ class RayTable {
   std::vector<Node> nodes_;
 };
 
-}  // namespace striper
+}  // namespace striper::detail

@@ -9,7 +9,9 @@
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
-namespace striper {
+#include "stripe/profile/peak_seed.hpp"
+
+namespace striper::detail {
 
 /// The largest value of `lit - dark` in every block of 32 pixels of every line, and where it is:
 /// all that one pass over an image must keep to find the peaks of each line.
@@ -80,10 +82,7 @@ class BlockMaxima {
     int flank_px = 0;  ///< but for the flank that a peak has in the next block, at most so far off.
     int weak_dn = 1;   ///< Where the most prominent one rises less, the ranks tell little.
   };
-  struct Place {
-    std::int32_t line;
-    std::int32_t across;
-  };
+  using Place = PeakSeed;
   struct Rivals {
     std::vector<Place> places;             ///< In order of lines, the more prominent first.
     std::vector<std::int32_t> weak_lines;  ///< In order; their places are not among `places`.
@@ -148,4 +147,4 @@ class BlockMaxima {
   std::vector<std::uint8_t> masked_;       // [line]; empty without a mask.
 };
 
-}  // namespace striper
+}  // namespace striper::detail

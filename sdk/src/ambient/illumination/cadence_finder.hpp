@@ -12,11 +12,9 @@
 #include <striper/core/frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
-namespace striper {
+namespace striper::detail {
 
-namespace detail {
 class ExposureComparisons;
-}
 
 /// Finds out from the pictures themselves which exposures a laser lights.
 ///
@@ -107,8 +105,8 @@ class CadenceFinder {
 
   StripeAxis axis_;
   int lasers_;
-  std::unique_ptr<detail::ExposureComparisons> comparisons_;
+  std::unique_ptr<ExposureComparisons> comparisons_;
   std::vector<double> disorders_;  // Scratch.
 };
 
-}  // namespace striper
+}  // namespace striper::detail

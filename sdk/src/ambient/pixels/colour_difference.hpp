@@ -8,7 +8,7 @@
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
-namespace striper {
+namespace striper::detail {
 
 /// Mends what clipping does to a colour difference such as green - red.
 ///
@@ -40,4 +40,4 @@ class ColourDifference {
   std::vector<Span> clipped_;  // [line]
 };
 
-}  // namespace striper
+}  // namespace striper::detail

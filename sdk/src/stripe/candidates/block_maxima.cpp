@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "stripe/candidates/block_maxima.hpp"
+
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
 
-#include <striper/stripe/candidates.hpp>
-
 #include "stripe/candidates/block_kernels.hpp"
 
-namespace striper {
+namespace striper::detail {
 namespace {
 
-static_assert(BlockMaxima::kBlock == detail::kBlockPixels);
-static_assert(BlockMaxima::kBest == detail::kBestBlocks);
-static_assert(BlockMaxima::kFirst == detail::kFirstBlocks);
+static_assert(BlockMaxima::kBlock == kBlockPixels);
+static_assert(BlockMaxima::kBest == kBestBlocks);
+static_assert(BlockMaxima::kFirst == kFirstBlocks);
 
 constexpr int kMostNarrowBlocks = 256;
 
 template <typename Pixel, typename Images>
-detail::PixelPlanes<Pixel> planes_of(const Images& images) {
+PixelPlanes<Pixel> planes_of(const Images& images) {
   return {static_cast<const Pixel*>(images.lit),
           static_cast<const Pixel*>(images.dark),
           images.masked,
@@ -79,10 +79,10 @@ template <typename Pixel>
 void BlockMaxima::find_in() {
   Pixel* const maxima = room<Pixel>(blocks_, lines_, maxima_);
   if (axis_ == StripeAxis::kRows) {
-    detail::block_maxima_of_rows(planes_of<Pixel>(images_), maxima);
+    block_maxima_of_rows(planes_of<Pixel>(images_), maxima);
   } else {
-    detail::block_maxima_of_columns(planes_of<Pixel>(images_), maxima,
-                                    room<Pixel>(blocks_, lines_, positions_));
+    block_maxima_of_columns(planes_of<Pixel>(images_), maxima,
+                            room<Pixel>(blocks_, lines_, positions_));
   }
 }
 
@@ -117,11 +117,10 @@ void BlockMaxima::rank(int depth) {
 
 template <typename Pixel, typename Rank>
 void BlockMaxima::rank_in() {
-  detail::Blocks<Pixel> blocks{maxima_.ptr<Pixel>(0), nullptr, lines_, blocks_};
+  Blocks<Pixel> blocks{maxima_.ptr<Pixel>(0), nullptr, lines_, blocks_};
   if (axis_ == StripeAxis::kColumns) blocks.positions = positions_.ptr<Pixel>(0);
   best_across_.resize(static_cast<std::size_t>(lines_));
-  detail::rank_blocks(
-      blocks, detail::Ranking<Rank>{depth_, room<Rank>(kBest, lines_, prominences_),
+  rank_blocks(blocks, Ranking<Rank>{depth_, room<Rank>(kBest, lines_, prominences_),
                                     room<Rank>(kBest, lines_, best_blocks_), best_across_.data()});
   // The ranking tells which block of a row; the maximum is somewhere in it.
   if (axis_ == StripeAxis::kRows) move_in_rows<Pixel>(0, lines_, best_across_.data());
@@ -180,8 +179,8 @@ void BlockMaxima::find_rivals_of(int line, const RivalLimits& limits, Rivals& ri
 
 template <typename Pixel>
 void BlockMaxima::move_in_rows(int first_line, int count, std::int32_t* across) const noexcept {
-  detail::move_to_maxima_of_rows(planes_of<Pixel>(images_), maxima_.ptr<Pixel>(0), first_line,
-                                 count, across);
+  move_to_maxima_of_rows(planes_of<Pixel>(images_), maxima_.ptr<Pixel>(0), first_line, count,
+                         across);
 }
 
 int BlockMaxima::across_in_row(int block, int line) const noexcept {
@@ -194,4 +193,4 @@ int BlockMaxima::across_in_row(int block, int line) const noexcept {
   return across;
 }
 
-}  // namespace striper
+}  // namespace striper::detail
