@@ -9,6 +9,7 @@
 #include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -143,7 +144,7 @@ struct GigeSource::State {
   Controls controls;
 
   std::thread supervisor;  // and what only it uses
-  std::future<void> pending_close;
+  std::vector<std::future<void>> closing;  // Of lost cameras; the supervisor's alone.
   std::optional<detail::Reopening> reopening;
   std::int64_t numbered_until_ns = 0;  // of a camera that is lost
 };
@@ -446,9 +447,13 @@ void GigeSource::State::close_in_background(std::shared_ptr<Session> camera) {
     ++causes.losses;
     session.reset();
   }
+  const auto is_closed = [](const std::future<void>& close) {
+    return close.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  };
+  std::erase_if(closing, is_closed);  // To drop any other would wait for it.
   try {
-    pending_close =
-        std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); });
+    closing.push_back(
+        std::async(std::launch::async, [dead = std::move(camera)]() mutable { dead.reset(); }));
   } catch (const std::system_error&) {  // No thread for it: it was closed here.
   }
 }

@@ -94,7 +94,8 @@ TEST(Controls, ValuesSurviveBeingText) {
                                                         {ControlType::kRegion, "0,0,1"},
                                                         {ControlType::kRegion, "0,0,1,1,"},
                                                         {ControlType::kPose, "1,2,3,4,5"}}) {
-    const Error error = testing::error_of([&] { parse_control(type, text); });
+    const Error error =
+        testing::error_of([&, type = type, text = text] { parse_control(type, text); });
     EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
     EXPECT_THAT(error.what(), HasSubstr("'" + text + "' - expected "));
   }
