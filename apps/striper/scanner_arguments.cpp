@@ -7,6 +7,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
+#include <striper/model/source_fit.hpp>
 #include <striper/pipeline/scanner_option.hpp>
 
 #include "program.hpp"
@@ -34,13 +35,8 @@ StriperModel load_model_for(const SourceInfo& source, const std::string& path,
     throw Error(ErrorKind::kBadFile,
                 fmt::format("'{}': lasers: is empty: a camera alone gives no ranges", path));
   }
-  const cv::Size camera(model.camera.width(), model.camera.height());
-  if (!source.sensor_size.empty() && source.sensor_size != camera) {
-    throw Error(ErrorKind::kBadFile,
-                fmt::format("'{}' is of a camera of {}x{} pixels, but source '{}' has {}x{}", path,
-                            camera.width, camera.height, source.uri, source.sensor_size.width,
-                            source.sensor_size.height));
-  }
+  const std::string why_not = why_not_of_source(model, source);
+  if (!why_not.empty()) throw Error(ErrorKind::kBadFile, fmt::format("'{}' {}", path, why_not));
   return model;
 }
 

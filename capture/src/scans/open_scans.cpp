@@ -8,6 +8,7 @@
 #include <striper/capture/open_source.hpp>
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
+#include <striper/model/source_fit.hpp>
 #include <striper/scans/open_scans.hpp>
 #include <striper/stream/scan_files.hpp>
 
@@ -38,13 +39,15 @@ class ScannedSource : public ScanSource {
       if (status == NextStatus::kTimeout || status == NextStatus::kStopped) return status;
       has_ended_ = status == NextStatus::kEnd;
       keep(has_ended_ ? scanner_.finish() : scanner_.process(frame_));
-      const bool is_late = info_.source.is_live && ready_.empty() && Clock::now() >= end;
+      const bool is_late = ready_.empty() && Clock::now() >= end;
       if (is_late && !has_ended_) return NextStatus::kTimeout;
     }
     scan = *ready_.front();
     ready_.pop_front();
     return NextStatus::kFrame;
   }
+
+  void stop() override { source_->stop(); }
 
  private:
   void keep(ScanSpan scans) {
@@ -74,6 +77,8 @@ std::unique_ptr<ScanSource> scan_frames(std::string_view uri,
                                         std::optional<ScannerOptions> options,
                                         const EventPort& events) {
   auto source = open_source(uri, events);
+  const std::string why_not = why_not_of_source(*model, source->info());
+  if (!why_not.empty()) throw Error(ErrorKind::kBadValue, "the model " + why_not);
   if (!options) options = ScannerOptions::for_model(*model);
   options->events = events;
   options->ambient.cadence = source->info().cadence;

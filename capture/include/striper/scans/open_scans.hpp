@@ -26,7 +26,8 @@ namespace striper {
 /// @param options how a source of frames is scanned; default: as the model says. The cadence is the
 ///        source's.
 /// @param events hears of the source and the scanner.
-/// @throws Error as `open_source` and Scanner do, as `read_csv_scans` does; Error{kUsage} for a
+/// @throws Error{kBadValue} where the model is of another sensor than the source's,
+///         Error as `open_source` and Scanner do, as `read_csv_scans` does; Error{kUsage} for a
 ///         source of frames without a model.
 std::unique_ptr<ScanSource> open_scans(std::string_view uri,
                                        const std::shared_ptr<const StriperModel>& model,

@@ -28,8 +28,13 @@ class ScanSource {
   }
 
   /// Waits at most `timeout` for the next scan and puts it into `scan`, whose memory is reused.
-  /// Files never time out. @throws Error{kBadFile} naming file, line and what was expected.
+  /// Files time out only where no scan comes of their frames. @throws Error{kBadFile} naming file,
+  /// line and what was expected.
   virtual NextStatus next(PolarScan& scan, std::chrono::milliseconds timeout) = 0;
+
+  /// Makes a waiting `next` return kStopped, and every later one of a camera; from any thread.
+  /// Files do not wait.
+  virtual void stop() {}
 };
 
 }  // namespace striper
