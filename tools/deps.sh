@@ -9,6 +9,7 @@ packages_to_build=(
   libaravis-dev libusb-1.0-0-dev
 )
 packages_to_test=(
+  pybind11-dev python3-dev python3-numpy python3-pytest python3-matplotlib mypy # the Python package
   libgtest-dev libgmock-dev libbenchmark-dev git python3 gnuplot-nox
   qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
   aravis-tools aravis-tools-cli iproute2        # other GenICam programs for tests/end_to_end/gige_test.py

@@ -5,7 +5,8 @@
   install_test.py CASE --build DIR --source DIR --work DIR --components sdk,capture,... [--config CMAKE_OPTION...]
 
 Cases: install (puts the libraries into a folder and moves that to WORK/prefix; the others need it), sdk, sdk_and_simulator,
-sdk_and_capture, capture_and_virtual_camera, calibration, missing (asks for what is not there and reads the answer), share
+sdk_and_capture, capture_and_virtual_camera, calibration, python (imports the package), missing (asks for what is not
+there and reads the answer), share
 (builds the installed examples, and looks whether every example, scene and plot script is there).
 """
 import argparse
@@ -77,6 +78,21 @@ def missing(options):
             fail(f"expected '{expected}' in:\n{output}")
 
 
+def import_package(options):
+    prefix = options.work / "python"
+    shutil.rmtree(prefix, ignore_errors=True)
+    must_run(["cmake", "--install", options.build, "--prefix", prefix, "--component", "python"])
+    site = next(prefix.rglob("dist-packages"))
+    scene = options.source / "data/scenes/room.yaml"
+    program = ("import striper; assert striper.__file__.startswith(%r), striper.__file__; "
+               "print(striper.scan('sim:%s', model=striper.simulated_model('%s')).next())" % (str(site), scene, scene))
+    command = ["env", f"PYTHONPATH={site}", "/usr/bin/python3", "-c", program]
+    if "<striper.Scan 0" not in must_run(command):
+        fail("the installed package gave no scan")
+    if not (site / "striper/py.typed").exists():
+        fail("the installed package has no types")
+
+
 def share(options):
     installed = options.prefix / "share/striper"
     for folder, pattern, part in (("apps/examples", "*.cpp", "examples"), ("apps/plot", "*.gp", "plot"),
@@ -103,7 +119,7 @@ def share(options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("case", choices=["install", "sdk", "sdk_and_simulator", "sdk_and_capture",
-                                         "capture_and_virtual_camera", "calibration", "missing", "share"])
+                                         "capture_and_virtual_camera", "calibration", "missing", "python", "share"])
     parser.add_argument("--build", type=pathlib.Path, required=True)
     parser.add_argument("--source", type=pathlib.Path, required=True)
     parser.add_argument("--work", type=pathlib.Path, required=True)
@@ -116,6 +132,8 @@ def main():
         install(options)
     elif options.case == "missing":
         missing(options)
+    elif options.case == "python":
+        import_package(options)
     elif options.case == "share":
         share(options)
     else:
