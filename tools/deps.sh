@@ -7,6 +7,7 @@ packages_to_build=(
   libopencv-dev libeigen3-dev libhwy-dev libyaml-cpp-dev libfmt-dev libcli11-dev nlohmann-json3-dev
   libjpeg-dev libpng-dev libtiff-dev libceres-dev zlib1g-dev libzstd-dev liblz4-dev
   libaravis-dev libusb-1.0-0-dev
+  cyclonedds-dev cyclonedds-tools # the sink ros2:
 )
 packages_to_test=(
   libgtest-dev libgmock-dev libbenchmark-dev git python3 gnuplot-nox
