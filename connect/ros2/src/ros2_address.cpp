@@ -96,15 +96,9 @@ void require_prefix(const SinkUri& uri) {
 
 // On lo the others are asked one by one, since it need not have multicast: as many as ROS 2 asks.
 constexpr std::string_view kLoopback =
-    "<General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces></General><Discovery>"
-    "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     "<Peers><Peer address=\"localhost\"/></Peers></Discovery>";
-
-// A reader that does not answer holds back 5 messages of each topic at most, so that nothing need
-// wait for it; the limit that Cyclone DDS sets by itself begins at 30 kB, half a scan.
-constexpr std::string_view kNoWaiting =
-    "<Internal><Watermarks><WhcLow>32 MB</WhcLow><WhcHigh>64 MB</WhcHigh>"
-    "<WhcHighInit>64 MB</WhcHighInit><WhcAdaptive>false</WhcAdaptive></Watermarks></Internal>";
 
 }  // namespace
 
@@ -131,16 +125,13 @@ Ros2Address Ros2Address::parse(SinkUri uri) {
 }
 
 std::string Ros2Address::configuration() const {
-  const auto with = [](std::string_view network) {
-    return fmt::format("<CycloneDDS><Domain id=\"any\">{}{}</Domain></CycloneDDS>", network,
-                       kNoWaiting);
-  };
-  if (interface.empty()) return with("") + "," + variable("CYCLONEDDS_URI");
-  if (interface == "lo") return with(kLoopback);
+  if (interface.empty()) return variable("CYCLONEDDS_URI");
   const std::string which = interface == "auto" ? std::string("autodetermine=\"true\"")
                                                 : fmt::format("name=\"{}\"", interface);
-  return with(
-      fmt::format("<General><Interfaces><NetworkInterface {}/></Interfaces></General>", which));
+  return fmt::format(
+      "<CycloneDDS><Domain id=\"any\"><General><Interfaces><NetworkInterface {}/></Interfaces>"
+      "</General>{}</Domain></CycloneDDS>",
+      which, interface == "lo" ? kLoopback : "");
 }
 
 }  // namespace striper::detail

@@ -191,7 +191,7 @@ LOOPBACK = ("<CycloneDDS><Domain id='any'><General><Interfaces><NetworkInterface
             "<Peers><Peer address='localhost'/></Peers></Discovery></Domain></CycloneDDS>")
 
 
-class Messages(Ros2):
+class Judged(Ros2):
     def judge(self, heard, name):
         """All five topics of a head against the CSV beside them and the model."""
         table = self.table(name)
@@ -244,6 +244,8 @@ class Messages(Ros2):
             writer = writers["rt" + topic]
             self.assertEqual(writer["user_data"], f"typehash=RIHS01_{HASHES[writer['type']]};")
 
+
+class Messages(Judged):
     def test_are_the_csv_in_cyclone_dds(self):
         heard = self.subscribe(7)
         server = self.serve("--to", "csv:" + self.path("a.csv") + "?missing=yes&doubtful=yes", "--to", "ros2:")
@@ -269,6 +271,90 @@ class Messages(Ros2):
         server.process.wait(timeout=30)
         self.assertIn("eth77", server.wait())
         self.assertEqual(server.process.returncode, 1)
+
+
+class Readers(Ros2):
+    """That come late, come and go, stop, or want less."""
+
+    def csv(self, name="a.csv"):
+        return "csv:" + self.path(name)
+
+    def test_that_come_late_get_the_transforms(self):
+        server = self.serve("--to", self.csv(), "--to", "ros2:truck/left?qos=best_effort")
+        server.wait_for("topics_offered")
+        time.sleep(2)
+        heard = self.subscribe(4, "best_effort", namespace="/truck/left/striper")
+        heard.wait()
+        server.end()
+        self.assertEqual(len(heard.messages("/tf_static")), 1)
+        self.assertGreater(len(heard.messages("/truck/left/striper/points")), 10)
+
+    def test_that_want_reliable_do_not_match_best_effort(self):
+        server = self.serve("--to", self.csv(), "--to", "ros2:?qos=best_effort")
+        heard = self.subscribe(3)
+        heard.wait()
+        server.end()
+        self.assertEqual(heard.messages("/striper/points"), [])
+        self.assertEqual(len(heard.messages("/tf_static")), 1)
+
+    STOPPED_S, GUESTS = 5, 4
+
+    def test_that_stop_or_come_and_go_change_nothing(self):
+        # Wide: what a stopped reader leaves unread is more than the 30 kB at which Cyclone DDS may make writers wait.
+        fps = 10
+        self.scene = self.write("wide.yaml", small_scene().replace("width: 160, height: 120", "width: 640, height: 480"))
+        striper("simulate", self.scene, "-o", self.path("wide"), "--frames", "1")
+        self.model = self.path("wide", "model.yaml")
+        server = self.serve("--to", self.csv(), "--to", "ros2:", fps=fps)
+        stopped = self.subscribe(self.STOPPED_S + 30, "count")
+        steady = self.subscribe(self.STOPPED_S + 6, "count")
+        steady.wait_for("points", where="lines")
+        stopped.wait_for("points", where="lines")
+        stopped.process.send_signal(signal.SIGSTOP)
+        begin, heard_before = time.monotonic(), len(steady.lines)
+        for _ in range(self.GUESTS):
+            guest = self.subscribe(30, "count")
+            guest.wait_for("points", where="lines")
+            guest.kill()
+        time.sleep(max(0, self.STOPPED_S - (time.monotonic() - begin)))
+        elapsed, heard = time.monotonic() - begin, len(steady.lines) - heard_before
+        stopped.process.send_signal(signal.SIGCONT)
+        log = server.end()
+        self.assertGreater(heard, 0.98 * fps * elapsed - 2)
+        self.assertNotIn("sink_slow", log)
+        self.assertRegex(log, r"ros2: finished, \d+ written, 0 lost")
+        times = sorted(map(float, self.table("a.csv")))
+        self.assertAlmostEqual((times[-1] - times[0]) * fps, len(times) - 1, delta=0.5)
+
+    def test_of_two_publishers_are_told(self):
+        first = self.serve("--to", self.csv("a.csv"), "--to", "ros2:")
+        first.wait_for("topics_offered")
+        second = self.serve("--to", self.csv("b.csv"), "--to", "ros2:")
+        for program in (first, second):
+            program.wait_for("name_taken: warning: another program in ROS 2 domain 0 publishes /striper/points too")
+        third = self.serve("--to", self.csv("c.csv"), "--to", "ros2:", "--name", "rear")
+        elsewhere = self.serve("--to", self.csv("d.csv"), "--to", "ros2:", env={"ROS_DOMAIN_ID": "5"})
+        elsewhere.wait_for("domain 5")
+        time.sleep(3)
+        for program in (third, elsewhere):
+            self.assertNotIn("name_taken", program.end())
+
+
+class FastDds(Judged):
+    """The same in Fast DDS, by its own defaults (shared memory, every interface)."""
+
+    def test_are_the_csv_in_fast_dds(self):
+        for qos in ("reliable", "best_effort"):
+            heard = self.subscribe(8, qos, program=os.environ["FAST_DDS_SUBSCRIBER"])
+            server = self.serve("--to", f"csv:{self.path(qos)}.csv?missing=yes&doubtful=yes", "--to", "ros2:?qos=" + qos)
+            heard.wait()
+            server.end()
+            self.judge(heard, qos + ".csv")
+            self.check_names(heard)
+
+
+class ReadersLong(Readers):
+    STOPPED_S, GUESTS = 22, 20
 
 
 if __name__ == "__main__":
