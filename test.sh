@@ -82,7 +82,7 @@ stage_slow() {
 
 stage_foreign() {
   configure_and_build release
-  cmake --build "$build/release" --target foreign_files
+  cmake --build "$build/release" --target foreign_programs
   run_tests release -L foreign --verbose
 }
 

@@ -7,6 +7,7 @@ packages_to_build=(
   libopencv-dev libeigen3-dev libhwy-dev libyaml-cpp-dev libfmt-dev libcli11-dev nlohmann-json3-dev
   libjpeg-dev libpng-dev libtiff-dev libceres-dev zlib1g-dev libzstd-dev liblz4-dev
   libaravis-dev libusb-1.0-0-dev
+  cyclonedds-dev cyclonedds-tools # the sink ros2:
 )
 packages_to_test=(
   pybind11-dev python3-dev python3-numpy python3-pytest python3-matplotlib mypy # the Python package
@@ -14,7 +15,7 @@ packages_to_test=(
   qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
   aravis-tools aravis-tools-cli iproute2        # other GenICam programs for tests/end_to_end/gige_test.py
 )
-packages_to_test_fully=(clang clang-format clang-tidy pcl-tools)
+packages_to_test_fully=(clang clang-format clang-tidy pcl-tools libfastrtps-dev fastddsgen)
 packages_to_demo=(gnuplot-nox)
 
 # install_packages NAME...: through sudo where we are not root; says what it does.

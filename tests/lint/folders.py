@@ -10,7 +10,7 @@ import pathlib
 import re
 import sys
 
-PARTS = ("sdk", "capture", "calibration", "apps")
+PARTS = ("sdk", "capture", "calibration", "connect", "apps")
 FLAT = ("apps/striper",)
 MOST_FILES = 24
 MOST_WITHOUT_README = 8

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// scan_rate SESSION SECONDS: scans a second of a session's frames in memory, the best of five parts; what Python is
-// compared with.
+// scan_rate SESSION SECONDS: scans a second of a session's frames in memory, the best of five
+// parts; what Python is compared with.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

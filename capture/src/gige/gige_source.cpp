@@ -143,7 +143,7 @@ struct GigeSource::State {
   detail::FrameCounts counts;
   Controls controls;
 
-  std::thread supervisor;  // and what only it uses
+  std::thread supervisor;                  // and what only it uses
   std::vector<std::future<void>> closing;  // Of lost cameras; the supervisor's alone.
   std::optional<detail::Reopening> reopening;
   std::int64_t numbered_until_ns = 0;  // of a camera that is lost

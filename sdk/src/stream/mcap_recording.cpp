@@ -77,7 +77,7 @@ struct RecordedHead {
   HeadInfo info;
   std::string optical_frame;
   Topic polar_scan, points, scan, image, camera_info, frame_info;
-  std::vector<std::optional<LaserScanMaker>> makers;  // Of each laser; none where it sees nothing.
+  LaserScans scans;
 
   RecordedHead(const HeadInfo& head, McapSeries& series)
       : optical_frame(head.head + "_camera_optical") {
@@ -93,21 +93,7 @@ struct RecordedHead {
 
   void set(const HeadInfo& head) {
     info = head;
-    makers.clear();
-    const std::size_t lasers = head.model ? head.model->lasers.size() : 0;
-    for (std::size_t laser = 0; laser < lasers; ++laser) makers.push_back(maker_of(laser));
-  }
-
- private:
-  // On the whole sensor: a grid must not move with a region of interest.
-  std::optional<LaserScanMaker> maker_of(std::size_t laser) const {
-    const cv::Size size(info.model->camera.width(), info.model->camera.height());
-    try {
-      return LaserScanMaker(
-          make_laser_scan_grid(*info.model, static_cast<int>(laser), PixelGrid{}, size));
-    } catch (const Error&) {
-      return std::nullopt;
-    }
+    scans = head.model ? LaserScans(*head.model) : LaserScans();
   }
 };
 
@@ -227,10 +213,7 @@ void McapRecording::Impl::write(const PolarScan& scan) {
   put(head.polar_scan, polar_scan_, log_time_ns);
   to_message(scan, points_);
   put(head.points, points_, log_time_ns);
-  const auto laser = static_cast<std::size_t>(scan.laser);
-  if (laser >= head.makers.size() || !head.makers[laser]) return;
-  head.makers[laser]->to_message(scan, scan_);
-  put(head.scan, scan_, log_time_ns);
+  if (head.scans.to_message(scan, scan_)) put(head.scan, scan_, log_time_ns);
 }
 
 void McapRecording::Impl::write(const Frame& frame) {

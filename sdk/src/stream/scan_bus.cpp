@@ -100,6 +100,7 @@ class ScanBus::Impl {
 };
 
 void ScanBus::Impl::add(std::string uri, std::unique_ptr<ScanSink> sink) {
+  sink->set_events(events_);
   const auto lane = std::make_shared<SinkLane>(std::move(uri), std::move(sink), options_, events_);
   const std::lock_guard lock(mutex_);
   lanes.push_back(lane);

@@ -104,6 +104,8 @@ inline constexpr EventKind kEventKinds[] = {
     {"sink_slow", Severity::kWarning, "A sink did not keep up: scans were dropped."},
     {"sink_failed", Severity::kError, "A sink was closed: it threw, or did not return."},
     {"disk_full", Severity::kError, "A sink was closed: the disk is full."},
+    {"topics_offered", Severity::kInfo, "A sink offers its topics to other programs, and where."},
+    {"name_taken", Severity::kWarning, "Another program publishes under the same name."},
     // Applications.
     {"limit_broken", Severity::kWarning, "A measured value is outside its limits."},
     {"drift", Severity::kWarning, "What should stand still moves slowly."},

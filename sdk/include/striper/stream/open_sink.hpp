@@ -26,11 +26,14 @@ using SinkFactory = std::function<std::unique_ptr<ScanSink>(SinkUri uri)>;
 ///                                         `?doubtful=yes` the doubtful too; moved between scans
 ///                                         along the scan frame's z with `?speed=M_PER_S`, or
 ///                                         `?odometer=FILE&counts_per_m=K&bits=8|16|32`
+///     ros2:PREFIX                         topics for ROS 2 programs, /PREFIX/HEAD/points and so on
+///                                         (docs/ros2.md); its library is loaded when it is named
 ///     PATH                                whichever of these the extension says; `-` is CSV on the
 ///                                         standard output
 ///
 /// Files are made when the first head opens: nothing gives way to nothing.
-/// @throws Error{kUsage} for a wrong address, or a file that is there and holds something else.
+/// @throws Error{kUsage} for a wrong address, or a file that is there and holds something else;
+/// {kUnsupported} where a sink's library is not installed.
 std::unique_ptr<ScanSink> open_sink(std::string_view uri);
 std::unique_ptr<ScanSink> open_sink(SinkUri uri);
 

@@ -48,9 +48,9 @@ struct SinkNeeds {
 ///
 /// Life: made by `open_sink`, given to a ScanBus, `open` for every head (again where its model
 /// changed), then `write`, `status` and `event` in any order, `finish`, destroyed. All but `needs`
-/// is called from one thread of the sink's own: no locks are needed, and a slow sink holds up
-/// nobody. What throws or does not return for 5 s is closed: it is called no more. Its destructor
-/// then leaves what was written whole.
+/// and `set_events` is called from one thread of the sink's own: no locks are needed, and a slow
+/// sink holds up nobody. What throws or does not return for 5 s is closed: it is called no more.
+/// Its destructor then leaves what was written whole.
 ///
 /// A class that overrides one `write` says `using ScanSink::write;` for the other.
 class ScanSink {
@@ -62,6 +62,8 @@ class ScanSink {
 
   virtual SinkNeeds needs() const { return {}; }
 
+  /// Who hears of what the sink finds by itself; called once, before all but `needs`.
+  virtual void set_events(const EventPort& /*events*/) {}
   virtual void open(const HeadInfo& /*head*/) {}
   virtual void write(const PolarScan& /*scan*/) {}
   virtual void write(const Frame& /*frame*/) {}  // `Frame::head` says whose it is.

@@ -35,4 +35,23 @@ LaserScanGrid make_laser_scan_grid(const StriperModel& model, int laser, const P
   return {least, greatest, lines, range_min_m, range_max_m};
 }
 
+LaserScans::LaserScans(const StriperModel& model) {
+  const cv::Size size(model.camera.width(), model.camera.height());
+  for (std::size_t laser = 0; laser < model.lasers.size(); ++laser) {
+    makers_.emplace_back();
+    try {
+      makers_.back().emplace(
+          make_laser_scan_grid(model, static_cast<int>(laser), PixelGrid{}, size));
+    } catch (const Error&) {  // No pixel sees it.
+    }
+  }
+}
+
+bool LaserScans::to_message(const PolarScan& scan, wire::LaserScan& message) {
+  const auto laser = static_cast<std::size_t>(scan.laser);
+  if (laser >= makers_.size() || !makers_[laser]) return false;
+  makers_[laser]->to_message(scan, message);
+  return true;
+}
+
 }  // namespace striper

@@ -12,6 +12,7 @@ namespace striper::detail {
 std::unique_ptr<ScanSink> make_csv_sink(SinkUri uri);
 std::unique_ptr<ScanSink> make_jsonl_sink(SinkUri uri);
 std::unique_ptr<ScanSink> make_mcap_sink(SinkUri uri);
-std::unique_ptr<ScanSink> make_point_sink(SinkUri uri);  // ply:, pcd:, las:
+std::unique_ptr<ScanSink> make_point_sink(SinkUri uri);   // ply:, pcd:, las:
+std::unique_ptr<ScanSink> make_plugin_sink(SinkUri uri);  // ros2:
 
 }  // namespace striper::detail

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <opencv2/core/types.hpp>
@@ -69,6 +70,20 @@ class LaserScanMaker {
   LaserScanGrid grid_;
   std::vector<double> distances_;  ///< In bearing, of the return that each holds; in steps.
   std::vector<double> ranges_;     ///< Of that return.
+};
+
+/// The LaserScans of a model, each laser's on a grid over the whole sensor: it does not move with a
+/// region of interest.
+class LaserScans {
+ public:
+  LaserScans() = default;
+  explicit LaserScans(const StriperModel& model);
+
+  /// False, and the message is left as it is, where no pixel sees the laser's plane.
+  bool to_message(const PolarScan& scan, wire::LaserScan& message);
+
+ private:
+  std::vector<std::optional<LaserScanMaker>> makers_;  // Of each laser.
 };
 
 }  // namespace striper

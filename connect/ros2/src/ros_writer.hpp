@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <striper/wire/cdr.hpp>
+#include <striper/wire/mcap_records.hpp>
+
+#include "cdr_type.hpp"
+#include "dds_domain.hpp"
+
+namespace striper::detail {
+
+/// A ROS 2 topic that this process writes.
+class RosWriter {
+ public:
+  /// @param topic "/striper/points". @throws Error{kIo} where another type has its name here.
+  RosWriter(const DdsParticipant& participant, const std::string& topic,
+            const wire::MessageSchema& schema, wire::RosQos qos);
+
+  const std::string& topic() const noexcept { return topic_; }
+
+  /// Never waits. @throws Error{kIo} where Cyclone DDS is at its end.
+  template <typename Message>
+  void write(const Message& message) {
+    wire::write_cdr(message, bytes_);
+    write_bytes(bytes_);
+  }
+
+ private:
+  void write_bytes(CdrSample sample);
+
+  std::string topic_;
+  DdsEntity dds_topic_;
+  DdsEntity writer_;
+  std::vector<std::uint8_t> bytes_;  // Used again.
+};
+
+/// A topic's name in DDS: "rt/striper/points".
+std::string dds_topic_name(const std::string& topic);
+
+}  // namespace striper::detail
