@@ -321,6 +321,84 @@ def smooth(
     circles: bool = False,
 ) -> Scan: ...
 
+class DesignLaser:
+    origin_cam: _Floats
+    axis_cam: _Floats
+    fan_rad: float
+    thickness_rad: float
+    wavelength_nm: float
+    pulse_energy_j: float
+    pulse_s: float
+    power_w: float | None
+
+class DesignCamera:
+    pixel_pitch_m: float
+    f_number: float
+    lens_transmission: float
+    filter_transmission: float
+    filter_width_nm: float
+    quantum_efficiency: float
+    blur_sigma_px: float
+    shutter_s: float
+    rate_hz: float
+    interlaced: bool
+    dark_subtracted: bool
+    bit_depth: int
+    dn_per_electron: float
+    read_noise_e: float
+    black_level_dn: float
+
+class DesignSun:
+    total_w_m2: float
+    spectral_w_m2_nm: float
+    suppression: float | None
+
+class StriperDesign:
+    laser: DesignLaser
+    camera: DesignCamera
+    sun: DesignSun
+    reflectance: float
+    false_alarm: float
+    detection: float
+    def __init__(self, model: Model | _Path, laser_index: int = 0) -> None: ...
+
+class RangeFigures:
+    @property
+    def range_m(self) -> float: ...
+    @property
+    def step_out_m(self) -> float: ...
+    @property
+    def signal_dn(self) -> float: ...
+    @property
+    def background_dn(self) -> float: ...
+    @property
+    def snr(self) -> float: ...
+    @property
+    def width_px(self) -> float: ...
+    @property
+    def row_sigma_px(self) -> float: ...
+    @property
+    def sigma_m(self) -> float: ...
+    @property
+    def detection(self) -> float: ...
+    @property
+    def is_clipped(self) -> bool: ...
+
+class DesignFigures:
+    def __init__(self, design: StriperDesign) -> None: ...
+    def at(self, range_m: float, bearing_rad: float = 0.0) -> RangeFigures: ...
+    @property
+    def angular_resolution_rad(self) -> float: ...
+    def coverage_rad(self, range_m: float) -> float: ...
+    @property
+    def near_m(self) -> float: ...
+    @property
+    def far_m(self) -> float: ...
+    @property
+    def max_range_m(self) -> float: ...
+    @property
+    def scan_rate_hz(self) -> float: ...
+
 class Truth:
     @property
     def frame(self) -> int: ...

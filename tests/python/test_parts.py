@@ -101,6 +101,19 @@ def test_pieces_smoothing_and_measurements():
         striper.measure(scan, "wall:volume")
 
 
+def test_a_design_has_figures():
+    design = striper.StriperDesign(striper.simulated_model(ROOM))
+    design.camera.rate_hz = 60.0
+    figures = striper.DesignFigures(design)
+    near, far = figures.at(1.0), figures.at(2.0)
+    assert 0.0 < near.step_out_m < far.step_out_m
+    assert near.snr > far.snr > 0.0
+    assert figures.scan_rate_hz == 60.0
+    design.reflectance = 2.0
+    with pytest.raises(striper.Error, match="reflectance"):
+        striper.DesignFigures(design)
+
+
 def test_calibration_finds_the_striper():
     folder = ROOT / "data" / "calibration"
     stages = []
