@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "profile/partition.hpp"
 
@@ -15,6 +16,9 @@ constexpr double kMostGrowth = 16.0;
 // How far from the cut the knot is looked for, returns: four sigmas of a corner that is just found
 // in 640.
 constexpr std::size_t kReach = 240;
+// A knot is tried at every return. Of sharp corners with little noise it is none of them but lies
+// between two, which are not far from the cut: a return at the corner itself may be on either side.
+constexpr std::size_t kNearCuts = 2;
 // The cut settles in one or two rounds, or moves to and fro between neighbours.
 constexpr int kRounds = 5;
 
@@ -87,6 +91,20 @@ bool settle_at(const InverseRanges& ranges, std::size_t knot, Run& left, Run& ri
   return true;
 }
 
+// Of two lines that meet between the last element of the left and the first of the right run;
+// infinite where they meet elsewhere.
+double chi2_if_met_at(const InverseRanges& ranges, std::size_t cut, const Run& left,
+                      const Run& right) noexcept {
+  Run l = left;
+  Run r = right;
+  l.to = r.from = cut;
+  l.fit = fit_run(ranges, l.from, cut);
+  r.fit = fit_run(ranges, cut, r.to);
+  const Meeting meeting = meet(ranges, l, r);
+  const bool is_here = meeting.exists && cut_at(ranges, l, r, meeting.direction) == cut;
+  return is_here ? l.fit.chi2 + r.fit.chi2 : std::numeric_limits<double>::infinity();
+}
+
 // A fit about the direction of an element as one of the pivot's axes.
 LineFit turned_back(const InverseRanges& ranges, std::size_t about, LineFit fit) noexcept {
   Eigen::Matrix2d turned;
@@ -156,6 +174,14 @@ bool CornerSearch::settle(const InverseRanges& ranges, Run& left, Run& right) {
   std::size_t knot = about;
   double least = left.fit.chi2 + right.fit.chi2 + kMostGrowth;
   bool is_bent = false;
+  for (std::size_t cut = std::max(from, about - kNearCuts); cut <= std::min(to, about + kNearCuts);
+       ++cut) {
+    const double chi2 = chi2_if_met_at(ranges, cut, left, right);
+    if (!(chi2 < least)) continue;
+    least = chi2;
+    knot = cut;
+    is_bent = true;
+  }
   likelihood_.clear();
   for (std::size_t cut = from; cut <= to; ++cut) {
     const double sine = ranges.turn(about, cut);
