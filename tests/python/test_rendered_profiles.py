@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves end to end, on rendered pictures, what tests/sdk/profile proves on scans: pieces, corners and tools are where
+the scene has them, by their error bars; and so they are with calibrations made from pictures.
+
+STRIPER_FULL_TRIALS=1: 20 scenes of each kind and 20 calibrations, which decide the goals; 3 scenes and none otherwise.
+"""
+import math
+import os
+
+import numpy as np
+import pytest
+import striper
+
+from conftest import ROOT
+
+FULL = "STRIPER_FULL_TRIALS" in os.environ
+SCENES = 20 if FULL else 3
+CALIBRATIONS = 20
+POSES = 16
+
+# The camera and laser of data/scenes/calibration.yaml: the sheet is level, so that the scan's x and y are the world's.
+HEAD = """striper_scene: 1
+camera: {{width: 480, height: 360, fov_deg: 55, lens: plumb_bob, distortion: [-0.24, 0.09, 0, 0, 0],
+         rotation_deg: [0, 14, 0]}}
+imager: {{blur_px: 0.5, dn_per_electron: 0.02, black_level_dn: 8, shutter_us: 2.5}}
+noise: {{shot: yes, read_e: 20, seed: {seed}}}
+lasers:
+  - {{position_m: [0, 0, -0.5], fan_deg: 60, thickness_deg: 0.2, wavelength_nm: 900, pulse_uj: 10.4}}
+objects:
+"""
+
+
+def scan_of(folder, objects, seed):
+    """A scan of objects, each (size_x, size_y, x, y, yaw_deg), by the perfect model."""
+    text = HEAD.format(seed=seed)
+    for number, (size_x, size_y, x, y, yaw) in enumerate(objects):
+        text += (f"  - {{name: box {number}, shape: box, size_m: [{size_x}, {size_y}, 1.2], position_m: [{x}, {y}, -0.5],"
+                 f" rotation_deg: [0, 0, {yaw}], reflectance: 0.6}}\n")
+    path = folder / f"{seed}.yaml"
+    path.write_text(text)
+    return striper.scan(f"sim:{path}", model=striper.simulated_model(path)).next()
+
+
+def scan_without_noise(folder, seed):
+    path = folder / f"{seed}.yaml"
+    return striper.scan(f"sim:{path}?noise=off", model=striper.simulated_model(path)).next()
+
+
+def long_pieces(scan):
+    return [piece for piece in striper.segments(scan).pieces if piece.points >= 20]
+
+
+def rms(pulls):
+    return math.sqrt(np.mean(np.square(pulls)))
+
+
+def assert_true_bars(pulls):
+    """Within three sigmas of what so many true pulls of a normal distribution have: chi2 by Wilson and Hilferty."""
+    count = len(pulls)
+    spread = 3.0 * math.sqrt(2.0 / (9.0 * count))
+    low, high = ((1.0 - 2.0 / (9.0 * count) + side * spread) ** 1.5 for side in (-1.0, 1.0))
+    print(f"\n{count} pulls, rms {rms(pulls):.3f}, {low:.2f} to {high:.2f} is three sigmas")
+    assert low < rms(pulls) < high
+
+
+def assert_true_body(pulls):
+    """Half of the pulls are within .67, as of a normal distribution, to three sigmas of such a part.
+
+    Where a surface ends or bends the tails are longer: a column that shows both sides of a corner lies between them, and
+    a column that shows the last bit of a surface gives a return or none.
+    """
+    inside = np.mean(np.abs(pulls) < 0.6745)
+    spread = 3.0 * 0.5 / math.sqrt(len(pulls))
+    print(f"\n{len(pulls)} pulls, {inside:.2f} of them within .6745, rms {rms(pulls):.3f}")
+    assert 0.5 - spread < inside < 0.5 + spread
+    assert np.max(np.abs(pulls)) < 6.0
+
+
+def test_a_wall_is_one_piece_and_smoother_than_its_returns(tmp_path):
+    pulls, ratios = [], []
+    for seed in range(SCENES):
+        distance = np.random.default_rng(seed).uniform(1.2, 2.0)
+        scan = scan_of(tmp_path, [(0.2, 4.0, distance + 0.1, 0.0, 0.0)], seed)
+        (wall,) = long_pieces(scan)
+        # A sheet of light has a thickness, within which what is nearer is brighter: tens of micrometres on a wall, more
+        # than the noise of 480 columns leaves of its distance.
+        (exact,) = long_pieces(scan_without_noise(tmp_path, seed))
+        assert abs(exact.line.distance_m - distance) < 50e-6
+        pulls.append((wall.line.distance_m - exact.line.distance_m) / math.sqrt(wall.line.covariance[1, 1]))
+        ok = scan.returns["status"] == striper.Status.OK
+        smooth = striper.smooth(scan).returns
+        ratios.append(rms(smooth["x_m"][ok] - distance) / rms(scan.returns["x_m"][ok] - distance))
+    assert_true_bars(pulls)
+    assert np.median(ratios) < 0.26
+
+
+def test_a_step_is_two_pieces_and_as_deep_as_the_scene_has_it(tmp_path):
+    pulls = []
+    for seed in range(100, 100 + SCENES):
+        random = np.random.default_rng(seed)
+        near = random.uniform(1.2, 1.5)
+        depth = random.uniform(0.02, 0.2)
+        scan = scan_of(tmp_path, [(0.2, 2.0, near + 0.1, 1.0, 0.0), (0.2, 4.0, near + depth + 0.1, 0.0, 0.0)], seed)
+        assert len(long_pieces(scan)) == 2
+        (row,) = striper.measure(scan, "depth:step")
+        assert row.status == "ok"
+        pulls.append((abs(row.value) - depth) / row.sigma)
+    assert_true_bars(pulls)
+
+
+def test_a_corner_is_where_the_scene_has_it(tmp_path):
+    pulls = []
+    for seed in range(200, 200 + SCENES):
+        random = np.random.default_rng(seed)
+        side = 0.5
+        yaw = math.radians(random.uniform(35.0, 55.0))
+        middle = np.array([random.uniform(1.6, 1.9), random.uniform(-0.1, 0.1)])
+        scan = scan_of(tmp_path, [(side, side, middle[0], middle[1], math.degrees(yaw))], seed)
+        corners = np.array([[-0.5, -0.5], [-0.5, 0.5], [0.5, -0.5], [0.5, 0.5]]) * side
+        turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
+        nearest = min((middle + turn @ corner for corner in corners), key=lambda corner: corner[0])
+        joints = [joint for joint in striper.segments(scan).joints if joint.kind == "corner"]
+        joint = min(joints, key=lambda joint: np.linalg.norm(joint.corner_m - nearest))
+        whitened = np.linalg.solve(np.linalg.cholesky(joint.covariance), joint.corner_m - nearest)
+        pulls += list(whitened)
+    assert_true_body(pulls)
+
+
+# Of two boxes before a wall.
+BOXES = [(0.2, 0.3, 1.3, 0.3, 0.0), (0.2, 0.5, 1.7, -0.25, 15.0), (0.2, 4.0, 2.3, 0.0, 0.0)]
+TOOLS = [
+    "near:line:x=1.1..1.25,y=0.2..0.4",
+    "step:step:x=1.1..1.25,y=0.17..0.43;x=1.5..1.75,y=-0.4..-0.1",
+    "angle:angle:x=1.1..1.25,y=0.17..0.43;x=1.5..1.75,y=-0.4..-0.1",
+    "width:width:x=1.1..1.25,y=0.1..0.5",
+    "gap:gap:x=1.1..1.25,y=0.1..0.5;x=1.5..1.75,y=-0.48..0.03",
+]
+
+
+def measured(path, seed, noise, model):
+    scan = striper.scan(f"sim:{path}?seed={seed}{noise}", model=model).next()
+    return {row.tool: row for row in striper.measure(scan, TOOLS, model) if "straightness" not in row.tool}
+
+
+@pytest.mark.skipif(not FULL, reason="20 calibrations take two minutes")
+def test_tools_are_right_with_whole_calibrations(tmp_path):
+    scan_of(tmp_path, BOXES, 1)
+    boxes = tmp_path / "1.yaml"
+    session = ROOT / "data" / "scenes" / "calibration.yaml"
+    truth = measured(boxes, 1, "&noise=off", striper.simulated_model(boxes))
+    assert all(row.status == "ok" for row in truth.values())
+    pulls = {tool: [] for tool in truth}
+    for seed in range(1, 1 + CALIBRATIONS):
+        pictures = [frame.image.copy() for frame, _ in striper.simulate(f"{session}?seed={seed}", POSES)]
+        result = striper.calibrate(lasers=[pictures], board="9x6", square=0.06, lens="plumb_bob")
+        assert not result.refused, result.verdict
+        for tool, row in measured(boxes, seed, "", result.model).items():
+            if row.status == "ok":
+                pulls[tool].append((row.value - truth[tool].value) / math.hypot(row.sigma, row.sigma_cal))
+    for tool, of_tool in pulls.items():
+        print(f"\n{tool}: {len(of_tool)} ok", end="")
+        assert len(of_tool) >= 0.9 * CALIBRATIONS, tool
+        (assert_true_body if tool.startswith(("gap", "width")) else assert_true_bars)(of_tool)
