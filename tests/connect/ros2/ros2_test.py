@@ -400,6 +400,58 @@ class TwoMachines(Ros2):
         self.assertEqual(heard.messages("/striper/points"), [])
 
 
+class Doctor(Ros2):
+    """`striper doctor --ros2`."""
+
+    def doctor(self, *options, code=0, env=None):
+        done = subprocess.run(self.space.command(STRIPER, "doctor", "--ros2", *options, "--seconds", "2", "--json"),
+                              capture_output=True, text=True, timeout=60, check=False, env={**os.environ, **(env or {})})
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return {one["code"]: one for one in json.loads(done.stdout)["findings"]}
+
+    def test_hears_who_is_there_and_whose_name_is_taken(self):
+        found = self.doctor()
+        self.assertEqual(set(found) - {"shared_memory_foreign"}, {"topics_offered", "nobody_heard"})
+        programs = [self.serve("--to", "csv:" + self.path(f"{i}.csv"), "--to", "ros2:") for i in range(2)]
+        for program in programs:
+            program.wait_for("name_taken")
+        self.subscribe(20, "count")
+        done = subprocess.run(self.space.command(STRIPER, "doctor", "--ros2"), capture_output=True, text=True, timeout=60, check=True)
+        self.assertIn("/striper/points (sensor_msgs/msg/PointCloud2): 2 writing, 1 reading", done.stdout)
+        self.assertIn("doubtful  2 programs publish /striper/points", done.stdout)
+        self.assertNotIn("programs publish /diagnostics", done.stdout)
+
+    def test_says_what_is_wrong_with_an_interface(self):
+        self.assertIn("there is no interface eth77", self.doctor("ros2:?interface=eth77", code=1)["interface_unfit"]["what"])
+        other = Namespace(self)
+        connect(self, self.space, other)
+        self.assertNotIn("interface_unfit", self.doctor("ros2:?interface=cable"))
+        for change, said in ((("link", "set", "cable", "multicast", "off"), "has no multicast"),
+                             (("link", "set", "cable", "down"), "is down")):
+            subprocess.run(self.space.command("ip", *change), check=True)
+            found = self.doctor("ros2:?interface=cable", code=1)
+            self.assertIn(said, found["interface_unfit"]["what"])
+
+    def test_says_that_multicast_does_not_arrive(self):
+        other = Namespace(self)
+        connect(self, self.space, other)
+        # Who holds the port for himself stands for a firewall, which is not installed everywhere.
+        holder = Program(self, self.space, sys.executable, "-c", "import socket, time; s = socket.socket(type=socket.SOCK_DGRAM); "
+                         "s.bind(('', 7400)); print('holding', flush=True); time.sleep(30)")
+        holder.wait_for("holding", where="lines")
+        found = self.doctor("ros2:?interface=cable", code=1)
+        self.assertIn("does not come back on interface cable", found["interface_unfit"]["what"])
+
+    def test_says_that_others_are_in_another_domain(self):
+        other = Namespace(self)
+        connect(self, self.space, other)
+        server = self.serve("--to", "csv:" + self.path("a.csv"), "--to", "ros2:?interface=cable&domain=5")
+        server.wait_for("topics_offered")
+        found = self.doctor("ros2:?interface=cable")
+        self.assertIn("programs of this machine are in domain 5, this is 0", found["other_domain"]["what"])
+        self.assertNotIn("other_domain", self.doctor("ros2:?interface=cable", env={"ROS_DOMAIN_ID": "5"}))
+
+
 class FastDds(Judged):
     """The same in Fast DDS, by its own defaults (shared memory, every interface)."""
 
