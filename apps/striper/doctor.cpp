@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper doctor: what is wrong with a source, and what to do about it.
 #include <algorithm>
+#include <chrono>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include <striper/capture/open_source.hpp>
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
+#include <striper/stream/sink_plugin.hpp>
 
 #include "commands.hpp"
 #include "doctor_network.hpp"
@@ -27,6 +29,7 @@ namespace {
 
 struct DoctorArguments {
   std::string source;
+  std::string ros2;  // A sink's address; empty: not asked for.
   ScannerArguments scanner;
   double seconds = 3.0;
   bool json = false;
@@ -42,11 +45,21 @@ constexpr const char* kExamples =
     "  striper doctor 'gige:STRIPER1?exposure_us=20&strobe=Line2'\n"
     "      the pictures as they will be captured: exposure, laser, focus\n"
     "  striper doctor 'images:shots?laser=0,dark' --model striper.yaml\n"
-    "      pictures that were taken, scanned as they will be\n\n"
+    "      pictures that were taken, scanned as they will be\n"
+    "  striper doctor --ros2\n"
+    "      who is heard of ROS 2 programs, and why those do not hear a head\n\n"
     "Exit code 0 where all is well or only doubtful, 1 where something is bad.";
 
 void define(CLI::App& command, DoctorArguments& arguments) {
-  add_source(command, arguments.source);
+  CLI::Option* source = add_source(command, arguments.source)->required(false);
+  command
+      .add_option("--ros2", arguments.ros2,
+                  "What keeps ROS 2 programs from hearing the scans, and who is heard; as --to "
+                  "would say it: ros2:?interface=eth0")
+      ->type_name("[ros2:...]")
+      ->expected(0, 1)
+      ->default_str("ros2:")
+      ->excludes(source);
   add_scanner_arguments(command, arguments.scanner);
   command.add_option("--seconds", arguments.seconds, "How long to watch; default 3")
       ->type_name("S")
@@ -166,7 +179,14 @@ void watch(const DoctorArguments& arguments, const EventPort& events,
   }
 }
 
+std::vector<Event> examine_ros2(const DoctorArguments& arguments) {
+  const auto watch = std::chrono::duration<double>(arguments.seconds);
+  return examine_sink(arguments.ros2, std::chrono::duration_cast<std::chrono::milliseconds>(watch));
+}
+
 std::vector<Event> examine(const DoctorArguments& arguments) {
+  if (!arguments.ros2.empty()) return examine_ros2(arguments);
+  if (arguments.source.empty()) throw Error(ErrorKind::kUsage, "doctor of what? SOURCE or --ros2");
   std::vector<Event> findings;
   const TerminalEvents events = TerminalEvents::silent();
   try {
@@ -192,7 +212,10 @@ ExitCode doctor(const DoctorArguments& arguments) {
     fmt::print("{:<9} {}\n", word(one.severity), one.message);
     if (!one.advice.empty()) fmt::print("{:<9} -> {}\n", "", one.advice);
   }
-  if (arguments.json) print_json({{"source", arguments.source}, {"findings", list}});
+  if (arguments.json) {
+    const std::string& of = arguments.ros2.empty() ? arguments.source : arguments.ros2;
+    print_json({{"source", of}, {"findings", list}});
+  }
   return any_bad(findings) ? ExitCode::kFailed : ExitCode::kDone;
 }
 

@@ -41,11 +41,8 @@ std::shared_ptr<const DdsEntity> domain_of(const Ros2Address& address) {
   if (auto domain = known.lock()) return domain;
   const LogKeeper log;
   const dds_entity_t made = dds_create_domain(address.domain, address.configuration().c_str());
-  const std::string where = address.interface.empty()
-                                ? address.interface_from
-                                : fmt::format("interface {}", address.interface);
   const auto domain = std::make_shared<const DdsEntity>(
-      made, fmt::format("ROS 2 domain {}, {}: {}", address.domain, where, log.text()));
+      made, fmt::format("ROS 2 domain {} on {}: {}", address.domain, address.where(), log.text()));
   known = domain;
   return domain;
 }

@@ -124,6 +124,13 @@ Ros2Address Ros2Address::parse(SinkUri uri) {
   return address;
 }
 
+std::string Ros2Address::where() const {
+  if (interface.empty()) return "the interface of CYCLONEDDS_URI";
+  if (interface == "lo") return "lo, for this machine alone";
+  if (interface == "auto") return "the interface that Cyclone DDS thinks best";
+  return "interface " + interface;
+}
+
 std::string Ros2Address::configuration() const {
   if (interface.empty()) return variable("CYCLONEDDS_URI");
   const std::string which = interface == "auto" ? std::string("autodetermine=\"true\"")

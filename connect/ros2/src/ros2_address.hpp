@@ -21,6 +21,9 @@ struct Ros2Address {
   /// @throws Error{kUsage} quoting what is wrong.
   static Ros2Address parse(SinkUri uri);
 
+  /// The interface in words.
+  std::string where() const;
+
   /// Cyclone DDS' configuration.
   std::string configuration() const;
 };

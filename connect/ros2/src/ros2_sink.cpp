@@ -149,14 +149,10 @@ RosHead& Ros2Sink::head_of(std::string_view name) {
 }
 
 void Ros2Sink::say_offer(const RosHead& head) const {
-  const std::string where = address_.interface.empty() ? "the interface of CYCLONEDDS_URI"
-                            : address_.interface == "lo"
-                                ? "lo, for this machine alone"
-                                : fmt::format("interface {}", address_.interface);
   Event event(
       "topics_offered",
       fmt::format("{}, {} to ROS 2 programs of domain {} on {} (by {})", head.points.topic(),
-                  head.scan.topic(), address_.domain, where, address_.interface_from),
+                  head.scan.topic(), address_.domain, address_.where(), address_.interface_from),
       "where nobody hears them: `striper doctor --ros2`; other machines need interface=NAME or "
       "interface=auto, and the same ROS_DOMAIN_ID");
   event.head = head.info.head;

@@ -10,6 +10,7 @@ import csv
 import json
 import math
 import os
+import shutil
 import signal
 import struct
 import subprocess
@@ -340,6 +341,117 @@ class Readers(Ros2):
             self.assertNotIn("name_taken", program.end())
 
 
+def connect(test, left, right):
+    """A cable between two namespaces: `cable` on both sides, 10.78.1.1 and 10.78.1.2."""
+    made = subprocess.run(["ip", "link", "add", "cable", "netns", str(left.keeper.pid), "type", "veth", "peer", "name",
+                           "cable", "netns", str(right.keeper.pid)], capture_output=True, text=True, check=False)
+    if made.returncode != 0:
+        test.skipTest(f"no right to make a cable: {made.stderr}")
+    for number, space in enumerate((left, right), 1):
+        for words in (("addr", "add", f"10.78.1.{number}/24", "dev", "cable"), ("link", "set", "cable", "up"),
+                      ("route", "add", "239.0.0.0/8", "dev", "cable")):
+            subprocess.run(space.command("ip", *words), check=True)
+
+
+ON_CABLE = ("<CycloneDDS><Domain id='any'><General><Interfaces><NetworkInterface name='cable'/></Interfaces></General>"
+            "</Domain></CycloneDDS>")
+
+
+class TwoMachines(Ros2):
+    """Two network namespaces with a cable between them."""
+
+    def setUp(self):
+        super().setUp()
+        self.other = Namespace(self)
+        connect(self, self.space, self.other)
+
+    def test_give_their_heads_to_both(self):
+        left = self.serve("--to", "csv:" + self.path("left.csv") + "?missing=yes", "--to", "ros2:?interface=cable", "--name", "left")
+        right = self.serve("--to", "csv:" + self.path("right.csv") + "?missing=yes", "--to", "ros2:?interface=auto", "--name",
+                           "right", space=self.other)
+        heard = [self.subscribe(6, namespace="/" + name, space=space, env={"CYCLONEDDS_URI": ON_CABLE})
+                 for name, space in (("left", self.other), ("right", self.space))]
+        for reader in heard:
+            reader.wait()
+        for name, program, reader in (("left", left, heard[0]), ("right", right, heard[1])):
+            self.assertNotIn("name_taken", program.end())
+            points = reader.messages(f"/{name}/points")
+            self.assertGreater(len(points), 20)
+            self.assertEqual({message["header"]["frame_id"] for message in points}, {name + "_scan0"})
+            data = bytes.fromhex(points[5]["data"])
+            rows = [row for row in self.scan_of(points[5], self.table(name + ".csv")) if row["status"] == "ok"]
+            self.assertGreater(len(rows), 50)
+            for row in rows:
+                x, y = struct.unpack_from("<2f", data, 36 * int(row["u_px"]))
+                self.assertEqual((x, y), (float32(float(row["x_m"])), float32(float(row["y_m"]))))
+            frames = {one["child"] for message in reader.messages("/tf_static") for one in message["transforms"]}
+            self.assertEqual(frames, {f"{head}_{frame}" for head in ("left", "right") for frame in ("camera_optical", "scan0")})
+
+    def test_of_one_name_are_told(self):
+        programs = [self.serve("--to", "csv:" + self.path(f"{i}.csv"), "--to", "ros2:?interface=cable", space=space)
+                    for i, space in enumerate((self.space, self.other))]
+        for program in programs:
+            program.wait_for("name_taken")
+
+    def test_the_default_stays_on_its_machine(self):
+        self.serve("--to", "csv:" + self.path("a.csv"), "--to", "ros2:").wait_for("topics_offered")
+        heard = self.subscribe(4, space=self.other, env={"CYCLONEDDS_URI": ON_CABLE})
+        heard.wait()
+        self.assertEqual(heard.messages("/striper/points"), [])
+
+
+class Doctor(Ros2):
+    """`striper doctor --ros2`."""
+
+    def doctor(self, *options, code=0, env=None):
+        done = subprocess.run(self.space.command(STRIPER, "doctor", "--ros2", *options, "--seconds", "2", "--json"),
+                              capture_output=True, text=True, timeout=60, check=False, env={**os.environ, **(env or {})})
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return {one["code"]: one for one in json.loads(done.stdout)["findings"]}
+
+    def test_hears_who_is_there_and_whose_name_is_taken(self):
+        found = self.doctor()
+        self.assertEqual(set(found) - {"shared_memory_foreign"}, {"topics_offered", "nobody_heard"})
+        programs = [self.serve("--to", "csv:" + self.path(f"{i}.csv"), "--to", "ros2:") for i in range(2)]
+        for program in programs:
+            program.wait_for("name_taken")
+        self.subscribe(20, "count")
+        done = subprocess.run(self.space.command(STRIPER, "doctor", "--ros2"), capture_output=True, text=True, timeout=60, check=True)
+        self.assertIn("/striper/points (sensor_msgs/msg/PointCloud2): 2 writing, 1 reading", done.stdout)
+        self.assertIn("doubtful  2 programs publish /striper/points", done.stdout)
+        self.assertNotIn("programs publish /diagnostics", done.stdout)
+
+    def test_says_what_is_wrong_with_an_interface(self):
+        self.assertIn("there is no interface eth77", self.doctor("ros2:?interface=eth77", code=1)["interface_unfit"]["what"])
+        other = Namespace(self)
+        connect(self, self.space, other)
+        self.assertNotIn("interface_unfit", self.doctor("ros2:?interface=cable"))
+        for change, said in ((("link", "set", "cable", "multicast", "off"), "has no multicast"),
+                             (("link", "set", "cable", "down"), "is down")):
+            subprocess.run(self.space.command("ip", *change), check=True)
+            found = self.doctor("ros2:?interface=cable", code=1)
+            self.assertIn(said, found["interface_unfit"]["what"])
+
+    def test_says_that_multicast_does_not_arrive(self):
+        other = Namespace(self)
+        connect(self, self.space, other)
+        # Who holds the port for himself stands for a firewall, which is not installed everywhere.
+        holder = Program(self, self.space, sys.executable, "-c", "import socket, time; s = socket.socket(type=socket.SOCK_DGRAM); "
+                         "s.bind(('', 7400)); print('holding', flush=True); time.sleep(30)")
+        holder.wait_for("holding", where="lines")
+        found = self.doctor("ros2:?interface=cable", code=1)
+        self.assertIn("does not come back on interface cable", found["interface_unfit"]["what"])
+
+    def test_says_that_others_are_in_another_domain(self):
+        other = Namespace(self)
+        connect(self, self.space, other)
+        server = self.serve("--to", "csv:" + self.path("a.csv"), "--to", "ros2:?interface=cable&domain=5")
+        server.wait_for("topics_offered")
+        found = self.doctor("ros2:?interface=cable")
+        self.assertIn("programs of this machine are in domain 5, this is 0", found["other_domain"]["what"])
+        self.assertNotIn("other_domain", self.doctor("ros2:?interface=cable", env={"ROS_DOMAIN_ID": "5"}))
+
+
 class FastDds(Judged):
     """The same in Fast DDS, by its own defaults (shared memory, every interface)."""
 
@@ -351,6 +463,38 @@ class FastDds(Judged):
             server.end()
             self.judge(heard, qos + ".csv")
             self.check_names(heard)
+
+
+class Rtps(Judged):
+    """LaserScans in a third maker's RTPS, @foxglove/rtps of npm: it hears best-effort writers alone, and not on lo."""
+
+    def setUp(self):
+        super().setUp()
+        self.work = os.environ["RTPS_WORK"]
+        os.makedirs(self.work, exist_ok=True)
+        here = os.path.dirname(os.path.abspath(__file__))
+        for name in ("package.json", "package-lock.json", "rtps_subscriber.mjs", "../../foreign/.npmrc"):
+            shutil.copy(os.path.join(here, name), self.work)
+        if shutil.which("npm") is None:
+            self.skipTest("NO THIRD MAKER'S RTPS HAS HEARD US: npm is not installed")
+        done = subprocess.run(["npm", "ci", "--no-audit"], cwd=self.work, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            self.skipTest(f"NO THIRD MAKER'S RTPS HAS HEARD US: {done.stderr}")
+
+    def test_hears_the_csv(self):
+        other = Namespace(self)
+        connect(self, self.space, other)
+        script = os.path.join(self.work, "rtps_subscriber.mjs")
+        heard = Program(self, other, "node", script, "10.78.1.2", "/striper", 10)
+        heard.wait_for("ready", where="lines")
+        server = self.serve("--to", "csv:" + self.path("a.csv") + "?missing=yes&doubtful=yes", "--to",
+                            "ros2:?qos=best_effort&interface=cable")
+        heard.wait()
+        server.end()
+        scans = heard.messages("/striper/scan")
+        self.assertGreater(len(scans), 50, "".join(heard.errors))
+        for message in scans[:20]:
+            self.check_scan(message, self.scan_of(message, self.table("a.csv")))
 
 
 class ReadersLong(Readers):

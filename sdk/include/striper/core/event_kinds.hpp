@@ -106,6 +106,11 @@ inline constexpr EventKind kEventKinds[] = {
     {"disk_full", Severity::kError, "A sink was closed: the disk is full."},
     {"topics_offered", Severity::kInfo, "A sink offers its topics to other programs, and where."},
     {"name_taken", Severity::kWarning, "Another program publishes under the same name."},
+    {"topic_heard", Severity::kInfo, "A topic of another program, and who writes and reads it."},
+    {"nobody_heard", Severity::kWarning, "No other program answers where a sink offers topics."},
+    {"other_domain", Severity::kWarning, "Programs of this machine talk in another domain."},
+    {"shared_memory_foreign", Severity::kWarning, "Programs of another user use shared memory."},
+    {"interface_unfit", Severity::kError, "A network interface cannot carry a sink's topics."},
     // Applications.
     {"limit_broken", Severity::kWarning, "A measured value is outside its limits."},
     {"drift", Severity::kWarning, "What should stand still moves slowly."},

@@ -39,4 +39,10 @@ std::unique_ptr<ScanSink> detail::make_plugin_sink(SinkUri uri) {
   return plugin.make(std::move(uri));
 }
 
+std::vector<Event> examine_sink(std::string_view uri, std::chrono::milliseconds watch) {
+  SinkUri parsed = SinkUri::parse(uri);
+  const SinkPlugin& plugin = load_plugin(parsed);
+  return plugin.examine(std::move(parsed), watch);
+}
+
 }  // namespace striper
