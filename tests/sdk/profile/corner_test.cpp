@@ -43,6 +43,27 @@ TEST(Corners, AreFoundWithTheirErrorBars) {
   EXPECT_NEAR(pull_y.value(), 1.0, 0.1);
 }
 
+TEST(Corners, SharpOnesBetweenTwoColumnsAreNoSteps) {
+  ProfileStriper striper;
+  striper.row_sigma_px = 0.02;  // Half a column's spacing is dozens of sigmas.
+  Segmenter segmenter;
+  Segmentation found;
+  PolarScan scan;
+  int corners = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const double y_m =
+        0.3 + 0.001 * trial;  // All places between two columns, which are 3 mm apart.
+    testing::noisy_scan(striper, corner_ranges(striper, 1.5, y_m), scan);
+    segmenter.segment(scan, found);
+    const bool is_corner = found.joints.size() == 1 && found.joints[0].kind == JointKind::kCorner;
+    corners += is_corner ? 1 : 0;
+    if (!is_corner) continue;
+    EXPECT_NEAR(found.joints[0].corner_m.x(), 2.0, 1e-3);
+    EXPECT_NEAR(found.joints[0].corner_m.y(), y_m, 1e-3);
+  }
+  EXPECT_GE(corners, 98);
+}
+
 TEST(Corners, WeakOnesAreSeldomMissed) {
   const ProfileStriper striper;
   const auto ranges = corner_ranges(striper, bend_of_gain(striper, 60.0));
