@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves that the types of the stubs are those of the module, and that the examples keep to them."""
+"""Proves that the types of the stubs are those of the module, that the examples keep to them, and that nothing but Python's entry
+is seen of the library that the module brings along."""
 import os
 import pathlib
 import re
@@ -46,3 +47,9 @@ def test_everything_public_says_what_it_is():
         if callable(thing) and not (thing.__doc__ or "").strip():
             missing.append(name)
     assert not missing
+
+
+def test_only_the_entry_is_seen_from_outside():
+    module = next(pathlib.Path(striper.__file__).parent.glob("_striper*.so"))
+    listed = subprocess.run(["nm", "-D", "--defined-only", module], check=True, capture_output=True, text=True).stdout
+    assert [line.split()[-1] for line in listed.splitlines()] == ["PyInit__striper"]
