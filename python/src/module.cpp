@@ -12,6 +12,7 @@ PYBIND11_MODULE(_striper, module) {
   bind_scans(module);
   bind_streams(module);
   bind_profiles(module);
+  bind_curbs(module);
   bind_designs(module);
   bind_simulation(module);
   bind_calibration(module);

@@ -101,6 +101,14 @@ def test_pieces_smoothing_and_measurements():
         striper.measure(scan, "wall:volume")
 
 
+def test_a_curb_is_found():
+    scene = ROOT / "data" / "scenes" / "curb.yaml"
+    scan = striper.scan(f"sim:{scene}", model=striper.simulated_model(scene)).next()
+    (curb,) = [finding for finding in striper.find_curbs(scan) if finding.probability > 0.5]
+    assert abs(curb.height_m - 0.15) < 5.0 * curb.sigma_height_m + 1e-3
+    assert abs(sum(curb.posterior.values()) - 1.0) < 1e-6
+
+
 def test_a_design_has_figures():
     design = striper.StriperDesign(striper.simulated_model(ROOM))
     design.camera.rate_hz = 60.0
