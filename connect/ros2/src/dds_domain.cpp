@@ -3,6 +3,7 @@
 
 #include <map>
 #include <mutex>
+#include <string_view>
 
 #include <dds/ddsrt/log.h>
 #include <fmt/format.h>
@@ -54,6 +55,12 @@ DdsEntity::DdsEntity(dds_entity_t handle, const std::string& what) : handle_(han
   throw Error(ErrorKind::kIo, fmt::format("{} ({})", what, dds_strretcode(handle)));
 }
 
+dds_guid_t DdsEntity::guid() const {
+  dds_guid_t guid{};
+  dds_get_guid(handle_, &guid);
+  return guid;
+}
+
 DdsEntity::~DdsEntity() { dds_delete(handle_); }
 
 DdsParticipant::DdsParticipant(const Ros2Address& address)
@@ -61,10 +68,13 @@ DdsParticipant::DdsParticipant(const Ros2Address& address)
       participant_(dds_create_participant(address.domain, nullptr, nullptr),
                    fmt::format("no participant in ROS 2 domain {}", address.domain)) {}
 
-dds_guid_t DdsParticipant::guid() const {
-  dds_guid_t guid{};
-  dds_get_guid(handle(), &guid);
-  return guid;
+dds_guid_t DdsParticipant::guid() const { return participant_.guid(); }
+
+void DdsParticipant::claim_enclave() const {
+  constexpr std::string_view kEnclave = "enclave=/;";
+  const DdsQos qos(dds_create_qos(), dds_delete_qos);
+  dds_qset_userdata(qos.get(), kEnclave.data(), kEnclave.size());
+  dds_set_qos(handle(), qos.get());
 }
 
 }  // namespace striper::detail

@@ -10,6 +10,8 @@
 
 namespace striper::detail {
 
+using DdsQos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
+
 /// An entity of Cyclone DDS, with all that was made in it gone when it is. Thread-safe, as they
 /// are.
 class DdsEntity {
@@ -21,6 +23,7 @@ class DdsEntity {
   ~DdsEntity();
 
   dds_entity_t handle() const noexcept { return handle_; }
+  dds_guid_t guid() const;
 
  private:
   dds_entity_t handle_;
@@ -35,6 +38,9 @@ class DdsParticipant {
 
   dds_entity_t handle() const noexcept { return participant_.handle(); }
   dds_guid_t guid() const;
+
+  /// Says that the program is one of ROS 2's, in its nameless security enclave.
+  void claim_enclave() const;
 
  private:
   std::shared_ptr<const DdsEntity> domain_;

@@ -2,6 +2,7 @@
 #include "ros2_address.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdlib>
 #include <string_view>
@@ -71,14 +72,36 @@ Choice interface_of(Uri& uri) {
   return {*name, "interface="};
 }
 
-bool take_reliable(Uri& uri) {
-  const std::string qos = uri.take("qos").value_or("reliable");
-  if (qos != "reliable" && qos != "best_effort") {
-    refuse(fmt::format("sink '{}': qos is '{}' where reliable or best_effort is expected",
-                       uri.text(), qos));
+template <typename T>
+struct Word {
+  std::string_view text;
+  T value;
+};
+
+/// One of some words; the first where nothing is said.
+template <typename T, std::size_t N>
+T take_word(Uri& uri, const std::string& key, const std::array<Word<T>, N>& words) {
+  const std::string text = uri.take(key).value_or(std::string(words.front().text));
+  std::string expected;
+  for (const Word<T>& word : words) {
+    if (word.text == text) return word.value;
+    expected += fmt::format("{}{}",
+                            expected.empty()         ? ""
+                            : &word == &words.back() ? " or "
+                                                     : ", ",
+                            word.text);
   }
-  return qos == "reliable";
+  refuse(
+      fmt::format("sink '{}': {} is '{}' where {} is expected", uri.text(), key, text, expected));
 }
+
+constexpr std::array<Word<bool>, 2> kReliable = {{{"reliable", true}, {"best_effort", false}}};
+constexpr std::array<Word<RosImages>, 3> kImages = {
+    {{"raw", RosImages::kRaw}, {"compressed", RosImages::kCompressed}, {"both", RosImages::kBoth}}};
+constexpr std::array<Word<RosNodeChoice>, 4> kNodes = {{{"off", RosNodeChoice::kOff},
+                                                        {"humble", RosNodeChoice::kHumble},
+                                                        {"iron", RosNodeChoice::kIron},
+                                                        {"auto", RosNodeChoice::kAuto}}};
 
 void require_prefix(const SinkUri& uri) {
   std::string_view rest = uri.path();
@@ -100,6 +123,11 @@ constexpr std::string_view kLoopback =
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     "<Peers><Peer address=\"localhost\"/></Peers></Discovery>";
 
+// Some readers take no writer that leaves out what is the default: npm's @foxglove/rtps is one.
+constexpr std::string_view kSpelledOut =
+    "<Compatibility><ExplicitlyPublishQosSetToDefault>true</ExplicitlyPublishQosSetToDefault>"
+    "</Compatibility>";
+
 }  // namespace
 
 bool is_ros_name(std::string_view word) noexcept {
@@ -115,12 +143,14 @@ Ros2Address Ros2Address::parse(SinkUri uri) {
   address.prefix = uri.path();
   const auto domain = uri.take_integer("domain", 0, kMostDomain);
   address.domain = domain ? static_cast<std::uint32_t>(*domain) : domain_of_environment();
-  address.is_reliable = take_reliable(uri);
+  address.is_reliable = take_word(uri, "qos", kReliable);
   address.frames_hz = uri.take_number("frames", 0.0, kMostFrames_hz).value_or(0.0);
+  address.images = take_word(uri, "images", kImages);
+  address.node = take_word(uri, "node", kNodes);
   const Choice choice = interface_of(uri);
   address.interface = choice.interface;
   address.interface_from = choice.from;
-  uri.refuse_unused("domain, qos, interface, frames");
+  uri.refuse_unused("domain, qos, interface, frames, images, node");
   return address;
 }
 
@@ -137,8 +167,8 @@ std::string Ros2Address::configuration() const {
                                                 : fmt::format("name=\"{}\"", interface);
   return fmt::format(
       "<CycloneDDS><Domain id=\"any\"><General><Interfaces><NetworkInterface {}/></Interfaces>"
-      "</General>{}</Domain></CycloneDDS>",
-      which, interface == "lo" ? kLoopback : "");
+      "</General>{}{}</Domain></CycloneDDS>",
+      which, interface == "lo" ? kLoopback : "", kSpelledOut);
 }
 
 }  // namespace striper::detail

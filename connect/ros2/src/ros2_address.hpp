@@ -8,15 +8,23 @@
 
 namespace striper::detail {
 
-/// `ros2:[PREFIX][?domain=&qos=&interface=lo|NAME|auto&frames=HZ]`, what is not said taken from the
-/// environment as ROS 2's own programs take it.
+/// Whether the scanner is shown as a node, and to which release's programs.
+enum class RosNodeChoice { kOff, kHumble, kIron, kAuto };
+
+/// What `frames=` sends.
+enum class RosImages { kRaw, kCompressed, kBoth };
+
+/// `ros2:[PREFIX][?domain=&qos=&interface=lo|NAME|auto&frames=HZ&images=&node=]`, what is not said
+/// taken from the environment as ROS 2's own programs take it.
 struct Ros2Address {
-  std::string prefix;          ///< In front of the heads' names: words parted by '/'; may be empty.
-  std::uint32_t domain = 0;    ///< domain=, else ROS_DOMAIN_ID.
-  bool is_reliable = true;     ///< qos=reliable|best_effort.
-  double frames_hz = 0.0;      ///< Images of each head; 0: none.
-  std::string interface;       ///< lo, a name, auto; empty: what CYCLONEDDS_URI says.
-  std::string interface_from;  ///< Who said so, for people.
+  std::string prefix;        ///< In front of the heads' names: words parted by '/'; may be empty.
+  std::uint32_t domain = 0;  ///< domain=, else ROS_DOMAIN_ID.
+  bool is_reliable = true;   ///< qos=reliable|best_effort.
+  double frames_hz = 0.0;    ///< Images of each head; 0: none.
+  RosImages images = RosImages::kRaw;        ///< images=raw|compressed|both.
+  RosNodeChoice node = RosNodeChoice::kOff;  ///< node=off|humble|iron|auto.
+  std::string interface;                     ///< lo, a name, auto; empty: what CYCLONEDDS_URI says.
+  std::string interface_from;                ///< Who said so, for people.
 
   /// @throws Error{kUsage} quoting what is wrong.
   static Ros2Address parse(SinkUri uri);

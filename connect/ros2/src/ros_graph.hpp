@@ -12,6 +12,7 @@ namespace striper::detail {
 struct RosEndpoint {
   std::string topic;  ///< As in DDS: "rt/striper/points".
   std::string type;
+  std::string user_data;  ///< "typehash=RIHS01_...;" of Iron and later.
   dds_guid_t participant{};
 };
 

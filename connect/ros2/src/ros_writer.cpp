@@ -19,18 +19,17 @@ std::string dds_type_name(const std::string& type) {
                      type.substr(package + 1, name - package - 1), type.substr(name + 1));
 }
 
-using Qos = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
-
-Qos make_qos(wire::RosQos qos, const std::string& type_hash) {
+DdsQos make_qos(wire::RosQos qos, const std::string& type_hash) {
   constexpr int kKept = 5;  // ROS 2's sensor data.
   const bool is_latched = qos == wire::RosQos::kLatched;
   const bool is_reliable = qos != wire::RosQos::kBestEffort;
-  Qos made(dds_create_qos(), dds_delete_qos);
+  DdsQos made(dds_create_qos(), dds_delete_qos);
   dds_qset_history(made.get(), DDS_HISTORY_KEEP_LAST, is_latched ? 1 : kKept);
   dds_qset_reliability(made.get(),
                        is_reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, 0);
   dds_qset_durability(made.get(),
                       is_latched ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  if (type_hash.empty()) return made;
   // Iron and later read a topic's hash here; without it they complain of every topic.
   const std::string user_data = fmt::format("typehash={};", type_hash);
   dds_qset_userdata(made.get(), user_data.data(), user_data.size());
@@ -48,7 +47,9 @@ dds_entity_t make_topic(const DdsParticipant& participant, const std::string& to
 
 }  // namespace
 
-std::string dds_topic_name(const std::string& topic) { return "rt" + topic; }
+std::string dds_topic_name(const std::string& topic) {
+  return topic.starts_with('/') ? "rt" + topic : topic;
+}
 
 RosWriter::RosWriter(const DdsParticipant& participant, const std::string& topic,
                      const wire::MessageSchema& schema, wire::RosQos qos)

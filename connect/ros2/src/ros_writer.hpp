@@ -20,6 +20,7 @@ class RosWriter {
             const wire::MessageSchema& schema, wire::RosQos qos);
 
   const std::string& topic() const noexcept { return topic_; }
+  dds_guid_t guid() const { return writer_.guid(); }
 
   /// Never waits. @throws Error{kIo} where Cyclone DDS is at its end.
   template <typename Message>
@@ -37,7 +38,7 @@ class RosWriter {
   std::vector<std::uint8_t> bytes_;  // Used again.
 };
 
-/// A topic's name in DDS: "rt/striper/points".
+/// A topic's name in DDS: "rt/striper/points"; what begins with no '/' is none of ROS' topics.
 std::string dds_topic_name(const std::string& topic);
 
 }  // namespace striper::detail

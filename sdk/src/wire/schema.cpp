@@ -16,6 +16,7 @@ std::string short_name(std::string_view type) {
 
 std::string type_text(const FieldType& type) {
   std::string text = type.is_message ? short_name(type.name) : std::string(type.name);
+  if (type.text_length > 0) text += fmt::format("<={}", type.text_length);
   if (type.is_sequence) text += "[]";
   if (type.length > 0) text += fmt::format("[{}]", type.length);
   return text;
@@ -47,9 +48,9 @@ std::string description_json(const MessageText& message) {
   std::string fields;
   for (const FieldText& field : message.fields) {
     fields += fmt::format(
-        R"({}{{"name": "{}", "type": {{"type_id": {}, "capacity": {}, "string_capacity": 0, "nested_type_name": "{}"}}}})",
+        R"({}{{"name": "{}", "type": {{"type_id": {}, "capacity": {}, "string_capacity": {}, "nested_type_name": "{}"}}}})",
         fields.empty() ? "" : ", ", field.name, array_id(field.type), field.type.length,
-        field.type.is_message ? field.type.name : "");
+        field.type.text_length, field.type.is_message ? field.type.name : "");
   }
   return fmt::format(R"({{"type_name": "{}", "fields": [{}]}})", message.type, fields);
 }

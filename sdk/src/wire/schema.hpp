@@ -24,6 +24,7 @@ struct FieldType {
   std::size_t length = 0;  ///< Of an array of fixed length; 0 for none.
   bool is_sequence = false;
   bool is_message = false;
+  std::size_t text_length = 0;  ///< The most bytes of a text; 0: any.
 };
 
 struct FieldText {
@@ -54,6 +55,7 @@ template <> struct ScalarType<double>        { static constexpr FieldType kType{
 template <> struct ScalarType<bool>          { static constexpr FieldType kType{15, "bool"}; };
 template <> struct ScalarType<std::byte>     { static constexpr FieldType kType{16, "byte"}; };
 template <> struct ScalarType<std::string>   { static constexpr FieldType kType{17, "string"}; };
+template <std::size_t N> struct ScalarType<BoundedString<N>> { static constexpr FieldType kType{21, "string", 0, false, false, N}; };
 // clang-format on
 
 template <typename M>

@@ -72,6 +72,22 @@ json to_json(const sensor_msgs_msg_dds__CameraInfo_& m) {
           {"roi", {m.roi.x_offset, m.roi.y_offset, m.roi.height, m.roi.width, m.roi.do_rectify}}};
 }
 
+json to_json(const sensor_msgs_msg_dds__Image_& m) {
+  return {{"header", to_json(m.header)},
+          {"height", m.height},
+          {"width", m.width},
+          {"encoding", m.encoding},
+          {"is_bigendian", m.is_bigendian},
+          {"step", m.step},
+          {"data", hexadecimal(m.data._buffer, m.data._length)}};
+}
+
+json to_json(const sensor_msgs_msg_dds__CompressedImage_& m) {
+  return {{"header", to_json(m.header)},
+          {"format", m.format},
+          {"data", hexadecimal(m.data._buffer, m.data._length)}};
+}
+
 json to_json(const tf2_msgs_msg_dds__TFMessage_& m) {
   json list = json::array();
   for (std::uint32_t i = 0; i < m.transforms._length; ++i) {
@@ -188,6 +204,11 @@ std::vector<Subscription> subscribe(dds_entity_t participant, const Options& opt
       participant, sensor_msgs_msg_dds__LaserScan__desc, options.ns + "/scan", options));
   all.push_back(Subscription::make<sensor_msgs_msg_dds__CameraInfo_>(
       participant, sensor_msgs_msg_dds__CameraInfo__desc, options.ns + "/camera_info", options));
+  all.push_back(Subscription::make<sensor_msgs_msg_dds__Image_>(
+      participant, sensor_msgs_msg_dds__Image__desc, options.ns + "/image_raw", options));
+  all.push_back(Subscription::make<sensor_msgs_msg_dds__CompressedImage_>(
+      participant, sensor_msgs_msg_dds__CompressedImage__desc, options.ns + "/image_raw/compressed",
+      options));
   all.push_back(Subscription::make<tf2_msgs_msg_dds__TFMessage_>(
       participant, tf2_msgs_msg_dds__TFMessage__desc, "/tf_static", options));
   all.push_back(Subscription::make<diagnostic_msgs_msg_dds__DiagnosticArray_>(

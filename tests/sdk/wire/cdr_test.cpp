@@ -63,7 +63,9 @@ template <typename M>
 class EveryMessage : public ::testing::Test {};
 using Messages =
     ::testing::Types<Header, PointField, PointCloud2, LaserScan, Image, CompressedImage, CameraInfo,
-                     TFMessage, DiagnosticArray, PolarScan, FrameInfo, Odometer, Event>;
+                     TFMessage, DiagnosticArray, ParticipantEntitiesInfo<kGidBytesOfHumble>,
+                     ParticipantEntitiesInfo<kGidBytesOfIron>, PolarScan, FrameInfo, Odometer,
+                     Event>;
 TYPED_TEST_SUITE(EveryMessage, Messages);
 
 TYPED_TEST(EveryMessage, ComesBackToTheBit) {

@@ -43,6 +43,8 @@ TEST(SchemaOf, HasTheHashesOfRos2) {
             "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e");
   EXPECT_EQ(hash(schema_of<TFMessage>()),
             "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087");
+  EXPECT_EQ(hash(schema_of<ParticipantEntitiesInfo<kGidBytesOfIron>>()),
+            "RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e");
 }
 
 // Files hold these messages: a field that is added, renamed or moved needs a message of another
@@ -69,6 +71,8 @@ TEST(SchemaOf, TextHasTheUsedTypesBehindIt) {
               HasSubstr("float64[] d\nfloat64[9] k\nfloat64[9] r\nfloat64[12] p\n"));
   EXPECT_THAT(schema_of<PointCloud2>().text, HasSubstr("uint8 FLOAT32=7\n"));
   EXPECT_THAT(schema_of<DiagnosticArray>().text, HasSubstr("byte level\n"));
+  EXPECT_THAT(schema_of<ParticipantEntitiesInfo<kGidBytesOfIron>>().text,
+              HasSubstr("string<=256 node_name\nrmw_dds_common/Gid[] reader_gid_seq\n"));
 }
 
 }  // namespace

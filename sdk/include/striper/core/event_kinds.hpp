@@ -106,6 +106,8 @@ inline constexpr EventKind kEventKinds[] = {
     {"disk_full", Severity::kError, "A sink was closed: the disk is full."},
     {"topics_offered", Severity::kInfo, "A sink offers its topics to other programs, and where."},
     {"name_taken", Severity::kWarning, "Another program publishes under the same name."},
+    {"node_announced", Severity::kInfo, "A sink tells ROS 2's programs which node it is."},
+    {"node_withheld", Severity::kWarning, "A sink cannot tell ROS 2's programs which node it is."},
     {"topic_heard", Severity::kInfo, "A topic of another program, and who writes and reads it."},
     {"nobody_heard", Severity::kWarning, "No other program answers where a sink offers topics."},
     {"other_domain", Severity::kWarning, "Programs of this machine talk in another domain."},

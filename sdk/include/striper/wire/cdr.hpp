@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <striper/wire/ros_messages.hpp>
+#include <striper/wire/ros_node_messages.hpp>
 #include <striper/wire/striper_messages.hpp>
 
 namespace striper::wire {
@@ -22,7 +23,8 @@ struct MessageSchema {
 /// The schema of a message, made from the same list of fields as its bytes. Thread-safe; made once.
 /// Source of the hash: ROS 2, package rosidl_generator_type_description.
 /// M: PointCloud2, LaserScan, Image, CompressedImage, CameraInfo, TFMessage, DiagnosticArray,
-/// PolarScan, FrameInfo, Odometer, Event; Header and PointField as well.
+/// ParticipantEntitiesInfo of both sizes, PolarScan, FrameInfo, Odometer, Event; Header and
+/// PointField as well.
 template <typename M>
 const MessageSchema& schema_of();
 
