@@ -42,7 +42,7 @@ std::shared_ptr<const DdsEntity> domain_of(const Ros2Address& address) {
   if (auto domain = known.lock()) return domain;
   const LogKeeper log;
   const dds_entity_t made = dds_create_domain(address.domain, address.configuration().c_str());
-  const auto domain = std::make_shared<const DdsEntity>(
+  auto domain = std::make_shared<const DdsEntity>(
       made, fmt::format("ROS 2 domain {} on {}: {}", address.domain, address.where(), log.text()));
   known = domain;
   return domain;

@@ -92,10 +92,15 @@ void read_cdr(std::span<const std::uint8_t> bytes, M& message) {
   reader.require_end();
 }
 
+using NodesOfHumble = ParticipantEntitiesInfo<kGidBytesOfHumble>;
+using NodesOfIron = ParticipantEntitiesInfo<kGidBytesOfIron>;
+
+// NOLINTBEGIN(bugprone-macro-parentheses): a type in parentheses is none.
 #define STRIPER_INSTANTIATE(M)                                      \
   template const MessageSchema& schema_of<M>();                     \
   template void write_cdr<M>(const M&, std::vector<std::uint8_t>&); \
   template void read_cdr<M>(std::span<const std::uint8_t>, M&);
+// NOLINTEND(bugprone-macro-parentheses)
 
 STRIPER_INSTANTIATE(Header)
 STRIPER_INSTANTIATE(PointField)
@@ -106,8 +111,8 @@ STRIPER_INSTANTIATE(CompressedImage)
 STRIPER_INSTANTIATE(CameraInfo)
 STRIPER_INSTANTIATE(TFMessage)
 STRIPER_INSTANTIATE(DiagnosticArray)
-STRIPER_INSTANTIATE(ParticipantEntitiesInfo<kGidBytesOfHumble>)
-STRIPER_INSTANTIATE(ParticipantEntitiesInfo<kGidBytesOfIron>)
+STRIPER_INSTANTIATE(NodesOfHumble)
+STRIPER_INSTANTIATE(NodesOfIron)
 STRIPER_INSTANTIATE(PolarScan)
 STRIPER_INSTANTIATE(FrameInfo)
 STRIPER_INSTANTIATE(Odometer)

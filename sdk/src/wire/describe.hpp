@@ -31,19 +31,6 @@ concept Described = requires {
   template <typename M, typename Visit>                                \
   void Description<STRUCT>::fields(M& m, Visit&& visit)
 
-/// Of messages that differ in the size of an identifier alone.
-#define STRIPER_MESSAGE_BY_GID(STRUCT, TYPE)        \
-  template <std::size_t N>                          \
-  struct Description<STRUCT<N>> {                   \
-    static constexpr std::string_view kType = TYPE; \
-    static constexpr std::string_view kConstants{}; \
-    template <typename M, typename Visit>           \
-    static void fields(M& m, Visit&& visit);        \
-  };                                                \
-  template <std::size_t N>                          \
-  template <typename M, typename Visit>             \
-  void Description<STRUCT<N>>::fields(M& m, Visit&& visit)
-
 #define STRIPER_FIELD(NAME) visit(#NAME, m.NAME)
 
 /// Constants that ROS 2's text of a type has; they are no part of the bytes or of the hash.
@@ -182,19 +169,39 @@ STRIPER_MESSAGE(DiagnosticArray, "diagnostic_msgs/msg/DiagnosticArray") {
   STRIPER_FIELD(status);
 }
 
-STRIPER_MESSAGE_BY_GID(Gid, "rmw_dds_common/msg/Gid") { STRIPER_FIELD(data); }
+template <std::size_t N>
+struct Description<Gid<N>> {
+  static constexpr std::string_view kType = "rmw_dds_common/msg/Gid";
+  static constexpr std::string_view kConstants{};
+  template <typename M, typename Visit>
+  static void fields(M& m, Visit&& visit) {
+    STRIPER_FIELD(data);
+  }
+};
 
-STRIPER_MESSAGE_BY_GID(NodeEntitiesInfo, "rmw_dds_common/msg/NodeEntitiesInfo") {
-  STRIPER_FIELD(node_namespace);
-  STRIPER_FIELD(node_name);
-  STRIPER_FIELD(reader_gid_seq);
-  STRIPER_FIELD(writer_gid_seq);
-}
+template <std::size_t N>
+struct Description<NodeEntitiesInfo<N>> {
+  static constexpr std::string_view kType = "rmw_dds_common/msg/NodeEntitiesInfo";
+  static constexpr std::string_view kConstants{};
+  template <typename M, typename Visit>
+  static void fields(M& m, Visit&& visit) {
+    STRIPER_FIELD(node_namespace);
+    STRIPER_FIELD(node_name);
+    STRIPER_FIELD(reader_gid_seq);
+    STRIPER_FIELD(writer_gid_seq);
+  }
+};
 
-STRIPER_MESSAGE_BY_GID(ParticipantEntitiesInfo, "rmw_dds_common/msg/ParticipantEntitiesInfo") {
-  STRIPER_FIELD(gid);
-  STRIPER_FIELD(node_entities_info_seq);
-}
+template <std::size_t N>
+struct Description<ParticipantEntitiesInfo<N>> {
+  static constexpr std::string_view kType = "rmw_dds_common/msg/ParticipantEntitiesInfo";
+  static constexpr std::string_view kConstants{};
+  template <typename M, typename Visit>
+  static void fields(M& m, Visit&& visit) {
+    STRIPER_FIELD(gid);
+    STRIPER_FIELD(node_entities_info_seq);
+  }
+};
 
 STRIPER_MESSAGE(PolarScan, "striper_msgs/msg/PolarScan") {
   STRIPER_FIELD(header);
@@ -264,7 +271,6 @@ STRIPER_MESSAGE(Event, "striper_msgs/msg/Event") {
 }
 
 #undef STRIPER_MESSAGE
-#undef STRIPER_MESSAGE_BY_GID
 #undef STRIPER_FIELD
 
 }  // namespace striper::wire
