@@ -7,6 +7,7 @@
 #include <striper/profile/segments.hpp>
 
 #include "profile/circle_search.hpp"
+#include "profile/edge_columns.hpp"
 #include "profile/inverse_ranges.hpp"
 #include "profile/joints.hpp"
 #include "profile/outlier_gate.hpp"
@@ -26,12 +27,15 @@ class Cutter {
   std::vector<Run> runs;  // One per piece.
 
  private:
+  void leave_out_part_seen(Segmentation& out);
   void leave_out_speckle(Segmentation& out);
+  void note_outliers(const std::vector<char>& marked, Segmentation& out) const;
   void take_runs(const std::vector<std::size_t>& cuts);
   static void judge_roughness(Run& run, double penalty);
   void report_pieces(const PolarScan& scan, Segmentation& out) const;
   void report_joints(Segmentation& out) const;
 
+  EdgeColumns edges;
   OutlierGate gate;
   Texture texture;
   Partition partition;

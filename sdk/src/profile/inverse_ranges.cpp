@@ -20,13 +20,19 @@ void InverseRanges::clear() noexcept {
   q.clear();
   weight.clear();
   noise.clear();
+  intensity.clear();
+  all_intensities_.clear();
+  is_part_seen_.clear();
 }
 
 void InverseRanges::take(const PolarScan& scan, const Eigen::Vector2d& pivot_m) {
   clear();
   pivot = pivot_m;
+  is_part_seen_.assign(scan.returns.size(), 0);
   for (std::size_t i = 0; i < scan.returns.size(); ++i) {
     const Return& r = scan.returns[i];
+    all_intensities_.push_back(std::isfinite(r.intensity_dn) ? static_cast<float>(r.intensity_dn)
+                                                             : 0.0F);
     if (r.status != ReturnStatus::kOk || !(r.sigma_m > 0.0) || !(r.range_m > 0.0)) continue;
     const double x = r.x_m - pivot_m.x();
     const double y = r.y_m - pivot_m.y();
@@ -43,7 +49,31 @@ void InverseRanges::take(const PolarScan& scan, const Eigen::Vector2d& pivot_m) 
     q.push_back(1.0 / distance);
     weight.push_back(1.0 / (sigma_q * sigma_q));
     noise.push_back(sigma_q * sigma_q);
+    intensity.push_back(all_intensities_.back());
   }
+}
+
+InverseRanges::Beyond InverseRanges::beyond(std::size_t i, bool is_later, float least_dn,
+                                            int most) const noexcept {
+  const auto step = is_later ? std::ptrdiff_t{1} : std::ptrdiff_t{-1};
+  const bool is_last = is_later ? i + 1 == size() : i == 0;
+  const std::ptrdiff_t border = is_later ? std::ssize(all_intensities_) : -1;
+  const std::ptrdiff_t end =
+      is_last ? border : static_cast<std::ptrdiff_t>(index[is_later ? i + 1 : i - 1]);
+  Beyond found;
+  for (auto k = static_cast<std::ptrdiff_t>(index[i]) + step; k != end; k += step) {
+    const auto at = static_cast<std::size_t>(k);
+    int& count = is_part_seen_[at] && found.mixed == 0 ? found.part_seen : found.mixed;
+    if (!(all_intensities_[at] >= least_dn) || count == most) break;
+    ++count;
+  }
+  return found;
+}
+
+void InverseRanges::remove_part_seen(const std::vector<char>& marked) {
+  for (std::size_t i = 0; i < size(); ++i)
+    if (marked[i]) is_part_seen_[index[i]] = 1;
+  remove_marked(marked);
 }
 
 void InverseRanges::remove_marked(const std::vector<char>& marked) {
@@ -56,6 +86,7 @@ void InverseRanges::remove_marked(const std::vector<char>& marked) {
     q[kept] = q[i];
     weight[kept] = weight[i];
     noise[kept] = noise[i];
+    intensity[kept] = intensity[i];
     ++kept;
   }
   index.resize(kept);
@@ -64,6 +95,7 @@ void InverseRanges::remove_marked(const std::vector<char>& marked) {
   q.resize(kept);
   weight.resize(kept);
   noise.resize(kept);
+  intensity.resize(kept);
 }
 
 }  // namespace striper::detail

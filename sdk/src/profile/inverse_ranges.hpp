@@ -19,9 +19,10 @@ struct InverseRanges {
   std::vector<std::size_t> index;  // Of the return.
   std::vector<double> cosine;
   std::vector<double> sine;
-  std::vector<double> q;       // 1/m.
-  std::vector<double> weight;  // 1 / variance of q, by noise and texture.
-  std::vector<double> noise;   // The variance of q by noise alone.
+  std::vector<double> q;         // 1/m.
+  std::vector<double> weight;    // 1 / variance of q, by noise and texture.
+  std::vector<double> noise;     // The variance of q by noise alone.
+  std::vector<float> intensity;  // DN; 0 where it is not known.
 
   std::size_t size() const noexcept { return q.size(); }
 
@@ -45,8 +46,23 @@ struct InverseRanges {
 
   void remove_marked(const std::vector<char>& marked);
 
+  /// Takes columns away that see a surface with a part of their width.
+  void remove_part_seen(const std::vector<char>& marked);
+
+  /// What stands next to element i, outwards, at least so bright but not used.
+  struct Beyond {
+    int part_seen = 0;  ///< Columns that see this surface with a part of their width.
+    int mixed = 0;      ///< And behind them doubtful ones and speckle, as edges give.
+  };
+  /// @param most of each are looked at.
+  Beyond beyond(std::size_t i, bool is_later, float least_dn, int most) const noexcept;
+
  private:
   void clear() noexcept;
+
+  // Of every return, used or not.
+  std::vector<float> all_intensities_;  // 0 where nothing is there.
+  std::vector<char> is_part_seen_;
 };
 
 }  // namespace striper::detail

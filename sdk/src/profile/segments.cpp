@@ -18,9 +18,8 @@ constexpr double kRoughPenalty = 20.0;
 // Of a circle where its outermost return is on it.
 detail::SurfaceEdge edge_of(const detail::InverseRanges& ranges, const detail::Run& run,
                             bool is_end) noexcept {
+  if (!run.is_circular) return detail::edge_beyond(ranges, run.fit, run.from, run.to, is_end);
   const std::size_t outer = is_end ? run.to - 1 : run.from;
-  const std::size_t inner = is_end ? outer - 1 : outer + 1;
-  if (!run.is_circular) return detail::edge_beyond(ranges, run.fit, outer, inner);
   detail::SurfaceEdge edge;
   edge.direction = {ranges.cosine[outer], ranges.sine[outer]};
   edge.q = detail::on_circle(ranges, outer, run.circle).q;
@@ -54,6 +53,7 @@ namespace detail {
 
 void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentation& out) {
   ranges.take(scan, options.pivot_m);
+  leave_out_part_seen(out);
   out.texture_m = options.estimate_texture ? texture.estimate_m(ranges) : 0.0;
   const bool is_textured = out.texture_m > 0.0;
   if (is_textured) texture.apply(out.texture_m, ranges);
@@ -78,12 +78,25 @@ void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentat
   report_joints(out);
 }
 
-void Cutter::leave_out_speckle(Segmentation& out) {
-  const std::vector<char>& marked = gate.mark(ranges);
-  out.outliers.clear();
+void Cutter::note_outliers(const std::vector<char>& marked, Segmentation& out) const {
   for (std::size_t i = 0; i < ranges.size(); ++i)
     if (marked[i]) out.outliers.push_back(ranges.index[i]);
-  if (!out.outliers.empty()) ranges.remove_marked(marked);
+}
+
+void Cutter::leave_out_part_seen(Segmentation& out) {
+  const std::vector<char>& marked = edges.mark(ranges);
+  out.outliers.clear();
+  note_outliers(marked, out);
+  if (!out.outliers.empty()) ranges.remove_part_seen(marked);
+}
+
+void Cutter::leave_out_speckle(Segmentation& out) {
+  const std::size_t before = out.outliers.size();
+  const std::vector<char>& marked = gate.mark(ranges);
+  note_outliers(marked, out);
+  if (out.outliers.size() == before) return;
+  ranges.remove_marked(marked);
+  std::sort(out.outliers.begin(), out.outliers.end());
 }
 
 void Cutter::take_runs(const std::vector<std::size_t>& cuts) {

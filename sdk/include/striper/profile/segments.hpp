@@ -54,12 +54,15 @@ struct Piece {
   std::optional<ScanCircle> circle;  ///< Of a circular piece (SegmentOptions::find_circles).
 
   /// Where the surface begins and ends, scan frame: at a corner the corner; at an edge half a
-  /// column's spacing beyond the outermost return, for there it is somewhere in between;
+  /// column's spacing beyond the outermost return that is at least half as bright as the surface,
+  /// for there it is somewhere in between, and half a spacing more for each of up to two doubtful
+  /// returns as bright that follow;
   /// of a circular piece where its outermost returns are on the circle, which turns away there and
   /// may go on unseen for several columns.
   Eigen::Vector2d begin_m{kNone, kNone};
   Eigen::Vector2d end_m{kNone, kNone};
-  double sigma_begin_m = kNone;  ///< Along the line: spacing / sqrt(12) at an edge; NaN of circles.
+  double sigma_begin_m = kNone;  ///< Along the line: spacing / sqrt(12) at an edge with no
+                                 ///< doubtful return beside it; NaN of circles.
   double sigma_end_m = kNone;
   bool is_begin_seen =
       false;  ///< False where the scan itself begins or ends: the surface may go on.

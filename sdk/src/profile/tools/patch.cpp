@@ -190,9 +190,7 @@ PatchEnd Patches::end_of(const InverseRanges& ranges, const Patch& patch, const 
     end.covariance = meeting.covariance;
     return end;
   }
-  const std::size_t outer = is_later ? run.to - 1 : run.from;
-  const std::size_t inner = is_later ? outer - 1 : outer + 1;
-  const SurfaceEdge edge = edge_beyond(ranges, line.fit, outer, inner);
+  const SurfaceEdge edge = edge_beyond(ranges, line.fit, run.from, run.to, is_later);
   end.at_m = edge.at_m;
   end.direction = edge.direction;
   end.q = edge.q;
