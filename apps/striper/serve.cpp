@@ -17,6 +17,7 @@
 #include <striper/model/model_yaml.hpp>
 #include <striper/stream/head.hpp>
 #include <striper/stream/open_sink.hpp>
+#include <striper/stream/sink_services.hpp>
 
 #include "frame_loop.hpp"
 #include "program.hpp"
@@ -151,8 +152,11 @@ class Server {
         events_(EventPort([this](const Event& event) { hear(event); }).of_head(arguments.name)),
         bus_(events_),
         head_(parts(), options(), bus_) {
-    for (const SinkUri& uri : parse_sinks(arguments.sinks)) bus_.add(uri.text(), open_sink(uri));
+    for (const SinkUri& uri : parse_sinks(arguments.sinks)) add_sink(uri);
   }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+  ~Server() { bus_.finish(); }  // Sinks ask for the head until then.
 
   ExitCode run() {
     take_signals();
@@ -168,6 +172,18 @@ class Server {
   }
 
  private:
+  void add_sink(const SinkUri& uri) {
+    std::unique_ptr<ScanSink> sink = open_sink(uri);
+    SinkServices services;
+    services.heads = [this] {
+      return std::vector<ServedHead>{{arguments_.name, arguments_.source,
+                                      arguments_.scanner.model.value_or(""), head_.health()}};
+    };
+    services.sinks = [this] { return bus_.sinks(); };
+    sink->set_services(services);
+    bus_.add(uri.text(), std::move(sink));
+  }
+
   HeadParts parts() {
     HeadParts parts;
     parts.open = [this](const EventPort& port) { return open_source(arguments_.source, port); };

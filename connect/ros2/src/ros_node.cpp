@@ -93,7 +93,9 @@ void RosNodeAnnouncer::write(const std::vector<RosNodeEntry>& nodes) {
   message.gid = gid_of<GidBytes>(participant_.guid());
   std::transform(nodes.begin(), nodes.end(), std::back_inserter(message.node_entities_info_seq),
                  [](const RosNodeEntry& node) { return info_of<GidBytes>(node); });
-  writer_->write(message);
+  std::vector<std::uint8_t> bytes;
+  wire::write_cdr(message, bytes);
+  writer_->write(bytes);
 }
 
 }  // namespace striper::detail

@@ -59,8 +59,8 @@ RosWriter::RosWriter(const DdsParticipant& participant, const std::string& topic
                                 make_qos(qos, schema.type_hash).get(), nullptr),
               "no writer of " + topic) {}
 
-void RosWriter::write_bytes(CdrSample sample) {
-  const dds_return_t result = dds_write(writer_.handle(), &sample);
+void RosWriter::write(CdrSample message) {
+  const dds_return_t result = dds_write(writer_.handle(), &message);
   if (result == DDS_RETCODE_OK || result == DDS_RETCODE_TIMEOUT) return;
   throw Error(ErrorKind::kIo, fmt::format("{}: {}", topic_, dds_strretcode(result)));
 }

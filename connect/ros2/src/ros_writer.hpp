@@ -22,20 +22,14 @@ class RosWriter {
   const std::string& topic() const noexcept { return topic_; }
   dds_guid_t guid() const { return writer_.guid(); }
 
-  /// Never waits. @throws Error{kIo} where Cyclone DDS is at its end.
-  template <typename Message>
-  void write(const Message& message) {
-    wire::write_cdr(message, bytes_);
-    write_bytes(bytes_);
-  }
+  /// Writes a message as `wire::write_cdr` makes it. Never waits. @throws Error{kIo} where Cyclone
+  /// DDS is at its end.
+  void write(CdrSample message);
 
  private:
-  void write_bytes(CdrSample sample);
-
   std::string topic_;
   DdsEntity dds_topic_;
   DdsEntity writer_;
-  std::vector<std::uint8_t> bytes_;  // Used again.
 };
 
 /// A topic's name in DDS: "rt/striper/points"; what begins with no '/' is none of ROS' topics.

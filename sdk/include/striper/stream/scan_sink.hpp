@@ -44,6 +44,8 @@ struct SinkNeeds {
   Delivery delivery = Delivery::kLossless;
 };
 
+struct SinkServices;
+
 /// Somebody who wants scans: a file, another program, a page.
 ///
 /// Life: made by `open_sink`, given to a ScanBus, `open` for every head (again where its model
@@ -64,6 +66,8 @@ class ScanSink {
 
   /// Who hears of what the sink finds by itself; called once, before all but `needs`.
   virtual void set_events(const EventPort& /*events*/) {}
+  /// What the sink may ask of the program; called at most once, before `open`.
+  virtual void set_services(const SinkServices& /*services*/) {}
   virtual void open(const HeadInfo& /*head*/) {}
   virtual void write(const PolarScan& /*scan*/) {}
   virtual void write(const Frame& /*frame*/) {}  // `Frame::head` says whose it is.

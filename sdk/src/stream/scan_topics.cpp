@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
+#include <striper/stream/messages/frame_messages.hpp>
+#include <striper/stream/messages/head_messages.hpp>
+#include <striper/stream/messages/scan_messages.hpp>
+#include <striper/stream/scan_topics.hpp>
+
+namespace striper {
+namespace {
+
+using wire::RosQos;
+
+constexpr int kNoTopic = -1;
+
+std::int64_t time_ns(const wire::Time& stamp) noexcept {
+  return std::int64_t{1'000'000'000} * stamp.sec + stamp.nanosec;
+}
+
+FrameTime utc_now() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return {std::chrono::nanoseconds(now).count(), std::nullopt};
+}
+
+struct HeadTopics {
+  HeadInfo info;
+  LaserScans scans;
+  FrameTime last_time;
+  int points = kNoTopic, scan = kNoTopic, camera_info = kNoTopic;
+  int image = kNoTopic, compressed = kNoTopic;
+
+  void set(const HeadInfo& head) {
+    info = head;
+    scans = head.model ? LaserScans(*head.model) : LaserScans();
+  }
+};
+
+}  // namespace
+
+struct ScanTopics::Impl {
+  TopicPort& port;
+  Options options;
+  int tf_static, diagnostics;
+  std::vector<std::unique_ptr<HeadTopics>> heads;
+
+  // Used again and again.
+  std::vector<std::uint8_t> bytes;
+  wire::PointCloud2 points;
+  wire::LaserScan scan;
+  wire::CameraInfo camera_info;
+  wire::Image image;
+  wire::CompressedImage compressed;
+
+  Impl(TopicPort& to, Options wanted) : port(to), options(std::move(wanted)) {
+    tf_static = offer<wire::TFMessage>("/tf_static", RosQos::kLatched);
+    diagnostics = offer<wire::DiagnosticArray>("/diagnostics", RosQos::kReliable);
+  }
+
+  template <typename Message>
+  int offer(const std::string& topic, RosQos qos) {
+    return port.offer(topic, wire::schema_of<Message>(), qos);
+  }
+
+  template <typename Message>
+  void send(int topic, const Message& message, const wire::Time& stamp) {
+    wire::write_cdr(message, bytes);
+    port.send(topic, bytes, time_ns(stamp));
+  }
+
+  bool is_wanted(int topic) const { return topic != kNoTopic && port.is_wanted(topic); }
+
+  HeadTopics* find(std::string_view name) {
+    for (const auto& head : heads) {
+      if (head->info.head == name) return head.get();
+    }
+    return nullptr;
+  }
+
+  HeadTopics& head_of(std::string_view name) {
+    if (HeadTopics* head = find(name)) return *head;
+    throw Error(ErrorKind::kBadValue, fmt::format("topics: head {} was not opened", name));
+  }
+
+  void add(const std::string& name) {
+    auto head = std::make_unique<HeadTopics>();
+    head->info.head = name;
+    const std::string prefix = options.prefix + "/" + name;
+    head->points = offer<wire::PointCloud2>(prefix + "/points", options.qos);
+    head->scan = offer<wire::LaserScan>(prefix + "/scan", options.qos);
+    head->camera_info = offer<wire::CameraInfo>(prefix + "/camera_info", options.qos);
+    if (options.has_images) head->image = offer<wire::Image>(prefix + "/image_raw", options.qos);
+    if (options.compress) {
+      head->compressed =
+          offer<wire::CompressedImage>(prefix + "/image_raw/compressed", options.qos);
+    }
+    heads.push_back(std::move(head));
+  }
+
+  // One message holds those of all heads: late readers get the last message alone.
+  void send_transforms() {
+    wire::TFMessage all;
+    for (const auto& head : heads) {
+      wire::TFMessage one;
+      to_message(head->info, one);
+      std::move(one.transforms.begin(), one.transforms.end(), std::back_inserter(all.transforms));
+    }
+    send(tf_static, all, to_stamp(utc_now()));
+  }
+
+  void send_camera(HeadTopics& head, const PixelGrid& pixels, const FrameTime& time) {
+    if (!head.info.model || !is_wanted(head.camera_info)) return;
+    to_message(*head.info.model, head.info.head, pixels, camera_info);
+    camera_info.header.stamp = to_stamp(time);
+    send(head.camera_info, camera_info, camera_info.header.stamp);
+  }
+};
+
+ScanTopics::ScanTopics(TopicPort& port, Options options)
+    : impl_(std::make_unique<Impl>(port, std::move(options))) {}
+ScanTopics::~ScanTopics() = default;
+
+void ScanTopics::open(const HeadInfo& head) {
+  if (impl_->find(head.head) == nullptr) impl_->add(head.head);
+  impl_->head_of(head.head).set(head);
+  impl_->send_transforms();
+}
+
+void ScanTopics::write(const PolarScan& scan) {
+  HeadTopics& head = impl_->head_of(scan.head());
+  head.last_time = scan.time;
+  if (impl_->is_wanted(head.points)) {
+    to_message(scan, impl_->points);
+    impl_->send(head.points, impl_->points, impl_->points.header.stamp);
+  }
+  if (impl_->is_wanted(head.scan) && head.scans.to_message(scan, impl_->scan)) {
+    impl_->send(head.scan, impl_->scan, impl_->scan.header.stamp);
+  }
+}
+
+void ScanTopics::write(const Frame& frame) {
+  HeadTopics& head =
+      impl_->head_of(frame.head.empty() ? kDefaultHead : std::string_view(frame.head));
+  impl_->send_camera(head, frame.grid, frame.time);
+  const std::string frame_id = head.info.head + "_camera_optical";
+  if (impl_->is_wanted(head.image)) {
+    to_message(frame, frame_id, impl_->image);
+    impl_->send(head.image, impl_->image, impl_->image.header.stamp);
+  }
+  if (!impl_->is_wanted(head.compressed)) return;
+  impl_->options.compress(frame, frame_id, impl_->compressed);
+  impl_->send(head.compressed, impl_->compressed, impl_->compressed.header.stamp);
+}
+
+void ScanTopics::status(const ScannerStatus& status) {
+  HeadTopics* head = impl_->find(status.head);
+  if (head == nullptr) return;  // It comes before the first frame too.
+  if (impl_->is_wanted(impl_->diagnostics)) {
+    wire::DiagnosticArray message;
+    to_message(status, message);
+    message.header.stamp = to_stamp(utc_now());
+    impl_->send(impl_->diagnostics, message, message.header.stamp);
+  }
+  const bool has_images = head->image != kNoTopic || head->compressed != kNoTopic;
+  if (!has_images) impl_->send_camera(*head, PixelGrid{}, head->last_time);
+}
+
+}  // namespace striper
