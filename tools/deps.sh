@@ -8,6 +8,7 @@ packages_to_build=(
   libjpeg-dev libpng-dev libtiff-dev libceres-dev zlib1g-dev libzstd-dev liblz4-dev
   libaravis-dev libusb-1.0-0-dev
   cyclonedds-dev cyclonedds-tools # the sink ros2:
+  libboost-dev                    # the sink web:
 )
 packages_to_test=(
   pybind11-dev python3-dev python3-numpy python3-pytest python3-matplotlib mypy # the Python package

@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 # A module inside a folder of another one comes before that.
-MODULES = ("sdk", "capture/simulator", "capture/virtual_camera", "capture", "calibration", "connect/ros2", "apps")
+MODULES = ("sdk", "capture/simulator", "capture/virtual_camera", "capture", "calibration", "connect/ros2", "connect/web", "apps")
 
 # Folder of sdk -> the folders that it may include, itself aside.
 SDK = {"core": set()}
@@ -33,7 +33,7 @@ SDK["stream"] = set(SDK)
 
 # What the folders of the other modules may include of sdk; None is everything.
 OF_SDK = {"capture/simulator": {"core", "model"}, "capture": {"core", "model", "wire"}, "capture/virtual_camera": {"core"},
-          "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "connect/ros2": None, "apps": None}
+          "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "connect/ros2": None, "connect/web": None, "apps": None}
 # ... and folders of theirs that may include more.
 OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"},
              ("capture", "recording"): OF_SDK["capture"] | {"stream"}}
@@ -48,6 +48,7 @@ INSIDE = {
     "calibration": {"board": set(), "intrinsics": {"board"}, "laser_plane": {"board"},
                     "adjust": {"board", "intrinsics", "laser_plane"}, "validate": {"board", "intrinsics", "adjust"}},
     "connect/ros2": {},
+    "connect/web": {},
     "apps": {"examples": set(), "bench": set(), "striper": {"bench"}},
 }
 INSIDE["calibration"]["session"] = set(INSIDE["calibration"])
@@ -67,6 +68,7 @@ STRIPE["learn"] = STRIPE["track"] = set(STRIPE) | {"select"}
 STRIPE["report"] = set(STRIPE) | {"learn", "track"}
 OTHER_MODULES = {"sdk": set(), "capture/simulator": set(), "capture": set(), "calibration": set(),
                  "connect/ros2": set(),
+                 "connect/web": set(),
                  "capture/virtual_camera": {"capture/simulator"},
                  "apps": {"capture/simulator", "capture", "capture/virtual_camera", "calibration"}}
 # ... and what lies in no folder of theirs may include more.
@@ -88,7 +90,7 @@ PUBLIC_LIBRARIES = re.compile(r"(Eigen/|opencv2/core)")
 NEVER_IN_LIBRARIES = re.compile(r"\bstd::(cout|cerr|clog|exit|abort|terminate)\b|(?<![\w:.])(printf|puts|exit|abort)\(")
 # Each of these is the business of one place.
 LIBRARY_HOME = {"ceres/": ("calibration",), "opencv2/calib3d": ("calibration",), "CLI/": ("apps",),
-                "arv": ("capture",), "dds/": ("connect/ros2",), "linux/": ("capture",), "opencv2/highgui": ()}
+                "arv": ("capture",), "boost/": ("connect/web",), "dds/": ("connect/ros2",), "linux/": ("capture",), "opencv2/highgui": ()}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 

@@ -60,7 +60,7 @@ class Kinds {
       {"csv", ".csv", detail::make_csv_sink},    {"jsonl", ".jsonl", detail::make_jsonl_sink},
       {"mcap", ".mcap", detail::make_mcap_sink}, {"ply", ".ply", detail::make_point_sink},
       {"pcd", ".pcd", detail::make_point_sink},  {"las", ".las", detail::make_point_sink},
-      {"ros2", "", detail::make_plugin_sink}};
+      {"ros2", "", detail::make_plugin_sink},    {"web", "", detail::make_plugin_sink}};
 };
 
 std::optional<Kind> kind_of_scheme(std::string_view scheme) {

@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+# Writes page.cpp with the page's files in it: cmake -DFOLDER= -DOUT= -P page.cmake
+file(GLOB files RELATIVE ${FOLDER} ${FOLDER}/*)
+list(SORT files)
+set(entries "")
+foreach(name IN LISTS files)
+  file(READ ${FOLDER}/${name} content)
+  if(content MATCHES "\\)page\"" OR content MATCHES ";;;;")
+    message(FATAL_ERROR "${name}: cannot be put into a raw string")
+  endif()
+  if(name MATCHES "\\.html$")
+    set(type "text/html; charset=utf-8")
+  elseif(name MATCHES "\\.js$")
+    set(type "text/javascript; charset=utf-8")
+  elseif(name MATCHES "\\.css$")
+    set(type "text/css; charset=utf-8")
+  else()
+    message(FATAL_ERROR "${name}: of which type is it?")
+  endif()
+  string(APPEND entries "    {\"/${name}\", \"${type}\", R\"page(${content})page\"},\n")
+endforeach()
+file(WRITE ${OUT} "// Made by connect/web/page.cmake.
+#include \"page.hpp\"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+namespace striper::detail {
+namespace {
+
+constexpr PageFile kFiles[] = {
+${entries}};
+
+}  // namespace
+
+const PageFile* find_page_file(std::string_view path) noexcept {
+  if (path == \"/\") path = \"/index.html\";
+  const auto is_it = [&](const PageFile& file) { return file.path == path; };
+  const auto* const found = std::find_if(std::begin(kFiles), std::end(kFiles), is_it);
+  return found == std::end(kFiles) ? nullptr : found;
+}
+
+}  // namespace striper::detail
+")

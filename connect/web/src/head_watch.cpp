@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "head_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace striper::detail {
+namespace {
+
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+constexpr auto kReadyWithin = 1500ms;
+constexpr std::size_t kMostEvents = 1000;
+
+double seconds(HeadWatch::Clock::duration time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+// Texts of others may be no UTF-8.
+std::string dump(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+// Prometheus: backslash, quote and line feed.
+std::string label(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '\\' || c == '"') out += '\\';
+    if (c == '\n') {
+      out += "\\n";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+class Metrics {
+ public:
+  void begin(std::string_view name, std::string_view type, std::string_view help) {
+    name_ = name;
+    fmt::format_to(std::back_inserter(text_), "# HELP {0} {2}\n# TYPE {0} {1}\n", name, type, help);
+  }
+  void add(std::string_view key, std::string_view value, double number) {
+    fmt::format_to(std::back_inserter(text_), "{}{{{}=\"{}\"}} {}\n", name_, key, label(value),
+                   std::isnan(number) ? "NaN" : fmt::format("{}", number));
+  }
+  void add(double number) { text_ += fmt::format("{} {}\n", name_, number); }
+
+  std::string text() && { return std::move(text_); }
+
+ private:
+  std::string name_;
+  std::string text_;
+};
+
+json event_json(std::uint64_t number, const Event& event) {
+  return {
+      {"n", number},           {"code", event.code.word()}, {"severity", to_string(event.severity)},
+      {"head", event.head},    {"time_s", event.time_s},    {"message", event.message},
+      {"advice", event.advice}};
+}
+
+}  // namespace
+
+void HeadWatch::set_services(const SinkServices& services) {
+  const std::lock_guard lock(mutex_);
+  services_ = services;
+}
+
+void HeadWatch::see(const PolarScan& scan) {
+  const std::lock_guard lock(mutex_);
+  auto found = heads_.find(scan.head());
+  if (found == heads_.end()) found = heads_.emplace(std::string(scan.head()), Head{}).first;
+  Head& head = found->second;
+  sigmas_m_.clear();
+  std::size_t good = 0;
+  for (const Return& one : scan.returns) {
+    if (one.status != ReturnStatus::kOk) continue;
+    ++good;
+    if (one.sigma_m > 0.0) sigmas_m_.push_back(one.sigma_m);
+  }
+  ++head.scans;
+  head.returns += scan.returns.size();
+  head.good_returns += good;
+  head.good_part = scan.returns.empty()
+                       ? 0.0
+                       : static_cast<double>(good) / static_cast<double>(scan.returns.size());
+  head.median_sigma_m = std::numeric_limits<double>::quiet_NaN();
+  if (!sigmas_m_.empty()) {
+    const auto middle = sigmas_m_.begin() + std::ssize(sigmas_m_) / 2;
+    std::nth_element(sigmas_m_.begin(), middle, sigmas_m_.end());
+    head.median_sigma_m = *middle;
+  }
+  head.laser = scan.laser;
+  head.last = Clock::now();
+}
+
+void HeadWatch::see(const Event& event) {
+  const std::lock_guard lock(mutex_);
+  events_.push_back({++event_count_, event});
+  if (events_.size() > kMostEvents) events_.pop_front();
+}
+
+double HeadWatch::age_s(const Head& head) { return seconds(Clock::now() - head.last); }
+
+std::vector<ServedHead> HeadWatch::served() const {
+  std::function<std::vector<ServedHead>()> ask;
+  {
+    const std::lock_guard lock(mutex_);
+    ask = services_.heads;
+  }
+  return ask ? ask() : std::vector<ServedHead>();
+}
+
+std::vector<SinkReport> HeadWatch::sinks() const {
+  std::function<std::vector<SinkReport>()> ask;
+  {
+    const std::lock_guard lock(mutex_);
+    ask = services_.sinks;
+  }
+  return ask ? ask() : std::vector<SinkReport>();
+}
+
+std::string HeadWatch::status_json() const {
+  const std::vector<ServedHead> all = served();
+  const std::vector<SinkReport> all_sinks = sinks();
+  const std::lock_guard lock(mutex_);
+  json heads = json::array();
+  for (const ServedHead& one : all) {
+    const SourceStatistics& source = one.health.read.statistics;
+    const auto seen = heads_.find(one.name);
+    const bool is_seen = seen != heads_.end();
+    heads.push_back({{"name", one.name},
+                     {"state", to_string(one.health.state)},
+                     {"source", one.source},
+                     {"model", one.model.empty() ? json() : json(one.model)},
+                     {"rate_hz", one.health.rate_hz},
+                     {"latency_ms", nullptr},
+                     {"dropped", source.dropped + source.overrun},
+                     {"reconnects", source.reconnects},
+                     {"scans", one.health.scanner.counts.scans},
+                     {"last_scan_s", is_seen ? json(age_s(seen->second)) : json()},
+                     {"laser", is_seen ? json(seen->second.laser) : json()}});
+  }
+  json reports = json::array();
+  for (const SinkReport& one : all_sinks) {
+    reports.push_back({{"uri", one.uri},
+                       {"state", to_string(one.state)},
+                       {"written", one.written},
+                       {"lost", one.lost}});
+  }
+  return dump({{"version", STRIPER_VERSION},
+               {"uptime_s", seconds(Clock::now() - begin_)},
+               {"heads", heads},
+               {"sinks", reports}});
+}
+
+std::string HeadWatch::events_json(std::uint64_t since) const {
+  const std::lock_guard lock(mutex_);
+  json all = json::array();
+  for (const Happened& one : events_) {
+    if (one.number > since) all.push_back(event_json(one.number, one.event));
+  }
+  return dump(all);
+}
+
+HttpAnswer HeadWatch::readiness() const {
+  const std::vector<ServedHead> all = served();
+  const std::lock_guard lock(mutex_);
+  json reasons = json::array();
+  for (const ServedHead& one : all) {
+    const auto seen = heads_.find(one.name);
+    if (seen == heads_.end()) {
+      reasons.push_back(fmt::format("{}: no scan yet, {}", one.name, to_string(one.health.state)));
+    } else if (Clock::now() - seen->second.last > kReadyWithin) {
+      reasons.push_back(fmt::format("{}: no scan for {:.1f} s, {}", one.name, age_s(seen->second),
+                                    to_string(one.health.state)));
+    }
+  }
+  if (all.empty()) reasons.push_back("there is no head");
+  HttpAnswer answer;
+  answer.status = reasons.empty() ? 200 : 503;
+  answer.body = dump({{"ready", reasons.empty()}, {"reasons", reasons}});
+  return answer;
+}
+
+std::string HeadWatch::metrics(const WebCounts& web) const {
+  const std::vector<ServedHead> all = served();
+  const std::vector<SinkReport> all_sinks = sinks();
+  const std::lock_guard lock(mutex_);
+  Metrics m;
+  m.begin("striper_build_info", "gauge", "The version that runs.");
+  m.add("version", STRIPER_VERSION, 1.0);
+  m.begin("striper_scans_total", "counter", "Scans that this sink was given.");
+  for (const auto& [name, head] : heads_) m.add("head", name, static_cast<double>(head.scans));
+  m.begin("striper_scan_age_seconds", "gauge", "Since the last scan.");
+  for (const auto& [name, head] : heads_) m.add("head", name, age_s(head));
+  m.begin("striper_valid_fraction", "gauge", "Of the last scan's returns, those that are ok.");
+  for (const auto& [name, head] : heads_) m.add("head", name, head.good_part);
+  m.begin("striper_range_sigma_meters", "gauge", "Median random error of the last scan's returns.");
+  for (const auto& [name, head] : heads_) m.add("head", name, head.median_sigma_m);
+  m.begin("striper_frame_rate_hertz", "gauge", "Pictures a second, of late.");
+  for (const ServedHead& one : all) m.add("head", one.name, one.health.rate_hz);
+  m.begin("striper_frames_total", "counter", "Pictures from the source that is open.");
+  for (const ServedHead& one : all)
+    m.add("head", one.name, static_cast<double>(one.health.read.frames));
+  m.begin("striper_frames_dropped_total", "counter", "Pictures that were lost on the way here.");
+  for (const ServedHead& one : all) {
+    const SourceStatistics& source = one.health.read.statistics;
+    m.add("head", one.name, static_cast<double>(source.dropped + source.overrun));
+  }
+  m.begin("striper_reconnects_total", "counter", "Times that a lost camera came back.");
+  for (const ServedHead& one : all)
+    m.add("head", one.name, static_cast<double>(one.health.read.statistics.reconnects));
+  m.begin("striper_dropped_total", "counter", "Scans that a sink never got.");
+  for (const SinkReport& one : all_sinks) m.add("sink", one.uri, static_cast<double>(one.lost));
+  m.begin("striper_clients", "gauge", "WebSockets that are open.");
+  m.add(static_cast<double>(web.clients));
+  m.begin("striper_client_messages_total", "counter", "Messages sent to them.");
+  m.add(static_cast<double>(web.sent));
+  m.begin("striper_client_dropped_total", "counter",
+          "Messages that a client did not take in time.");
+  m.add(static_cast<double>(web.dropped));
+  m.begin("striper_http_requests_total", "counter", "Requests.");
+  m.add(static_cast<double>(web.requests));
+  m.begin("striper_http_refused_total", "counter", "Requests that were refused.");
+  m.add(static_cast<double>(web.refused));
+  return std::move(m).text();
+}
+
+}  // namespace striper::detail

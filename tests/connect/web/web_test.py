@@ -1,0 +1,408 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves of `striper serve --to web:` that a client of the Foxglove WebSocket gets what the CSV beside it holds, to float32;
+that late comers get /tf_static; that a client which does not read costs nobody anything; that status, readiness and metrics are
+right; and that hostile requests are refused and scans go on. The client is written here, byte by byte, by RFC 6455 and
+Foxglove's published layouts. What browsers and Foxglove itself make of it is not here.
+
+Run by ctest; by hand: STRIPER=... STRIPER_SOURCE_DIR=... python3 web_test.py
+"""
+import base64
+import csv
+import http.client
+import json
+import math
+import os
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+sys.path.insert(0, os.path.join(os.environ["STRIPER_SOURCE_DIR"], "tests/end_to_end"))
+from gige_test import small_scene  # noqa: E402
+from program import STRIPER, InScratch, striper  # noqa: E402
+
+COLUMNS = {"x": "x_m", "y": "y_m", "intensity": "intensity", "sigma": "sigma_m", "sigma_cal": "sigma_cal_m",
+           "width": "width_px", "confidence": "confidence"}
+
+
+def float32(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+class Socket:
+    """A WebSocket, as a client has it."""
+
+    opened = []
+
+    def __init__(self, port, subprotocols="foxglove.websocket.v1", headers=(), path="/"):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=10)
+        self.opened.append(self.socket)
+        key = base64.b64encode(os.urandom(16)).decode()
+        lines = [f"GET {path} HTTP/1.1", f"Host: 127.0.0.1:{port}", "Upgrade: websocket", "Connection: Upgrade",
+                 f"Sec-WebSocket-Key: {key}", "Sec-WebSocket-Version: 13", f"Sec-WebSocket-Protocol: {subprotocols}", *headers]
+        self.socket.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        self.waiting = b""
+        while b"\r\n\r\n" not in self.waiting:
+            piece = self.socket.recv(4096)
+            if not piece:
+                break
+            self.waiting += piece
+        self.answer, _, self.waiting = self.waiting.partition(b"\r\n\r\n")
+        self.answer = self.answer.decode()
+
+    def take(self, size):
+        while len(self.waiting) < size:
+            piece = self.socket.recv(65536)
+            if not piece:
+                raise EOFError
+            self.waiting += piece
+        taken, self.waiting = self.waiting[:size], self.waiting[size:]
+        return taken
+
+    def frame(self):
+        """The next one: opcode and bytes."""
+        first, second = self.take(2)
+        size = second & 127
+        if size == 126:
+            (size,) = struct.unpack(">H", self.take(2))
+        elif size == 127:
+            (size,) = struct.unpack(">Q", self.take(8))
+        return first & 15, self.take(size)
+
+    def send(self, data, opcode=1):
+        mask = os.urandom(4)
+        size = len(data)
+        head = bytes([128 | opcode]) + (bytes([128 | size]) if size < 126 else bytes([254]) + struct.pack(">H", size)
+                                        if size < 65536 else bytes([255]) + struct.pack(">Q", size))
+        self.socket.sendall(head + mask + bytes(byte ^ mask[i % 4] for i, byte in enumerate(data)))
+
+    def say(self, **message):
+        self.send(json.dumps(message).encode())
+
+    def close(self):
+        self.socket.close()
+
+
+class Viewer:
+    """A client that knows the channels by their topics and counts what comes."""
+
+    def __init__(self, port, **options):
+        self.socket = Socket(port, **options)
+        self.channels, self.topics, self.messages, self.statuses = {}, {}, {}, []
+        self.info = None
+
+    def hear(self, seconds, until=lambda: False):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and not until():
+            self.socket.socket.settimeout(max(0.01, end - time.monotonic()))
+            try:
+                opcode, data = self.socket.frame()
+            except (TimeoutError, socket.timeout):
+                break
+            if opcode == 1:
+                self.obey(json.loads(data))
+            elif opcode == 2:
+                kind, subscription, stamp = struct.unpack_from("<BIQ", data)
+                if kind == 1:
+                    self.messages.setdefault(self.topics[subscription], []).append((stamp, data[13:]))
+            elif opcode == 9:
+                self.socket.send(data, 10)
+        return self
+
+    def obey(self, message):
+        if message["op"] == "serverInfo":
+            self.info = message
+        elif message["op"] == "advertise":
+            for channel in message["channels"]:
+                self.channels[channel["topic"]] = channel
+        else:
+            self.statuses.append(message)
+
+    def subscribe(self, *topics):
+        self.hear(10, lambda: all(topic in self.channels for topic in topics))
+        fresh = {len(self.topics) + 1 + i: topic for i, topic in enumerate(topics)}
+        self.topics.update(fresh)
+        self.socket.say(op="subscribe", subscriptions=[{"id": i, "channelId": self.channels[topic]["id"]}
+                                                       for i, topic in fresh.items()])
+        return self
+
+
+def cloud(data):
+    """Stamp and points of a PointCloud2 in CDR."""
+    at = 4
+
+    def u32():
+        nonlocal at
+        at += (4 - (at - 4) % 4) % 4
+        at += 4
+        return struct.unpack_from("<I", data, at - 4)[0]
+
+    def text():
+        nonlocal at
+        size = u32()
+        at += size
+        return data[at - size:at - 1].decode()
+    stamp = u32() + u32() / 1e9
+    frame, _, width = text(), u32(), u32()
+    names = []
+    for _ in range(u32()):
+        names.append((text(), u32()))
+        at += 1
+        u32()
+    at += 1
+    step, _, size = u32(), u32(), u32()
+    points = [{name: struct.unpack_from("<f", data, at + i * step + offset)[0] for name, offset in names[:-1]} for i in range(width)]
+    assert size == step * width
+    return stamp, frame, points
+
+
+class Served(InScratch):
+    def setUp(self):
+        super().setUp()
+        self.scene = self.write("small.yaml", small_scene())
+        striper("simulate", self.scene, "-o", self.path("made"), "--frames", "1")
+        self.model = self.path("made", "model.yaml")
+        self.start()
+
+    def start(self, *options, fps=20, to="web:0"):
+        # pylint: disable=consider-using-with
+        self.server = subprocess.Popen(
+            [STRIPER, "serve", f"sim:{self.scene}?realtime=yes&fps={fps}", "-m", self.model, "--to", to,
+             "--to", "csv:" + self.path("a.csv") + "?missing=yes&doubtful=yes", *options],
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(self.end)
+        self.log = []
+        self.port = None
+        for line in self.server.stderr:
+            self.log.append(line)
+            found = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
+            if found:
+                self.port = int(found[1])
+                break
+        self.assertIsNotNone(self.port, self.log)
+        self.reader = threading.Thread(target=lambda: self.log.extend(self.server.stderr), daemon=True)
+        self.reader.start()
+
+    def wait_until_ready(self):
+        end = time.monotonic() + 20
+        while self.get("/readyz")[0] != 200 or json.loads(self.get("/api/v1/status")[1])["heads"][0]["rate_hz"] == 0:
+            self.assertLess(time.monotonic(), end, self.log)
+            time.sleep(0.05)
+
+    def tearDown(self):
+        while Socket.opened:
+            Socket.opened.pop().close()
+
+    def end(self):
+        if self.server.poll() is None:
+            self.server.send_signal(signal.SIGTERM)
+        self.server.wait(timeout=30)
+        self.reader.join(timeout=10)
+        self.server.stderr.close()
+        return "".join(self.log)
+
+    def get(self, path, method="GET", headers=None):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=15)
+        connection.request(method, path, headers=headers or {})
+        answer = connection.getresponse()
+        body = answer.read().decode()
+        connection.close()
+        return answer.status, body, answer.headers
+
+    def rows(self):
+        scans = {}
+        with open(self.path("a.csv"), encoding="utf-8", newline="") as file:
+            for row in csv.DictReader(file):
+                scans.setdefault(row["time_s"], []).append(row)
+        return scans
+
+
+class Scans(Served):
+    def test_are_the_csv_by_both_subprotocols(self):
+        for name in ("foxglove.websocket.v1", "other, foxglove.sdk.v1"):
+            viewer = Viewer(self.port, subprotocols=name).subscribe("/striper/points", "/striper/scan", "/striper/camera_info",
+                                                                    "/diagnostics", "/tf_static")
+            self.assertIn("Sec-WebSocket-Protocol: " + name.split(", ")[-1], viewer.socket.answer)
+            viewer.hear(2.5)
+            self.assertEqual(viewer.info["name"], "striper")
+            for topic in ("/striper/points", "/striper/scan"):
+                self.assertGreater(len(viewer.messages[topic]), 30)
+            for topic in ("/striper/camera_info", "/diagnostics"):
+                self.assertGreater(len(viewer.messages[topic]), 0, topic)
+            self.assertEqual(len(viewer.messages["/tf_static"]), 1)
+            self.assertIn("float32[] ranges", viewer.channels["/striper/scan"]["schema"])
+            viewer.socket.close()
+            last = viewer
+        self.end()
+        self.judge(last.messages["/striper/points"])
+
+    def judge(self, messages):
+        table = self.rows()
+        for _, data in messages[:10]:
+            stamp, frame, points = cloud(data)
+            (rows,) = [rows for time_s, rows in table.items() if abs(float(time_s) - stamp) < 1e-6]
+            self.assertEqual((frame, len(points)), ("striper_scan0", len(rows)))
+            for point, row in zip(points, rows):
+                for name, column in COLUMNS.items():
+                    if row[column] == "":
+                        self.assertTrue(math.isnan(point[name]))
+                    else:
+                        self.assertEqual(point[name], float32(float(row[column])))
+
+    def test_stop_when_nobody_wants_them_any_more(self):
+        viewer = Viewer(self.port).subscribe("/striper/points")
+        viewer.hear(5, lambda: len(viewer.messages.get("/striper/points", [])) > 5)
+        viewer.socket.say(op="unsubscribe", subscriptionIds=[1])
+        viewer.hear(0.5)
+        before = len(viewer.messages["/striper/points"])
+        viewer.hear(1)
+        self.assertEqual(len(viewer.messages["/striper/points"]), before)
+
+    def test_what_is_no_request_is_answered_with_a_status(self):
+        viewer = Viewer(self.port)
+        for text in (b"x", b"{}", b'{"op":"subscribe","subscriptions":[{"id":1,"channelId":99}]}', b'{"op":"fly"}', b"[]"):
+            viewer.socket.send(text)
+        viewer.hear(2, lambda: len(viewer.statuses) >= 5)
+        self.assertEqual([one["level"] for one in viewer.statuses], [1] * 5)
+        self.assertIn("no channel 99", viewer.statuses[2]["message"])
+
+
+class Clients(Served):
+    def test_that_do_not_read_cost_nobody_anything(self):
+        self.end()
+        self.scene = self.write("wide.yaml", small_scene().replace("width: 160, height: 120", "width: 640, height: 480"))
+        striper("simulate", self.scene, "-o", self.path("wide"), "--frames", "1")
+        self.model = self.path("wide", "model.yaml")
+        self.start("--name", "wide", fps=10, to="web:0?frames=10")
+        lazy = [Viewer(self.port).subscribe("/wide/points", "/wide/image_raw") for _ in range(5)]
+        keen = Viewer(self.port).subscribe("/wide/points")
+        keen.hear(1)
+        memory, heard = self.memory_kb(), len(keen.messages["/wide/points"])
+        begin = time.monotonic()
+        keen.hear(6)
+        rate = (len(keen.messages["/wide/points"]) - heard) / (time.monotonic() - begin)
+        self.assertGreater(rate, 9.5)
+        self.assertLess(self.memory_kb() - memory, 40_000)
+        _, metrics, _ = self.get("/metrics")
+        self.assertIn("striper_clients 6", metrics)
+        self.assertGreater(float(re.search(r"^striper_client_dropped_total (\S+)", metrics, re.M)[1]), 50)
+        lazy[0].hear(15, lambda: any(one["op"] == "status" for one in lazy[0].statuses))
+        self.assertIn("does not keep up", lazy[0].statuses[0]["message"])
+        log = self.end()
+        self.assertRegex(log, r"csv:\S+ finished, \d+ written, 0 lost")
+        times = sorted(map(float, self.rows()))
+        self.assertAlmostEqual((times[-1] - times[0]) * 10, len(times) - 1, delta=0.5)
+
+    def memory_kb(self):
+        with open(f"/proc/{self.server.pid}/status", encoding="ascii") as file:
+            return int(re.search(r"VmRSS:\s+(\d+)", file.read())[1])
+
+
+class Asked(Served):
+    def test_status_events_readiness_and_metrics(self):
+        self.wait_until_ready()
+        status = json.loads(self.get("/api/v1/status")[1])
+        (head,) = status["heads"]
+        self.assertEqual((head["name"], head["state"], head["source"][:4]), ("striper", "streaming", "sim:"))
+        self.assertAlmostEqual(head["rate_hz"], 20, delta=3)
+        self.assertLess(head["last_scan_s"], 1)
+        self.assertEqual({sink["uri"][:4] for sink in status["sinks"]}, {"web:", "csv:"})
+        events = json.loads(self.get("/api/v1/events")[1])
+        self.assertIn("source_opened", [event["code"] for event in events])
+        self.assertEqual(json.loads(self.get(f"/api/v1/events?since={events[-1]['n']}")[1]), [])
+        self.assertEqual(self.get("/readyz")[:2], (200, '{"ready":true,"reasons":[]}\n'))
+        self.assertEqual(self.get("/healthz")[:2], (200, "alive\n"))
+        code, metrics, headers = self.get("/metrics")
+        self.assertEqual((code, headers["Content-Type"]), (200, "text/plain; version=0.0.4; charset=utf-8"))
+        self.assertTrue(metrics.endswith("\n"))
+        self.check_metrics(metrics)
+        self.assertEqual(self.get("/", "HEAD")[1], "")
+        self.assertIn('data-page="live"', self.get("/")[1])
+
+    def check_metrics(self, metrics):
+        """Against the text format's grammar, and by prometheus' own parser where it is installed."""
+        types = dict(re.findall(r"^# TYPE (\S+) (gauge|counter)$", metrics, re.M))
+        for line in metrics.splitlines():
+            if not line.startswith("#"):
+                self.assertRegex(line, r'^[a-z_]+(\{[a-z]+="([^"\\\n]|\\.)*"\})? (NaN|[-+0-9.e]+)$')
+                self.assertIn(re.match(r"[a-z_]+", line)[0], types)
+        self.assertGreater(float(re.search(r'^striper_scans_total\{head="striper"\} (\S+)', metrics, re.M)[1]), 5)
+        try:
+            from prometheus_client.parser import text_string_to_metric_families as parse  # pylint: disable=import-outside-toplevel
+        except ImportError:
+            return
+        self.assertIn("striper_scans", {family.name for family in parse(metrics)})
+
+    def test_readiness_says_that_no_scans_come(self):
+        self.end()
+        self.start(fps=0.2)
+        time.sleep(3)
+        code, body, _ = self.get("/readyz")
+        self.assertEqual(code, 503)
+        self.assertRegex(json.loads(body)["reasons"][0], r"^striper: no scan (yet|for [\d.]+ s)")
+
+
+class Strangers(Served):
+    """Who must be refused, and scans go on."""
+
+    def raw(self, text):
+        with socket.create_connection(("127.0.0.1", self.port), timeout=15) as stream:
+            stream.sendall(text)
+            answer = b""
+            try:
+                while piece := stream.recv(4096):
+                    answer += piece
+            except ConnectionResetError:
+                pass
+        return answer.decode(errors="replace").split("\r\n")[0]
+
+    def test_are_refused(self):
+        self.wait_until_ready()
+        host = f"127.0.0.1:{self.port}"
+        for headers, code in (({"Host": "evil.example"}, 403), ({"Host": f"evil.example:{self.port}"}, 403),
+                              ({"Origin": "http://evil.example"}, 403), ({"Origin": "null"}, 403),
+                              ({"Origin": f"http://{host}"}, 200), ({"Host": f"localhost:{self.port}"}, 200)):
+            self.assertEqual(self.get("/api/v1/status", headers=headers)[0], code, headers)
+        for method in ("POST", "PUT", "DELETE", "OPTIONS"):
+            self.assertEqual(self.get("/api/v1/status", method)[0], 405, method)
+        for path in ("/../../etc/passwd", "/%2e%2e/etc/passwd", "/page.hpp", "/api/v1/nothing", "//", "/live.js/"):
+            self.assertEqual(self.get(path)[0], 404, path)
+        for headers in (["Origin: http://evil.example"], ["Origin: https://app.foxglove.dev"]):
+            self.assertIn("403", Socket(self.port, headers=headers).answer.split("\r\n")[0])
+        self.assertIn("400", Socket(self.port, subprotocols="chat").answer.split("\r\n")[0])
+        self.assertIn("400", Socket(self.port, path="/api/v1/status").answer.split("\r\n")[0])
+        self.assertIn("431", self.raw(f"GET / HTTP/1.1\r\nHost: {host}\r\nX: {'a' * 20000}\r\n\r\n".encode()))
+        self.assertIn("413", self.raw(f"POST / HTTP/1.1\r\nHost: {host}\r\nContent-Length: 1000000000\r\n\r\n".encode()))
+        self.assertIn("400", self.raw(b"\x00\x01\x02\r\n\r\n"))
+        self.assertEqual(self.get("/readyz")[0], 200)
+
+    def test_cannot_take_all_the_room(self):
+        self.wait_until_ready()
+        crowd = [socket.create_connection(("127.0.0.1", self.port), timeout=5) for _ in range(200)]
+        for one in crowd[:64]:
+            one.sendall(b"GET / HTTP/1.1\r\nHost: ")  # And nothing more.
+        time.sleep(11)
+        self.assertEqual(self.get("/readyz")[0], 200)  # The slow ones are gone.
+        for one in crowd:
+            one.close()
+        giant = Viewer(self.port)
+        giant.hear(0.3)
+        giant.socket.socket.sendall(bytes([0x81, 255]) + struct.pack(">Q", 1_000_000_000) + b"mask")
+        with self.assertRaises((EOFError, ConnectionError, socket.timeout)):
+            for _ in range(100):
+                if giant.socket.frame()[0] == 8:
+                    raise EOFError
+        self.assertEqual(self.get("/readyz")[0], 200)
+
+    def test_a_port_that_is_taken_is_said(self):
+        done = striper("serve", "sim:" + self.scene, "-m", self.model, "--to", f"web:{self.port}", code=1)
+        self.assertIn(f"nothing can listen at 127.0.0.1 port {self.port}: Address already in use", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
