@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/objects/object_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+namespace striper::detail {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+// Another face is nearest where the normal turned by more than this and than it is unsure of.
+constexpr double kOtherFace_rad = 0.35;
+constexpr double kOtherFaceSigmas = 3.0;
+// The ends are others where the width changed by more: something was hidden, or came together.
+constexpr double kOtherWidth = 0.3;
+// An innovation beyond so many sigma is a change of velocity: by chance in 5 % of scans.
+constexpr double kManoeuvreSigmas = 2.0;
+
+Matrix2d outer(const Vector2d& v) { return v * v.transpose(); }
+
+}  // namespace
+
+void ObjectFilter::start(const ObjectCluster& seen, const ObjectOptions& options) noexcept {
+  const double speed = 0.5 * options.max_speed_m_s;
+  x_ << seen.anchor_m, Vector2d::Zero();
+  p_.setZero();
+  p_.topLeftCorner<2, 2>() = seen.covariance();
+  p_.bottomRightCorner<2, 2>() = speed * speed * Matrix2d::Identity();
+  seen_ = seen;
+  follows_ends_ = 0;
+  max_acceleration_m_s2_ = options.max_acceleration_m_s2;
+}
+
+void ObjectFilter::predict(const OwnStep& own, const ObjectOptions& options) noexcept {
+  const double dt = own.dt_s;
+  dt_s_ = dt;
+  Covariance advance = Covariance::Identity();
+  advance.topRightCorner<2, 2>() = dt * Matrix2d::Identity();
+  x_ = advance * x_;
+  p_ = advance * p_ * advance.transpose();
+  const double a2 = options.acceleration_m_s2 * options.acceleration_m_s2;
+  const Matrix2d unit = Matrix2d::Identity();
+  p_.topLeftCorner<2, 2>() += 0.25 * a2 * dt * dt * dt * dt * unit;
+  p_.topRightCorner<2, 2>() += 0.5 * a2 * dt * dt * dt * unit;
+  p_.bottomLeftCorner<2, 2>() += 0.5 * a2 * dt * dt * dt * unit;
+  p_.bottomRightCorner<2, 2>() += a2 * dt * dt * unit;
+  if (!own.is_known) return;
+
+  const Matrix2d back = Eigen::Rotation2Dd(-own.turn_rad).toRotationMatrix();
+  Covariance turn = Covariance::Zero();
+  turn.topLeftCorner<2, 2>() = back;
+  turn.bottomRightCorner<2, 2>() = back;
+  x_.head<2>() -= own.shift_m;
+  x_ = turn * x_;
+  p_ = turn * p_ * turn.transpose();
+  const Vector2d across(-x_[1], x_[0]);
+  p_.topLeftCorner<2, 2>() +=
+      back * own.shift_covariance * back.transpose() + own.turn_variance * outer(across);
+  seen_.normal = back * seen_.normal;
+  seen_.closest_m = back * (seen_.closest_m - own.shift_m);
+  seen_.anchor_m = back * (seen_.anchor_m - own.shift_m);
+}
+
+ObjectFilter::Feature ObjectFilter::feature_of(const ObjectCluster& seen) const noexcept {
+  const double turn = std::acos(std::clamp(seen.normal.dot(seen_.normal), -1.0, 1.0));
+  const double sigma = std::hypot(seen.sigma_normal_rad, seen_.sigma_normal_rad);
+  if (turn > std::max(kOtherFace_rad, kOtherFaceSigmas * sigma)) return Feature::kOther;
+  const double wider = std::abs(seen.width_m - seen_.width_m);
+  const bool is_width_same =
+      wider < kOtherWidth * std::max(seen.width_m, seen_.width_m) +
+                  6.0 * std::sqrt(seen.tangent_variance + seen_.tangent_variance);
+  return seen.are_ends_seen && seen_.are_ends_seen && is_width_same ? Feature::kSame
+                                                                    : Feature::kSameFace;
+}
+
+double ObjectFilter::distance2(const ObjectCluster& seen, double& spread) const noexcept {
+  Matrix2d expected = p_.topLeftCorner<2, 2>() + seen.covariance();
+  const Feature feature = feature_of(seen);
+  const double width = std::max(seen.width_m, seen_.width_m);
+  const double place_variance = width * width / 12.0;
+  if (feature == Feature::kSameFace) expected += place_variance * outer(seen.tangent());
+  if (feature == Feature::kOther) expected += place_variance * Matrix2d::Identity();
+  const Vector2d off = seen.anchor_m - place();
+  spread = std::log(expected.determinant());
+  return off.dot(expected.inverse() * off);
+}
+
+void ObjectFilter::update(const ObjectCluster& seen) noexcept {
+  const Feature feature = feature_of(seen);
+  const Vector2d normal = seen.normal;
+  const Vector2d tangent = seen.tangent();
+  if (feature == Feature::kOther) {
+    anchor_along(normal, normal.dot(seen.anchor_m - place()), seen.normal_variance);
+  } else {
+    update_along(normal, normal.dot(seen.anchor_m - place()), seen.normal_variance);
+  }
+  const double along = tangent.dot(seen.anchor_m - place());
+  if (feature == Feature::kSame) {
+    update_along(tangent, along, seen.tangent_variance);
+    ++follows_ends_;
+  } else {
+    anchor_along(tangent, along, seen.tangent_variance);
+    if (!seen.are_ends_seen) follows_ends_ = 0;
+  }
+  seen_ = seen;
+}
+
+// Gives the velocity the freedom that an innovation asks for.
+void ObjectFilter::explain(const Vector2d& axis, double innovation, double variance) noexcept {
+  const double expected = axis.dot(p_.topLeftCorner<2, 2>() * axis) + variance;
+  const double square = innovation * innovation;
+  if (square <= kManoeuvreSigmas * kManoeuvreSigmas * expected || !(dt_s_ > 0.0)) return;
+  const double way = 0.5 * dt_s_ * dt_s_;
+  const double a2 =
+      std::min((square - expected) / (way * way), max_acceleration_m_s2_ * max_acceleration_m_s2_);
+  State push;
+  push << way * axis, dt_s_ * axis;
+  p_ += a2 * push * push.transpose();
+}
+
+// A scalar update along one axis.
+void ObjectFilter::update_along(const Vector2d& axis, double innovation, double variance) noexcept {
+  explain(axis, innovation, variance);
+  State h = State::Zero();
+  h.head<2>() = axis;
+  const State ph = p_ * h;
+  const double expected = h.dot(ph) + variance;
+  x_ += ph * (innovation / expected);
+  p_ -= ph * ph.transpose() / expected;
+  p_ = (0.5 * (p_ + p_.transpose())).eval();
+}
+
+// What is followed along this axis is something else from now on: its place says nothing about the
+// velocity.
+void ObjectFilter::anchor_along(const Vector2d& axis, double offset, double variance) noexcept {
+  x_.head<2>() += offset * axis;
+  State h = State::Zero();
+  h.head<2>() = axis;
+  const Covariance without = Covariance::Identity() - h * h.transpose();
+  p_ = (without * p_ * without + variance * h * h.transpose()).eval();
+}
+
+}  // namespace striper::detail
