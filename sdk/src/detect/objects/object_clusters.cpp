@@ -22,8 +22,10 @@ constexpr double kGapSigmas = 5.0;   // A jump of less is noise, once in a milli
 constexpr double kFaceSigmas = 3.0;  // A return that far off the face is not on it.
 // A face whose normal is known less well is one point, seen along the ray.
 constexpr double kVagueNormal_rad = 0.3;
-// Between neighbours that are farther apart there was a ray without a return.
-constexpr double kSpacingsOfHole = 1.7;
+// Between neighbours that are farther apart rays were without a return; one alone is a dropout.
+constexpr double kSpacingsOfHole = 2.5;
+// The face of a curb is within this of its foot, noise and all, and no object.
+constexpr double kCurbFace_m = 0.05;
 
 }  // namespace
 
@@ -31,7 +33,7 @@ double ObjectGround::height_m(const Vector2d& p_scan) const noexcept {
   double height = -road.offset_m(p_scan);
   const double lateral = p_scan.dot(along);
   for (const auto& step : steps)
-    if (step && (lateral - step->from_m) * step->out > 0.0) height -= step->height_m;
+    if (step && (lateral - step->from_m) * step->out > -kCurbFace_m) height -= step->height_m;
   return height;
 }
 
