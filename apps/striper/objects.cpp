@@ -41,6 +41,7 @@ struct ObjectsArguments {
   double sigma_m = kNone;
   std::optional<double> up_deg;
   double forward_deg = 0.0;
+  ObjectOptions options;
   std::optional<std::string> odometer;
   double counts_per_m = kNone;
   bool json = false;
@@ -99,6 +100,21 @@ void define_motion(CLI::App& command, ObjectsArguments& arguments) {
       ->needs(odometer);
 }
 
+void define_objects(CLI::App& command, ObjectsArguments& arguments) {
+  command
+      .add_option("--roughness", arguments.options.roughness_m,
+                  "How far faces are from straight beyond the ranges' own errors, one sigma, "
+                  "metres; default 0")
+      ->type_name("M")
+      ->check(between(0.0, 1.0));
+  command
+      .add_option("--acceleration", arguments.options.acceleration_m_s2,
+                  "What objects accelerate by from scan to scan while nothing shows that they do, "
+                  "one sigma, m/s^2; default 0.1, for what swerves all the time 3")
+      ->type_name("A")
+      ->check(between(1e-3, 10.0));
+}
+
 void define(CLI::App& command, ObjectsArguments& arguments) {
   command
       .add_option("SCANS", arguments.scans,
@@ -118,6 +134,7 @@ void define(CLI::App& command, ObjectsArguments& arguments) {
       ->type_name("DEG")
       ->check(between(-360.0, 360.0));
   define_motion(command, arguments);
+  define_objects(command, arguments);
   command.add_option("--frames", arguments.frames, "Stop after so many scans")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
@@ -182,7 +199,8 @@ constexpr double kSure = 0.9;
 /// Follows the objects of every scan, each head's and laser's by itself.
 class ObjectsRun {
  public:
-  explicit ObjectsRun(const ObjectsArguments& arguments) : arguments_(arguments) {
+  explicit ObjectsRun(const ObjectsArguments& arguments)
+      : arguments_(arguments), options_(arguments.options) {
     options_.forward_rad = arguments.forward_deg * kDegree;
     if (arguments.odometer) motion_.emplace(*arguments.odometer, arguments.counts_per_m);
     if (arguments.output || !arguments.json)

@@ -112,7 +112,8 @@ class Objects(InScratch):
     def test_says_what_is_wrong(self):
         table = self.write("scans.csv", faces_csv(lambda t: [(4, -0.3, 0.3)], 2))
         self.assertIn("--sigma", striper("objects", table, code=2).stderr)
-        for arguments in (("--sigma", "0"), ("--sigma", "0.01", "--up", "up"), ("--odometer", table),
+        for arguments in (("--sigma", "0"), ("--sigma", "0.01", "--up", "up"), ("--roughness", "-1"),
+                          ("--acceleration", "0"), ("--odometer", table),
                           ("--counts-per-m", "5")):
             striper("objects", table, *arguments, code=2)
         self.assertIn("time_to_contact_s", striper("objects", "--help").stdout)

@@ -83,8 +83,13 @@ double ObjectFilter::distance2(const ObjectCluster& seen, double& spread) const 
   const Feature feature = feature_of(seen);
   const double width = std::max(seen.width_m, seen_.width_m);
   const double place_variance = width * width / 12.0;
-  if (feature == Feature::kSameFace) expected += place_variance * outer(seen.tangent());
-  if (feature == Feature::kOther) expected += place_variance * Matrix2d::Identity();
+  // What followed the middle of one face may now have that of a face that is turned to it.
+  const double turned = std::min(1.0, (seen.normal - seen_.normal).norm());
+  expected += place_variance * turned * turned * outer(seen.normal);
+  if (feature != Feature::kSame) expected += place_variance * outer(seen.tangent());
+  // What `explain` may have to explain.
+  const double push = 0.5 * max_acceleration_m_s2_ * dt_s_ * dt_s_;
+  expected += push * push * Matrix2d::Identity();
   const Vector2d off = seen.anchor_m - place();
   spread = std::log(expected.determinant());
   return off.dot(expected.inverse() * off);

@@ -213,7 +213,8 @@ void ObjectTracker::Impl::associate() {
     for (std::size_t c = 0; c < found.size(); ++c) {
       double spread = 0.0;
       const double d2 = followed[t].filter.distance2(found[c], spread);
-      if (d2 < kGate) pairs.push_back({d2 + spread, t, c});
+      const double known = 2.0 * std::log(followed[t].track.confidence);
+      if (d2 < kGate) pairs.push_back({d2 + spread - known, t, c});
     }
   }
   std::sort(pairs.begin(), pairs.end(),
