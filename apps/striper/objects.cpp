@@ -41,7 +41,8 @@ struct ObjectsArguments {
   double sigma_m = kNone;
   std::optional<double> up_deg;
   double forward_deg = 0.0;
-  ObjectOptions options;
+  std::optional<double> roughness_m;
+  std::optional<double> acceleration_m_s2;
   std::optional<std::string> odometer;
   double counts_per_m = kNone;
   bool json = false;
@@ -102,15 +103,15 @@ void define_motion(CLI::App& command, ObjectsArguments& arguments) {
 
 void define_objects(CLI::App& command, ObjectsArguments& arguments) {
   command
-      .add_option("--roughness", arguments.options.roughness_m,
+      .add_option("--roughness", arguments.roughness_m,
                   "How far faces are from straight beyond the ranges' own errors, one sigma, "
-                  "metres; default 0")
+                  "metres; without it learnt")
       ->type_name("M")
       ->check(between(0.0, 1.0));
   command
-      .add_option("--acceleration", arguments.options.acceleration_m_s2,
+      .add_option("--acceleration", arguments.acceleration_m_s2,
                   "What objects accelerate by from scan to scan while nothing shows that they do, "
-                  "one sigma, m/s^2; default 0.1, for what swerves all the time 3")
+                  "one sigma, m/s^2; 3 for what swerves all the time; without it learnt")
       ->type_name("A")
       ->check(between(1e-3, 10.0));
 }
@@ -199,8 +200,12 @@ constexpr double kSure = 0.9;
 /// Follows the objects of every scan, each head's and laser's by itself.
 class ObjectsRun {
  public:
-  explicit ObjectsRun(const ObjectsArguments& arguments)
-      : arguments_(arguments), options_(arguments.options) {
+  explicit ObjectsRun(const ObjectsArguments& arguments) : arguments_(arguments) {
+    // What is told is not learnt.
+    options_.learns = !arguments.roughness_m && !arguments.acceleration_m_s2;
+    options_.roughness_m = arguments.roughness_m.value_or(options_.roughness_m);
+    options_.acceleration_m_s2 = arguments.acceleration_m_s2.value_or(options_.acceleration_m_s2);
+
     options_.forward_rad = arguments.forward_deg * kDegree;
     if (arguments.odometer) motion_.emplace(*arguments.odometer, arguments.counts_per_m);
     if (arguments.output || !arguments.json)

@@ -41,7 +41,7 @@ std::string unpacked(const std::filesystem::path& path) {
 }
 
 // The lidar's own noise; what the vehicle's outline is off a box by; how a model vehicle that
-// swerves at 12.5 Hz accelerates. These and no others are set for the recordings.
+// swerves at 12.5 Hz accelerates. Chosen on these recordings.
 constexpr double kSigma_m = 0.01;
 constexpr double kRoughness_m = 0.01;
 constexpr double kAcceleration_m_s2 = 3.0;
@@ -174,11 +174,8 @@ const ObjectTrack* nearest_to(const Vector2d& point, std::span<const ObjectTrack
   return nearest;
 }
 
-Closing follow(const std::string& name) {
+Closing follow(const std::string& name, const ObjectOptions& options) {
   const Recording recording = load(name, kSigma_m);
-  ObjectOptions options;
-  options.roughness_m = kRoughness_m;
-  options.acceleration_m_s2 = kAcceleration_m_s2;
   ObjectTracker tracker(options);
   Closing closing;
   for (const PolarScan& scan : recording.scans) {
@@ -198,33 +195,57 @@ Closing follow(const std::string& name) {
   return closing;
 }
 
-void expect_followed(const std::string& name, int scans, double robust_rms) {
-  Closing closing = follow(name);
+struct Bounds {
+  int scans;
+  double robust_rms;
+  double most_pull;
+  std::size_t tracks;
+};
+
+void expect_followed(const std::string& name, const ObjectOptions& options, const Bounds& bounds) {
+  Closing closing = follow(name, options);
   const auto what = ::testing::Message() << name << ": " << closing.robust_rms() << " m/s, pull "
                                          << closing.pull() << ", " << closing.scans << " scans";
-  EXPECT_GE(closing.scans, scans) << what;
-  EXPECT_LE(closing.robust_rms(), robust_rms) << what;
+  EXPECT_GE(closing.scans, bounds.scans) << what;
+  EXPECT_LE(closing.robust_rms(), bounds.robust_rms) << what;
   EXPECT_GE(closing.pull(), 0.8) << what;
-  EXPECT_LE(closing.pull(), 1.3) << what;
-  EXPECT_EQ(closing.ids.size(), 1U) << what;
+  EXPECT_LE(closing.pull(), bounds.most_pull) << what;
+  EXPECT_LE(closing.ids.size(), bounds.tracks) << what;
 }
 
-// A constant-velocity filter on the closest return comes to .10 here, two-scan differences to .07.
+ObjectOptions told() {
+  ObjectOptions options;
+  options.roughness_m = kRoughness_m;
+  options.acceleration_m_s2 = kAcceleration_m_s2;
+  options.learns = false;
+  return options;
+}
+
+// Two-scan differences and a constant-velocity filter on the closest return come to .07 and .10.
 TEST(ObjectsReal, OvertakingVehiclesStayOneAndTheirSpeedIsTrue) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("datmo-moving-objects");
-  expect_followed("overtakes", 330, 0.060);
+  expect_followed("overtakes", told(), {330, 0.060, 1.3, 1});
 }
 
-// ... to .07, .06.
+// ... to .06 and .07.
 TEST(ObjectsReal, AnOvertakenVehicleStaysOneAndItsSpeedIsTrue) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("datmo-moving-objects");
-  expect_followed("overtake_ego", 110, 0.060);
+  expect_followed("overtake_ego", told(), {110, 0.060, 1.3, 1});
 }
 
-// ... to .44, .46; it is in view for 20 scans.
+// ... to .46 and .44; it is in view for 20 scans.
 TEST(ObjectsReal, AVehicleAtACrossingStaysOneAndItsSpeedIsTrue) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("datmo-moving-objects");
-  expect_followed("intersection", 17, 0.30);
+  expect_followed("intersection", told(), {17, 0.30, 1.3, 1});
+}
+
+// Nobody says how rough and how restless: the error bars are too small by up to 1.8, at the
+// crossing by 3.5, for 20 scans are too few to learn from.
+TEST(ObjectsReal, WhatTheOptionsDoNotSayIsLearnt) {
+  STRIPER_SKIP_WITHOUT_REAL_DATA("datmo-moving-objects");
+  expect_followed("overtakes", {}, {330, 0.070, 1.8, 2});
+  expect_followed("overtake_ego", {}, {110, 0.060, 1.8, 1});
+  expect_followed("intersection", {}, {17, 0.30, 3.5, 1});
 }
 
 }  // namespace

@@ -109,6 +109,43 @@ TEST(ObjectTracker, KnowsTheSpeedOfWhatComesAt100KmhByTheThirdScan) {
   EXPECT_LE(inside, 300 * 99 / 100);
 }
 
+TEST(ObjectTracker, ErrorBarsStayTrueForWhatAcceleratesAsTheOptionsSay) {
+  const double sigma = ObjectOptions().acceleration_m_s2;
+  Rms pull;
+  for (int seed = 0; seed < 200; ++seed) {
+    ObjectTracker tracker;
+    double x = 4.0;
+    double speed = testing::uniform(2.0, 6.0);
+    std::span<const ObjectTrack> tracks;
+    for (int k = 0; k < 12; ++k) {
+      tracks = tracker.update(scan_of({across(x, 0.0, 0.5)}, kFrame_s * k));
+      if (k == 11) break;
+      const double acceleration = testing::normal(0.0, sigma);
+      x -= speed * kFrame_s + 0.5 * acceleration * kFrame_s * kFrame_s;
+      speed += acceleration * kFrame_s;
+    }
+    ASSERT_EQ(tracks.size(), 1U);
+    pull.add((tracks[0].closing_m_s - speed) / tracks[0].sigma_closing_m_s);
+  }
+  EXPECT_GE(pull.value(), 0.8);
+  EXPECT_LE(pull.value(), 1.3);
+}
+
+TEST(ObjectTracker, FollowsWhatBrakesAtOnce) {
+  // 10 m/s for 6 scans, then 8 m/s^2 of braking: .27 m/s a scan, and it lags by less than two.
+  for (int seed = 0; seed < 20; ++seed) {
+    ObjectTracker tracker;
+    for (int k = 0; k < 14; ++k) {
+      const double braking_s = std::max(0.0, kFrame_s * (k - 6));
+      const double x = 4.5 - 10.0 * kFrame_s * k + 4.0 * braking_s * braking_s;
+      const auto tracks = tracker.update(scan_of({across(x, 0.0, 0.8)}, kFrame_s * k));
+      ASSERT_EQ(tracks.size(), 1U);
+      if (k < 9) continue;
+      EXPECT_NEAR(tracks[0].closing_m_s, 10.0 - 8.0 * braking_s, 0.5) << k;
+    }
+  }
+}
+
 TEST(ObjectTracker, TheSecondScanGivesAVelocityAndNotZero) {
   ObjectTracker tracker;
   tracker.update(scan_of({across(4.0, 0.0, 1.0)}, 0.0));

@@ -31,6 +31,9 @@ struct ObjectOptions {
   /// Where an object is more than two sigma from where it should be, that acceleration is taken
   /// which explains it, up to this: what tyres on a dry road brake with.
   double max_acceleration_m_s2 = 10.0;
+  /// Whether each track learns from its innovations by how much faces are rougher and velocities
+  /// less even than the options say. Without it the options are all there is.
+  bool learns = true;
   /// Two sigma of what an object's velocity is before it was seen twice: 108 km/h.
   double max_speed_m_s = 30.0;
   /// What stands less high over the road, or over the pavement beyond a curb, is ground.

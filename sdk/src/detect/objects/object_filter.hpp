@@ -47,6 +47,7 @@ class ObjectFilter {
  private:
   enum class Feature { kSame, kSameFace, kOther };
   Feature feature_of(const ObjectCluster& seen) const noexcept;
+  void learn(double innovation, double expected) noexcept;
   void explain(const Eigen::Vector2d& axis, double innovation, double variance) noexcept;
   void update_along(const Eigen::Vector2d& axis, double innovation, double variance) noexcept;
   void anchor_along(const Eigen::Vector2d& axis, double offset, double variance) noexcept;
@@ -54,7 +55,16 @@ class ObjectFilter {
   State x_ = State::Zero();
   Covariance p_ = Covariance::Zero();
   double dt_s_ = 0.0;
+  // What the innovations showed: fading means of their squares over what was expected, and of the
+  // products of two in a row; and what was learnt from them.
+  int updates_ = 0;
+  double last_shown_ = 0.0;
+  double shown_ = 1.0;
+  double shown_twice_ = 0.0;
+  double shape_variance_ = 0.0;
+  double acceleration_variance_ = 0.0;
   double max_acceleration_m_s2_ = 0.0;
+  bool learns_ = false;
   ObjectCluster seen_;  // As last seen, moved into the latest frame.
   int follows_ends_ = 0;
 };
