@@ -267,8 +267,7 @@ class ObjectsRun {
       ++result_.lines;
       if (track.confidence < kSure) continue;
       sure_[{{line_.head, line_.laser}, track.id}] = true;
-      if (!(result_.soonest_contact_s <= track.time_to_contact_s))
-        result_.soonest_contact_s = track.time_to_contact_s;
+      result_.soonest_contact_s = std::fmin(result_.soonest_contact_s, track.time_to_contact_s);
     }
     if (table_) table_->flush();
   }

@@ -41,7 +41,7 @@ class Objects(InScratch):
         return rows, done
 
     def test_a_table_made_elsewhere_gives_speed_and_time_to_contact(self):
-        table = self.write("scans.csv", faces_csv(lambda t: [(4 - 10 * t, -0.3, 0.3), (8, -9, 9)], 10))
+        table = self.write("scans.csv", faces_csv(lambda t: [(4 - 10 * t, -0.3, 0.3), (8 + t, -9, 9)], 10))
         rows, done = self.objects(table, "--sigma", "0.005", "--json")
         summary = json.loads(done.stdout)
         self.assertEqual(summary["scans"], 10)

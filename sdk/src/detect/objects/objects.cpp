@@ -57,6 +57,22 @@ void require(bool is_good, std::string_view field, double value, std::string_vie
     throw Error(ErrorKind::kBadValue, fmt::format("{} is {}; expected {}", field, value, expected));
 }
 
+// Fieller (1954): the times T for which distance - closing T is 0 within 95 %.
+void set_contact(double distance, double variance_d, double variance_v, double covariance,
+                 ObjectTrack& t) {
+  const double k2 = kTwoSided95 * kTwoSided95;
+  const double v = t.closing_m_s;
+  t.time_to_contact_s = t.ttc_low_s = t.ttc_high_s = kUnknown;
+  if (v + kTwoSided95 * std::sqrt(variance_v) <= 0.0) return;  // Surely not.
+  if (v > 0.0) t.time_to_contact_s = distance / v;
+  const double a = v * v - k2 * variance_v;
+  const double b = distance * v - k2 * covariance;
+  const double c = distance * distance - k2 * variance_d;
+  const double root = std::sqrt(std::max(b * b - a * c, 0.0));
+  t.ttc_low_s = c > 0.0 && b + root > 0.0 ? c / (b + root) : 0.0;
+  t.ttc_high_s = a > 0.0 ? (b + root) / a : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 std::string_view to_string(ObjectZone zone) noexcept {
@@ -280,22 +296,6 @@ void ObjectTracker::Impl::describe(Followed& f, const OwnStep& own) const {
   if (!t.is_seen) t.covariance += anchor;
   set_velocity(f, own, t);
   t.zone = zone_of(t);
-}
-
-// Fieller (1954): the times T for which distance - closing T is 0 within 95 %.
-static void set_contact(double distance, double variance_d, double variance_v, double covariance,
-                        ObjectTrack& t) {
-  const double k2 = kTwoSided95 * kTwoSided95;
-  const double v = t.closing_m_s;
-  t.time_to_contact_s = t.ttc_low_s = t.ttc_high_s = kUnknown;
-  if (v + kTwoSided95 * std::sqrt(variance_v) <= 0.0) return;  // Surely not.
-  if (v > 0.0) t.time_to_contact_s = distance / v;
-  const double a = v * v - k2 * variance_v;
-  const double b = distance * v - k2 * covariance;
-  const double c = distance * distance - k2 * variance_d;
-  const double root = std::sqrt(std::max(b * b - a * c, 0.0));
-  t.ttc_low_s = c > 0.0 && b + root > 0.0 ? c / (b + root) : 0.0;
-  t.ttc_high_s = a > 0.0 ? (b + root) / a : std::numeric_limits<double>::infinity();
 }
 
 void ObjectTracker::Impl::set_velocity(const Followed& f, const OwnStep& own,
