@@ -12,6 +12,7 @@ import random
 import unittest
 
 from program import InScratch, striper
+from tools_test import SCENE
 
 COLUMNS = ("frame time_s head laser track x_m y_m sigma_x_m sigma_y_m corr_xy bearing_rad range_m width_m vx_m_s vy_m_s "
            "sigma_v_m_s observable_rad closing_m_s time_to_contact_s ttc_low_s ttc_high_s zone confidence").split()
@@ -108,6 +109,22 @@ class Objects(InScratch):
             self.assertEqual(row["zone"], "behind_curb")
             out = math.cos(float(row["bearing_rad"]) - down) * float(row["range_m"])
             self.assertAlmostEqual(out, 2.2, delta=0.02)
+
+    def test_frames_scanned_on_the_way_and_their_table_say_the_same(self):
+        # What stands there stands still.
+        striper("simulate", self.write("scene.yaml", SCENE), "-o", self.path("shots"), "--frames", "4")
+        model = self.path("shots", "model.yaml")
+        source = ("images:" + self.path("shots"), "--model", model)
+        rows, _ = self.objects(*source)
+        striper("capture", *source, "-o", self.path("scans.csv"))
+        again, _ = self.objects(self.path("scans.csv"))
+        self.assertEqual(again, rows)
+        last = [row for row in rows if row["frame"] == rows[-1]["frame"] and float(row["confidence"]) > 0.9]
+        ranges = sorted(float(row["range_m"]) for row in last)
+        self.assertGreaterEqual(len(ranges), 3)  # Pipe, board, wall on both sides of it.
+        self.assertAlmostEqual(min(ranges), math.hypot(1.6, 0.4) - 0.1, delta=0.02)
+        for row in last:
+            self.assertLess(abs(float(row["closing_m_s"])), 5 * float(row["sigma_v_m_s"]) + 0.02, row)
 
     def test_says_what_is_wrong(self):
         table = self.write("scans.csv", faces_csv(lambda t: [(4, -0.3, 0.3)], 2))
