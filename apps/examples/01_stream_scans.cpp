@@ -1,31 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Streams scans from any source: 01_stream_scans SOURCE MODEL
 #include <iostream>
+#include <memory>
 
-#include <striper/capture/open_source.hpp>
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
-#include <striper/pipeline/scanner.hpp>
+#include <striper/scans/open_scans.hpp>
 
-void print(striper::ScanSpan scans) {
-  for (const striper::PolarScan& scan : scans) {
-    for (const striper::Return& point : scan.returns) {
-      if (point.status != striper::ReturnStatus::kOk) continue;
+void stream(const char* source_name, const char* model_name) {
+  const auto model = std::make_shared<const striper::StriperModel>(striper::load_model(model_name));
+  const auto scans = striper::open_scans(source_name, model);  // "v4l2:/dev/video0", ...
+  // Until the source ends; a silent camera is waited for.
+  for (const striper::PolarScan& scan : *scans) {
+    for (const striper::Return& point : scan.ok()) {
       std::cout << point.bearing_rad << ' ' << point.range_m << " +- " << point.sigma_m << '\n';
     }
   }
-}
-
-void stream(const char* source_name, const char* model_name) {
-  const auto source = striper::open_source(source_name);  // "v4l2:/dev/video0", ...
-  striper::Scanner scanner(striper::load_model(model_name), source->info());
-  source->start();
-  striper::Frame frame;
-  // Until the source ends, or a camera is silent for a second.
-  while (source->next(frame, std::chrono::seconds(1)) == striper::NextStatus::kFrame) {
-    print(scanner.process(frame));
-  }
-  print(scanner.finish());
 }
 
 int main(int argc, char** argv) try {

@@ -2,49 +2,16 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <string_view>
 #include <vector>
 
 #include <striper/core/frame.hpp>
-#include <striper/core/return_status.hpp>
 #include <striper/core/stripe_axis.hpp>
+#include <striper/scan/return_views.hpp>
 #include <striper/scan/scan_frame.hpp>
 
 namespace striper {
-
-/// One return: where the stripe is in the picture and, through the model, where the surface is in
-/// the scan frame (CONVENTIONS.md). A number that does not exist is NaN and `status` says why,
-/// never 0.
-struct Return {
-  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-  double u_px =
-      kNone;  ///< Full-sensor pixel; the line's own coordinate is exact even without a stripe.
-  double v_px = kNone;
-
-  double bearing_rad = kNone;  ///< Counter-clockwise from the scan frame's x about its z.
-  double range_m = kNone;      ///< From the scan frame's origin.
-  double range_near_m =
-      kNone;  ///< The smaller range at the position minus and plus half an image pixel,
-  double range_far_m =
-      kNone;               ///< and the larger one; inf where that ray no longer meets the plane.
-  double sigma_m = kNone;  ///< One-sigma random error of this return.
-  double sigma_cal_m = kNone;  ///< One-sigma calibration error here; common to all columns: never
-                               ///< average it down. NaN where the model has no covariance.
-  double x_m = kNone;          ///< range * cos(bearing).
-  double y_m = kNone;          ///< range * sin(bearing).
-
-  float intensity_dn =
-      static_cast<float>(kNone);               ///< Amplitude above the background, DN of the input.
-  float width_px = static_cast<float>(kNone);  ///< The stripe's Gaussian sigma, sensor pixels.
-  float row_sigma_px =
-      static_cast<float>(kNone);  ///< One-sigma random error across the stripe, sensor pixels.
-  float confidence = static_cast<float>(kNone);  ///< 0 to 1.
-
-  ReturnStatus status = ReturnStatus::kNoStripe;
-};
 
 /// What one lit exposure gives: one return per column (or row), in order along the stripe.
 ///
@@ -59,6 +26,18 @@ struct PolarScan {
   StripeAxis axis = StripeAxis::kColumns;
   bool is_stripe_seen = true;  ///< False: no laser's stripe is in the image; no return is kOk.
   std::vector<Return> returns;
+
+  /// The returns of status kOk: `for (const Return& one : scan.ok())`. Like the columns below
+  /// valid as long as `returns` is neither changed nor gone.
+  OkReturns ok() const noexcept { return OkReturns(returns); }
+
+  // One number of every return, NaN where it does not exist; `column(&Return::u_px)` of any other.
+  ReturnColumn bearing_rad() const noexcept { return column(&Return::bearing_rad); }
+  ReturnColumn range_m() const noexcept { return column(&Return::range_m); }
+  ReturnColumn x_m() const noexcept { return column(&Return::x_m); }
+  ReturnColumn y_m() const noexcept { return column(&Return::y_m); }
+  ReturnColumn sigma_m() const noexcept { return column(&Return::sigma_m); }
+  ReturnColumn column(double Return::*number) const noexcept { return {returns, number}; }
 
   /// Which striper it is of. Valid as long as `frame`.
   std::string_view head() const noexcept { return frame ? frame->head : kDefaultHead; }
