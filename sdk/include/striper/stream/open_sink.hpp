@@ -28,6 +28,8 @@ using SinkFactory = std::function<std::unique_ptr<ScanSink>(SinkUri uri)>;
 ///                                         `?odometer=FILE&counts_per_m=K&bits=8|16|32`
 ///     ros2:PREFIX                         topics for ROS 2 programs, /PREFIX/HEAD/points and so on
 ///                                         (docs/ros2.md); its library is loaded when it is named
+///     web:PORT, web:ADDRESS:PORT          a page, Foxglove's WebSocket, status and metrics
+///                                         (docs/foxglove.md); its library is loaded likewise
 ///     PATH                                whichever of these the extension says; `-` is CSV on the
 ///                                         standard output
 ///
