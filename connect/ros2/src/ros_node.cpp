@@ -40,20 +40,6 @@ wire::MessageSchema schema_for(RosRelease release) {
   return schema;
 }
 
-RosRelease release_of(RosNodeChoice choice, RosRelease heard) noexcept {
-  switch (choice) {
-    case RosNodeChoice::kOff:
-      return RosRelease::kNone;
-    case RosNodeChoice::kHumble:
-      return RosRelease::kHumble;
-    case RosNodeChoice::kIron:
-      return RosRelease::kIron;
-    case RosNodeChoice::kAuto:
-      break;
-  }
-  return heard;
-}
-
 }  // namespace
 
 RosNodeAnnouncer::RosNodeAnnouncer(const DdsParticipant& participant, RosNodeChoice choice)
@@ -65,15 +51,33 @@ void RosNodeAnnouncer::hear(const RosEndpoint& writer) {
   if (writer.topic != kNodeTopic) return;
   const bool has_hash = writer.user_data.find("typehash=") != std::string::npos;
   const RosRelease release = has_hash ? RosRelease::kIron : RosRelease::kHumble;
-  if (heard_ == RosRelease::kNone) heard_ = release;
+  if (heard_ == RosRelease::kNone) {
+    heard_ = release;
+    first_heard_ = Clock::now();
+  }
   if (heard_ != release) heard_ = RosRelease::kBoth;
 }
 
-bool RosNodeAnnouncer::is_due() const noexcept { return release_of(choice_, heard_) != said_to_; }
+RosRelease RosNodeAnnouncer::release() const noexcept {
+  switch (choice_) {
+    case RosNodeChoice::kOff:
+      return RosRelease::kNone;
+    case RosNodeChoice::kHumble:
+      return RosRelease::kHumble;
+    case RosNodeChoice::kIron:
+      return RosRelease::kIron;
+    case RosNodeChoice::kAuto:
+      break;
+  }
+  const bool is_settled = heard_ == RosRelease::kBoth || Clock::now() - first_heard_ >= kSettles;
+  return is_settled ? heard_ : said_to_;
+}
+
+bool RosNodeAnnouncer::is_due() const noexcept { return release() != said_to_; }
 
 std::optional<RosRelease> RosNodeAnnouncer::announce(const std::vector<RosNodeEntry>& nodes) {
-  const RosRelease release = release_of(choice_, heard_);
-  const bool is_new = is_due();
+  const RosRelease release = this->release();
+  const bool is_new = release != said_to_;
   if (is_new) choose_writer(release);
   if (release == RosRelease::kHumble) write<kGidBytesOfHumble>(nodes);
   if (release == RosRelease::kIron) write<kGidBytesOfIron>(nodes);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <variant>
@@ -32,7 +33,8 @@ struct RosNodeEntry {
 /// it topics are found all the same.
 ///
 /// A message of the wrong size ends Humble's programs, so with `auto` nothing is said before a
-/// program is heard, and nothing any more where both sizes are.
+/// program was heard for kSettles, and nothing any more where both sizes are. Programs of a domain
+/// are discovered one after another, within about a second.
 class RosNodeAnnouncer {
  public:
   RosNodeAnnouncer(const DdsParticipant& participant, RosNodeChoice choice);
@@ -51,10 +53,15 @@ class RosNodeAnnouncer {
   template <std::size_t GidBytes>
   void write(const std::vector<RosNodeEntry>& nodes);
   void choose_writer(RosRelease release);
+  RosRelease release() const noexcept;
+
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kSettles{2};
 
   const DdsParticipant& participant_;
   RosNodeChoice choice_;
   RosRelease heard_ = RosRelease::kNone;
+  Clock::time_point first_heard_;
   RosRelease said_to_ = RosRelease::kNone;
   std::optional<RosWriter> writer_;
 };

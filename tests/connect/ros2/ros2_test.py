@@ -304,7 +304,7 @@ class Messages(Judged):
 class Nodes(Ros2):
     """`node=`: who of ROS 2's programs is told which node has the topics."""
 
-    def other(self, release, seconds=6):
+    def other(self, release, seconds=9):
         program = Program(self, self.space, os.environ["CYCLONE_NODE"], release, seconds, env={"CYCLONEDDS_URI": LOOPBACK})
         program.wait_for("ready", where="lines")
         return program
