@@ -362,7 +362,7 @@ std::vector<SinkUri> take_copies(const ConvertArguments& arguments, std::vector<
       outputs.begin(), outputs.end(), [](const SinkUri& uri) { return uri.scheme() != "mcap"; });
   std::vector<SinkUri> taken(copies, outputs.end());
   outputs.erase(copies, outputs.end());
-  for (SinkUri uri : taken) uri.refuse_unused("none, where a recording is copied");
+  for (const SinkUri& uri : taken) uri.refuse_unused("none, where a recording is copied");
   return taken;
 }
 

@@ -80,8 +80,9 @@ void define(CLI::App& command, ServeArguments& arguments) {
   command
       .add_option(
           "--to", arguments.sinks,
-          "Who gets the scans: csv:FILE?doubtful=yes&missing=yes, jsonl:FILE, or a path, by "
-          "its extension; as often as you like")
+          "Who gets the scans: csv:FILE?doubtful=yes&missing=yes, jsonl:FILE, mcap:FILE, or a "
+          "path, by its extension; web:PORT for browsers and Foxglove, ros2: for ROS 2; as often "
+          "as you like")
       ->type_name("SINK")
       ->required()
       ->allow_extra_args(false);

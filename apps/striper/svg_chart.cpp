@@ -37,11 +37,14 @@ std::vector<double> linear_ticks(const ChartAxis& axis) {
 std::vector<double> logarithmic_ticks(const ChartAxis& axis) {
   const bool is_short = axis.high / axis.low < 300.0;
   std::vector<double> ticks;
-  for (double power = std::pow(10.0, std::floor(std::log10(axis.low))); power <= axis.high;
-       power *= 10.0)
+  const auto first = static_cast<int>(std::floor(std::log10(axis.low)));
+  const auto last = static_cast<int>(std::floor(std::log10(axis.high)));
+  for (int exponent = first; exponent <= last; ++exponent) {
+    const double power = std::pow(10.0, exponent);
     for (const double factor : {1.0, 2.0, 5.0})
       if ((is_short || factor == 1.0) && factor * power >= axis.low && factor * power <= axis.high)
         ticks.push_back(factor * power);
+  }
   return ticks;
 }
 

@@ -33,7 +33,8 @@ Eigen::Vector2d pixel(const StriperModel& model, double along, double across) {
 
 double quantile(std::vector<double> values, double part) {
   if (values.empty()) return kNan;
-  const auto at = static_cast<std::size_t>(part * static_cast<double>(values.size() - 1) + 0.5);
+  const auto at =
+      static_cast<std::size_t>(std::lround(part * static_cast<double>(values.size() - 1)));
   return nth_smallest(values, at);
 }
 

@@ -38,7 +38,7 @@ void collect(const std::vector<Eigen::Vector2d>& points, double gate, StraightLi
 
 void least_squares(const std::vector<Eigen::Vector2d>& points, StraightLine& line) {
   // About one of them, so that the sums keep their digits.
-  const Eigen::Vector2d about = points[line.inliers[line.inliers.size() / 2]];
+  const Eigen::Vector2d& about = points[line.inliers[line.inliers.size() / 2]];
   LineSums sums;
   for (const std::size_t i : line.inliers)
     sums.add(1.0, points[i].x() - about.x(), points[i].y() - about.y(), 1.0);

@@ -31,7 +31,8 @@ std::string_view trimmed(std::string_view text) noexcept {
 
 std::uint32_t id_of(const json& value, std::string_view field) {
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > UINT32_MAX) {
-    refuse(fmt::format("{} is {} where a number of 32 bits is expected", field, dump(value)));
+    refuse(fmt::format("{} is a {} where a number of 32 bits is expected", field,
+                       value.is_number() ? "number out of range" : value.type_name()));
   }
   return value.get<std::uint32_t>();
 }
@@ -104,7 +105,12 @@ std::array<std::uint8_t, kMessageHeader> message_header(std::uint32_t subscripti
 }
 
 Request parse_request(std::string_view text) {
-  const json whole = json::parse(text, nullptr, false);
+  const auto refuse_deep = [](int depth, json::parse_event_t, json&) {
+    constexpr int kDeepest = 16;  // Nothing that clients say is deeper than 4.
+    if (depth > kDeepest) refuse(fmt::format("this JSON is nested more than {} deep", kDeepest));
+    return true;
+  };
+  const json whole = json::parse(text, refuse_deep, false);
   if (whole.is_discarded()) refuse("this is no JSON");
   const json& op = member(whole, "op");
   if (!op.is_string()) refuse("op is no text");
