@@ -3,7 +3,9 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -22,6 +24,11 @@
 #include "frame_loop.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
+#include "serve/access_token.hpp"
+#include "serve/head_desk.hpp"
+#include "serve/head_recorder.hpp"
+#include "serve/scanner_settings.hpp"
+#include "serve/state_folder.hpp"
 #include "service.hpp"
 #include "sink_arguments.hpp"
 #include "terminal.hpp"
@@ -38,6 +45,9 @@ struct ServeArguments {
   std::vector<std::string> sinks;
   std::string name{kDefaultHead};
   ScannerArguments scanner;
+  std::optional<std::string> token;
+  std::optional<std::string> recordings;
+  bool allow_lasers_on = false;
 };
 
 constexpr const char* kDescription =
@@ -88,6 +98,18 @@ void define(CLI::App& command, ServeArguments& arguments) {
       ->allow_extra_args(false);
   command.add_option("--name", arguments.name, "What the head is called; default striper")
       ->type_name("HEAD");
+  command
+      .add_option("--token", arguments.token,
+                  "The secret that whoever changes something by web: has to show; made where there "
+                  "is none; default $STATE_DIRECTORY/token or ~/.local/state/striper/token")
+      ->type_name("FILE");
+  command
+      .add_option("--recordings", arguments.recordings,
+                  "Where recordings go that are asked for by web:; default recordings, beside the "
+                  "token")
+      ->type_name("DIR");
+  command.add_flag("--allow-lasers-on", arguments.allow_lasers_on,
+                   "Who has the secret may switch lasers on, too, not off alone");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
 
@@ -113,11 +135,10 @@ std::string describe(const HeadHealth& head, const std::vector<SinkReport>& sink
   return text;
 }
 
-HeadScanner make_head_scanner(const ServeArguments& arguments, const SourceInfo& source,
-                              const EventPort& events) {
-  ScannerSetup setup = scanner_setup(arguments.scanner, source, events);
-  setup.options.head = arguments.name;
-  return {make_scanner(setup), shared_model(setup), setup.options.stripe.axis};
+std::filesystem::path recordings_folder(const ServeArguments& arguments) {
+  if (arguments.recordings) return *arguments.recordings;
+  const std::filesystem::path state = state_folder();
+  return state.empty() ? state : state / "recordings";
 }
 
 // A camera may come later, or back; a file that is not there is a wrong name.
@@ -152,7 +173,10 @@ class Server {
       : arguments_(arguments),
         events_(EventPort([this](const Event& event) { hear(event); }).of_head(arguments.name)),
         bus_(events_),
-        head_(parts(), options(), bus_) {
+        settings_(arguments.scanner, arguments.name),
+        head_(parts(), options(), bus_),
+        recorder_(recordings_folder(arguments), arguments.name, bus_, events_),
+        desk_(arguments.name, {head_, settings_, recorder_, events_}, arguments.allow_lasers_on) {
     for (const SinkUri& uri : parse_sinks(arguments.sinks)) add_sink(uri);
   }
   Server(const Server&) = delete;
@@ -181,8 +205,23 @@ class Server {
                                       arguments_.scanner.model.value_or(""), head_.health()}};
     };
     services.sinks = [this] { return bus_.sinks(); };
+    services.recordings = [this] { return recorder_.list(); };
+    services.parameters = [this](std::string_view head) { return desk_.parameters(head); };
+    services.set_parameter = [this](std::string_view head, const Parameter& wanted) {
+      desk_.set(head, wanted);
+    };
+    services.command = [this](std::string_view head, HeadCommand command, double seconds) {
+      return desk_.command(head, command, seconds);
+    };
+    services.token = [this] { return token(); };
     sink->set_services(services);
     bus_.add(uri.text(), std::move(sink));
+  }
+
+  // Of all sinks that want one.
+  std::string token() {
+    if (!token_) token_ = access_token(arguments_.token, events_);
+    return *token_;
   }
 
   HeadParts parts() {
@@ -190,7 +229,7 @@ class Server {
     parts.open = [this](const EventPort& port) { return open_source(arguments_.source, port); };
     parts.make_scanner =
         parts.remake_scanner = [this](const SourceInfo& source, const EventPort& port) {
-          return make_head_scanner(arguments_, source, port);
+          return settings_.make(source, port);
         };
     return parts;
   }
@@ -212,6 +251,7 @@ class Server {
   void look_around() {
     if (stop_requested() || !bus_.is_any_open()) head_.request_stop();
     if (reload_flag.exchange(false)) head_.reload();
+    recorder_.look();
     const HeadHealth health = head_.health();
     const Clock::time_point now = Clock::now();
     if (now - health.time < kHeadAsleep) service_.say_alive();
@@ -240,7 +280,11 @@ class Server {
   SaidLately said_;
   EventPort events_;
   ScanBus bus_;
+  ScannerSettings settings_;
   Head head_;
+  HeadRecorder recorder_;
+  HeadDesk desk_;
+  std::optional<std::string> token_;
   Service service_;
   Clock::time_point last_health_ = Clock::now();
 };

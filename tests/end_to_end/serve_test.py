@@ -236,6 +236,19 @@ class Systemd(Serve):
         for option in options:
             self.assertIn(option, known)
 
+    @unittest.skipUnless(shutil.which("systemd-analyze"), "there is no systemd-analyze here (package systemd)")
+    def test_unit_is_whole_and_confined(self):
+        with open(os.path.join(SOURCE_DIR, "packaging", "striper@.service"), encoding="utf-8") as file:
+            unit = file.read()
+        for program in ("striper", "kill"):  # Neither need be in systemd's folders on the machine that tests.
+            unit = re.sub(rf"(Exec\w+=){program} ", rf"\1{shutil.which('true')} ", unit)
+        path = self.write("striper@left.service", re.sub(r"Documentation=.*\n", "", unit))
+        done = subprocess.run(["systemd-analyze", "verify", path], capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        done = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=40", path], capture_output=True, text=True,
+                              timeout=60, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout[-200:])
+
 
 class Camera(Serve):
     """A camera that is not there, comes, is lost and comes back."""

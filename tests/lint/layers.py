@@ -239,7 +239,7 @@ class Tree:
         if parts[0] == "include":
             self.report(path, number, f"a public header must not include a private one: {target}")
             return
-        for base in (self.root / module / "src", (self.root / path).parent, self.root / module):
+        for base in (self.root / module / "src", (self.root / path).parent, self.root / module / parts[0], self.root / module):
             if (base / target).is_file():
                 other = (base / target).relative_to(self.root)
                 self.check_may(path, number, module, folder_of(other), target)

@@ -61,10 +61,14 @@ std::function<void(const ControlValue&)> SimulatedControls::locked_write(Write w
 }
 
 ControlRow SimulatedControls::exposure_row(double longest_s) {
-  return {"exposure_us", ControlType::kNumber, "us", locked([this, longest_s] {
-            return state_of(1e6 * wanted_.shutter_s, kShortest_us, 1e6 * longest_s);
+  const auto exposure_us = std::make_shared<double>(1e6 * wanted_.shutter_s);
+  return {"exposure_us", ControlType::kNumber, "us", locked([exposure_us, longest_s] {
+            return state_of(*exposure_us, kShortest_us, 1e6 * longest_s);
           }),
-          locked_write([this](const ControlValue& v) { wanted_.shutter_s = 1e-6 * v[0]; })};
+          locked_write([this, exposure_us](const ControlValue& v) {
+            *exposure_us = v[0];
+            wanted_.shutter_s = 1e-6 * v[0];
+          })};
 }
 
 // Over what the scene says.

@@ -62,6 +62,7 @@ element("freeze").addEventListener("click", () => {
   state.isFrozen = !state.isFrozen;
   element("freeze").setAttribute("aria-pressed", String(state.isFrozen));
 });
+element("lasers_off").addEventListener("click", lasersOff);
 addEventListener("resize", () => {
   state.isDirty = true;
 });
@@ -86,6 +87,18 @@ function showFacts(rows) {
       return [term, text];
     }),
   );
+}
+
+/** Whoever may look may do this; switching them on again is not for a page that anybody opens. */
+async function lasersOff() {
+  const head = element("head").value || state.status?.heads[0]?.name;
+  if (!head) return;
+  const answer = await fetch(`/api/v1/heads/${encodeURIComponent(head)}/lasers_off`, { method: "POST" });
+  const { message, error } = await answer.json();
+  state.warning = error ?? message;
+  setTimeout(() => {
+    state.warning = "";
+  }, 5000);
 }
 
 /** What the page is: streaming, stale (no scan for a while), lost (no connection) or idle (none yet). */

@@ -26,15 +26,15 @@ bool ClientOutbox::add(std::uint32_t channel, const SharedPayload& payload) {
   return is_full;
 }
 
-bool ClientOutbox::add_text(std::string text) {
+bool ClientOutbox::add_text(Text text) {
   if (texts_.size() == kMostTexts) return false;
   texts_.push_back(std::move(text));
   return true;
 }
 
-std::optional<std::string> ClientOutbox::take_text() {
+std::optional<ClientOutbox::Text> ClientOutbox::take_text() {
   if (texts_.empty()) return std::nullopt;
-  std::string text = std::move(texts_.front());
+  Text text = std::move(texts_.front());
   texts_.pop_front();
   return text;
 }

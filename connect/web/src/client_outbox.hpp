@@ -27,6 +27,11 @@ class ClientOutbox {
   static constexpr std::size_t kMostOfTopic = 2;
   static constexpr std::size_t kMostTexts = 256;
 
+  /// What is no message of a topic.
+  struct Text {
+    std::string bytes;
+    bool is_binary = false;
+  };
   struct Message {
     std::uint32_t subscription = 0;
     SharedPayload payload;
@@ -40,9 +45,9 @@ class ClientOutbox {
   /// @return whether an older message had to go.
   bool add(std::uint32_t channel, const SharedPayload& payload);
   /// @return false where there are too many: the client does not read.
-  bool add_text(std::string text);
+  bool add_text(Text text);
 
-  std::optional<std::string> take_text();
+  std::optional<Text> take_text();
   /// The topics in turn.
   std::optional<Message> take_message();
 
@@ -53,7 +58,7 @@ class ClientOutbox {
   };
   std::map<std::uint32_t, Topic> topics_;  // By channel.
   std::uint32_t last_taken_ = 0;
-  std::deque<std::string> texts_;
+  std::deque<Text> texts_;
 };
 
 }  // namespace striper::detail

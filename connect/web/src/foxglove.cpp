@@ -8,6 +8,8 @@
 
 #include <striper/core/error.hpp>
 
+#include "parameter_json.hpp"
+
 namespace striper::detail::foxglove {
 namespace {
 
@@ -16,10 +18,11 @@ using nlohmann::json;
 constexpr std::array<std::string_view, 2> kSubprotocols = {"foxglove.websocket.v1",
                                                            "foxglove.sdk.v1"};
 
-// Texts of others may be no UTF-8, which must not end a connection.
-std::string dump(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
+constexpr char kServiceRequest = 2;
+constexpr std::uint8_t kServiceResponse = 3;
+constexpr std::string_view kEncoding = "json";
+constexpr const char* kResponseSchema =
+    R"({"type":"object","properties":{"message":{"type":"string"}}})";
 
 std::string_view trimmed(std::string_view text) noexcept {
   const std::size_t first = text.find_first_not_of(" \t");
@@ -52,6 +55,32 @@ const json& list(const json& object, const char* name) {
   return found;
 }
 
+std::string text_of(const json& value, const char* name) {
+  if (!value.is_string()) refuse(fmt::format("{} is no text", name));
+  return value.get<std::string>();
+}
+
+// One without a value, or with an empty one, has its default again.
+Parameter parameter(const json& value) {
+  const std::string name = text_of(member(value, "name"), "name");
+  const bool has_value = value.contains("value") && value["value"] != "";
+  return has_value ? parameter_of(name, value["value"]) : Parameter{name, {}};
+}
+
+void add_u32(std::vector<std::uint8_t>& bytes, std::uint32_t number) {
+  for (std::size_t i = 0; i < 4; ++i) bytes.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
+}
+
+std::uint32_t take_u32(std::string_view& bytes) {
+  if (bytes.size() < 4) refuse("a call of a service is cut off");
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    number |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[i])) << (8 * i);
+  }
+  bytes.remove_prefix(4);
+  return number;
+}
+
 }  // namespace
 
 std::string_view choose_subprotocol(std::string_view offered) noexcept {
@@ -65,12 +94,12 @@ std::string_view choose_subprotocol(std::string_view offered) noexcept {
 }
 
 std::string server_info(std::string_view name, std::string_view session) {
-  return dump({{"op", "serverInfo"},
-               {"name", name},
-               {"capabilities", json::array()},
-               {"supportedEncodings", json::array()},
-               {"metadata", json::object()},
-               {"sessionId", session}});
+  return dump_json({{"op", "serverInfo"},
+                    {"name", name},
+                    {"capabilities", {"parameters", "parametersSubscribe", "services"}},
+                    {"supportedEncodings", json::array({"json"})},
+                    {"metadata", json::object()},
+                    {"sessionId", session}});
 }
 
 std::string advertise(std::span<const Channel> channels) {
@@ -83,16 +112,65 @@ std::string advertise(std::span<const Channel> channels) {
                    {"schema", one.schema},
                    {"schemaEncoding", "ros2msg"}});
   }
-  return dump({{"op", "advertise"}, {"channels", all}});
+  return dump_json({{"op", "advertise"}, {"channels", all}});
+}
+
+std::string advertise(std::span<const Service> services) {
+  json all = json::array();
+  const auto schema = [](const std::string& name, const std::string& text) {
+    return json{{"encoding", "json"},
+                {"schemaName", name},
+                {"schemaEncoding", "jsonschema"},
+                {"schema", text}};
+  };
+  for (const Service& one : services) {
+    const std::string type = "striper/" + one.name.substr(one.name.rfind('/') + 1);
+    all.push_back({{"id", one.id},
+                   {"name", one.name},
+                   {"type", type},
+                   {"request", schema(type + "_Request", one.request_schema)},
+                   {"response", schema(type + "_Response", kResponseSchema)}});
+  }
+  return dump_json({{"op", "advertiseServices"}, {"services", all}});
+}
+
+std::string parameter_values(std::span<const Parameter> parameters, std::string_view id) {
+  json all = json::array();
+  for (const Parameter& one : parameters) {
+    json made = {{"name", one.name}, {"value", to_json(one.value)}};
+    if (made["value"].is_null()) made["value"] = "";
+    if (made["value"].is_number()) made["type"] = "float64";
+    if (made["value"].is_array()) made["type"] = "float64_array";
+    all.push_back(std::move(made));
+  }
+  json whole = {{"op", "parameterValues"}, {"parameters", all}};
+  if (!id.empty()) whole["id"] = id;
+  return dump_json(whole);
+}
+
+std::string service_failure(std::uint32_t service, std::uint32_t call, std::string_view why) {
+  return dump_json(
+      {{"op", "serviceCallFailure"}, {"serviceId", service}, {"callId", call}, {"message", why}});
+}
+
+std::vector<std::uint8_t> service_response(std::uint32_t service, std::uint32_t call,
+                                           std::string_view json) {
+  std::vector<std::uint8_t> bytes{kServiceResponse};
+  add_u32(bytes, service);
+  add_u32(bytes, call);
+  add_u32(bytes, static_cast<std::uint32_t>(kEncoding.size()));
+  bytes.insert(bytes.end(), kEncoding.begin(), kEncoding.end());
+  bytes.insert(bytes.end(), json.begin(), json.end());
+  return bytes;
 }
 
 std::string status(Level level, std::string_view message, std::string_view id) {
-  return dump(
+  return dump_json(
       {{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}, {"id", id}});
 }
 
 std::string remove_status(std::string_view id) {
-  return dump({{"op", "removeStatus"}, {"statusIds", json::array({id})}});
+  return dump_json({{"op", "removeStatus"}, {"statusIds", json::array({id})}});
 }
 
 std::array<std::uint8_t, kMessageHeader> message_header(std::uint32_t subscription,
@@ -105,13 +183,7 @@ std::array<std::uint8_t, kMessageHeader> message_header(std::uint32_t subscripti
 }
 
 Request parse_request(std::string_view text) {
-  const auto refuse_deep = [](int depth, json::parse_event_t, json&) {
-    constexpr int kDeepest = 16;  // Nothing that clients say is deeper than 4.
-    if (depth > kDeepest) refuse(fmt::format("this JSON is nested more than {} deep", kDeepest));
-    return true;
-  };
-  const json whole = json::parse(text, refuse_deep, false);
-  if (whole.is_discarded()) refuse("this is no JSON");
+  const json whole = parse_json(text);
   const json& op = member(whole, "op");
   if (!op.is_string()) refuse("op is no text");
   Request request;
@@ -125,8 +197,28 @@ Request parse_request(std::string_view text) {
     for (const json& one : list(whole, "subscriptionIds")) {
       request.unsubscribed_ids.push_back(id_of(one, "subscriptionIds"));
     }
+  } else if (request.op == "setParameters") {
+    for (const json& one : list(whole, "parameters")) request.parameters.push_back(parameter(one));
+  } else if (request.op.ends_with("Parameters") || request.op.ends_with("ParameterUpdates")) {
+    for (const json& one : list(whole, "parameterNames")) {
+      request.parameter_names.push_back(text_of(one, "parameterNames"));
+    }
   }
+  if (whole.contains("id")) request.id = text_of(whole["id"], "id");
   return request;
+}
+
+Call parse_call(std::string_view bytes) {
+  if (bytes.empty() || bytes[0] != kServiceRequest) refuse("this is no call of a service");
+  bytes.remove_prefix(1);
+  Call call;
+  call.service = take_u32(bytes);
+  call.call = take_u32(bytes);
+  const std::uint32_t size = take_u32(bytes);
+  if (size > bytes.size()) refuse("a call of a service is cut off");
+  call.encoding = bytes.substr(0, size);
+  call.payload = bytes.substr(size);
+  return call;
 }
 
 }  // namespace striper::detail::foxglove

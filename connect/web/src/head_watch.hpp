@@ -12,7 +12,7 @@
 #include <striper/stream/scan_sink.hpp>
 #include <striper/stream/sink_services.hpp>
 
-#include "web_server.hpp"
+#include "web_desk.hpp"
 
 namespace striper::detail {
 

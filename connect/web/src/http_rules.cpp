@@ -2,6 +2,7 @@
 #include "http_rules.hpp"
 
 #include <algorithm>
+#include <charconv>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -63,6 +64,22 @@ std::string_view Target::value(std::string_view key) const noexcept {
     return equals == std::string_view::npos ? std::string_view() : pair.substr(equals + 1);
   }
   return {};
+}
+
+std::string decoded(std::string_view text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned char byte = 0;
+    const bool is_pair = text[i] == '%' && i + 2 < text.size();
+    const char* const end = text.data() + i + 3;
+    if (is_pair && std::from_chars(end - 2, end, byte, 16).ptr == end) {
+      plain += static_cast<char>(byte);
+      i += 2;
+    } else {
+      plain += text[i];
+    }
+  }
+  return plain;
 }
 
 }  // namespace striper::detail

@@ -38,4 +38,7 @@ struct Target {
   std::string_view value(std::string_view key) const noexcept;
 };
 
+/// "a/b c" of "a%2Fb%20c"; what is no such pair of digits stays.
+std::string decoded(std::string_view text);
+
 }  // namespace striper::detail

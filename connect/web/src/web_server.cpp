@@ -7,9 +7,11 @@
 #include <atomic>
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <set>
 #include <thread>
 #include <utility>
@@ -23,6 +25,8 @@
 
 #include <striper/core/error.hpp>
 
+#include "access.hpp"
+
 namespace striper::detail {
 namespace {
 
@@ -35,13 +39,19 @@ using asio::ip::tcp;
 using boost::system::error_code;
 
 constexpr std::size_t kMostConnections = 64;
+constexpr std::size_t kMostClients = 100;  // WebSockets.
+constexpr std::size_t kMostSlow = 32;      // Answers that wait for a camera.
 constexpr std::uint32_t kMostHeader = 8192;
-constexpr std::uint64_t kMostBody = 0;       // Nothing here takes one yet.
+constexpr std::uint64_t kMostBody = 16384;
 constexpr std::size_t kMostMessage = 65536;  // Of a client.
-constexpr auto kRequestTime = 10s;           // To say a request, and to take its answer.
-constexpr auto kIdleTime = 30s;              // Without an answer to a ping.
-constexpr auto kKeepsUpAgain = 5s;           // Without a drop.
-constexpr const char* kSlow = "slow";        // The status that says so.
+constexpr double kChangesPerSecond = 20.0;   // More than a hand on a slider makes.
+constexpr double kChangesAtOnce = 40.0;
+constexpr auto kRequestTime = 10s;     // To say a request, and to take its answer.
+constexpr auto kIdleTime = 30s;        // Without an answer to a ping.
+constexpr auto kKeepsUpAgain = 5s;     // Without a drop.
+constexpr const char* kSlow = "slow";  // The status that says so.
+
+constexpr std::string_view kLoginPath = "/api/v1/login";
 
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
@@ -59,27 +69,52 @@ void add_guards(Response& response) {
                "frame-ancestors 'none'; base-uri 'none'; form-action 'none'");
 }
 
+// @param why has nothing that JSON escapes.
 Response refusal(const Request& request, http::status status, const std::string& why) {
   Response response(status, request.version());
-  response.set(http::field::content_type, "text/plain; charset=utf-8");
-  if (status == http::status::method_not_allowed) response.set(http::field::allow, "GET, HEAD");
-  response.body() = why + "\n";
+  response.set(http::field::content_type, "application/json");
+  if (status == http::status::unauthorized) response.set(http::field::www_authenticate, "Bearer");
+  if (status == http::status::too_many_requests) response.set(http::field::retry_after, "6");
+  response.body() = fmt::format("{{\"error\":\"{}\"}}\n", why);
   response.keep_alive(false);
   return response;
+}
+
+bool is_change(const Request& request) {
+  return request.method() == http::verb::post || request.method() == http::verb::put;
+}
+
+// By which a client that comes back knows whether it is the same program.
+std::string random_session() {
+  std::random_device random;
+  std::string text;
+  for (int i = 0; i < 4; ++i) text += fmt::format("{:08x}", random());
+  return text;
+}
+
+// "127.0.0.1"; empty where the other end is gone.
+std::string address_of(const tcp::socket& socket) {
+  error_code error;
+  const tcp::endpoint other = socket.remote_endpoint(error);
+  return error ? std::string() : other.address().to_string();
 }
 
 }  // namespace
 
 class WebServer::Impl {
  public:
-  Impl(const WebAddress& address, Answerer answer)
-      : address_(address), answer_(std::move(answer)), acceptor_(context_) {
+  Impl(const WebAddress& address, WebDesk& desk)
+      : address_(address), desk_(desk), acceptor_(context_) {
     listen();
   }
 
   void start() {
     accept();
     thread_ = std::thread([this] { context_.run(); });
+    slow_thread_ = std::thread([this] {
+      const auto stays = asio::make_work_guard(slow_);
+      slow_.run();
+    });
   }
 
   void stop() noexcept;
@@ -113,18 +148,29 @@ class WebServer::Impl {
   void listen();
   void accept();
   void hand_out();
+  // What is done on the thread of slow answers, and gives what is then done on the server's.
+  using Then = std::function<void()>;
+  bool do_slowly(std::function<Then()> work);
+  void tell_parameters();
+  enum class Shown { kNothing, kRight, kWrong, kTooOften };
+  Shown look_at_token(const Request& request, const std::string& address);
   std::vector<foxglove::Channel> offered() const;
   void count_reader(std::uint32_t channel, int change);
   SharedPayload latched(std::uint32_t channel) const;
 
   const WebAddress address_;
-  const Answerer answer_;
+  WebDesk& desk_;
+  const std::string session_ = random_session();
   ServerName name_;
   std::atomic<std::uint64_t> clients_ = 0, sent_ = 0, dropped_ = 0, requests_ = 0, refused_ = 0;
 
   // Of the server's thread alone.
   std::size_t connections_ = 0;
+  std::size_t sockets_ = 0;
+  std::size_t slow_waiting_ = 0;
   std::set<Client*> open_;
+  RateLimit changes_{kChangesPerSecond, kChangesAtOnce};
+  WrongTokens wrong_tokens_;
   bool is_stopping_ = false;
 
   mutable std::mutex mutex_;
@@ -135,19 +181,24 @@ class WebServer::Impl {
   // Last: what is under way goes with the context, and looks at all of the above when it does.
   asio::io_context context_{1};
   tcp::acceptor acceptor_;
+  asio::io_context slow_{1};
   std::thread thread_;
+  std::thread slow_thread_;
 };
 
 // A program that hears topics. Lives as long as something of it is under way.
 class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
  public:
-  Client(Impl& server, beast::tcp_stream&& stream) : server_(server), socket_(std::move(stream)) {}
+  Client(Impl& server, beast::tcp_stream&& stream, bool has_token)
+      : server_(server), socket_(std::move(stream)), has_token_(has_token) {
+    ++server_.sockets_;
+  }
 
   ~Client() {
     server_.open_.erase(this);
     for (const std::uint32_t channel : channels_) server_.count_reader(channel, -1);
     if (is_accepted_) --server_.clients_;
-    --server_.connections_;
+    --server_.sockets_;
   }
 
   void accept(const Request& request, std::string_view subprotocol) {
@@ -176,6 +227,16 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
     write_next();
   }
 
+  const std::set<std::string>& watched() const noexcept { return watched_; }
+  // Of all of these, what the client wants to hear of.
+  void tell(const std::vector<Parameter>& parameters) {
+    std::vector<Parameter> wanted;
+    for (const Parameter& one : parameters) {
+      if (watched_.contains(one.name)) wanted.push_back(one);
+    }
+    if (!wanted.empty()) say(foxglove::parameter_values(wanted, {}));
+  }
+
   void close() { beast::get_lowest_layer(socket_).close(); }
 
  private:
@@ -183,13 +244,16 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
     is_accepted_ = true;
     ++server_.clients_;
     server_.open_.insert(this);
-    say(foxglove::server_info("striper", std::to_string(reinterpret_cast<std::uintptr_t>(this))));
+    say(foxglove::server_info("striper", server_.session_));
     const auto channels = server_.offered();
     if (!channels.empty()) offer(channels);
+    const auto services = server_.desk_.services();
+    if (!services.empty()) say(foxglove::advertise(services));
     read_next();
   }
 
-  void say(std::string text) {
+  void say(std::string text) { say(ClientOutbox::Text{std::move(text)}); }
+  void say(ClientOutbox::Text text) {
     if (!outbox_.add_text(std::move(text))) return close();
     write_next();
   }
@@ -201,26 +265,115 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
   }
 
   void hear() {
-    if (socket_.got_text()) {
-      const auto data = in_.cdata();
-      obey(std::string_view(static_cast<const char*>(data.data()), data.size()));
+    const auto data = in_.cdata();
+    const std::string_view said(static_cast<const char*>(data.data()), data.size());
+    try {
+      socket_.got_text() ? obey(said) : call(said);
+    } catch (const Error& error) {
+      complain(error.what());
     }
     in_.consume(in_.size());
     read_next();
   }
 
   void obey(std::string_view text) {
-    try {
-      const foxglove::Request request = foxglove::parse_request(text);
-      for (const foxglove::Subscription& one : request.subscriptions) subscribe(one);
-      for (const std::uint32_t id : request.unsubscribed_ids) outbox_.unsubscribe(id);
-      if (request.op != "subscribe" && request.op != "unsubscribe") {
-        complain(fmt::format("'{}' is not known here", request.op));
-      }
-      recount();
-    } catch (const Error& error) {
-      complain(error.what());
+    foxglove::Request request = foxglove::parse_request(text);
+    if (request.op == "getParameters") return give_parameters(request.parameter_names, request.id);
+    if (request.op == "setParameters") return set_parameters(std::move(request));
+    if (request.op == "subscribeParameterUpdates") return watch(request.parameter_names);
+    if (request.op == "unsubscribeParameterUpdates") {
+      for (const std::string& name : request.parameter_names) watched_.erase(name);
+      return;
     }
+    if (request.op != "subscribe" && request.op != "unsubscribe") {
+      return complain(fmt::format("'{}' is not known here", request.op));
+    }
+    for (const foxglove::Subscription& one : request.subscriptions) subscribe(one);
+    for (const std::uint32_t id : request.unsubscribed_ids) outbox_.unsubscribe(id);
+    recount();
+  }
+
+  // Does it where there is room for it; what it throws becomes a status.
+  void do_slowly(std::function<Then()> work) {
+    const bool is_taken =
+        server_.do_slowly([self = shared_from_this(), work = std::move(work)]() -> Then {
+          try {
+            return work();
+          } catch (const std::exception& error) {
+            return [self, why = std::string(error.what())] { self->complain(why); };
+          }
+        });
+    if (!is_taken) complain("too much waits for the camera");
+  }
+
+  void give_parameters(std::vector<std::string> names, std::string id) {
+    do_slowly([this, names = std::move(names), id = std::move(id)]() -> Then {
+      std::string text = foxglove::parameter_values(server_.desk_.parameters(names), id);
+      return [this, text = std::move(text)] { say(text); };
+    });
+  }
+
+  void watch(const std::vector<std::string>& names) {
+    constexpr std::size_t kMost = 1000;
+    watched_.insert(names.begin(), names.end());
+    if (watched_.size() > kMost) watched_.clear();
+    give_parameters(names, {});
+  }
+
+  bool may_change() {
+    if (!has_token_) {
+      complain(
+          fmt::format("changing something needs the secret: connect to ws://HOST:{}/?token=...",
+                      server_.name_.port));
+    } else if (!server_.changes_.take(RateLimit::Clock::now())) {
+      complain("that are too many changes in a second");
+    } else {
+      return true;
+    }
+    return false;
+  }
+
+  void set_parameters(foxglove::Request request) {
+    if (!may_change()) return;
+    do_slowly([this, request = std::move(request)]() -> Then {
+      std::vector<std::string> names;
+      std::string refused;
+      for (const Parameter& one : request.parameters) {
+        names.push_back(one.name);
+        try {
+          server_.desk_.set_parameter(one);
+        } catch (const Error& error) {
+          refused += std::string(refused.empty() ? "" : "; ") + error.what();
+        }
+      }
+      std::string text = foxglove::parameter_values(server_.desk_.parameters(names), request.id);
+      return [this, text = std::move(text), refused, has_id = !request.id.empty()] {
+        if (!refused.empty()) complain(refused);
+        if (has_id) say(text);
+        server_.tell_parameters();
+      };
+    });
+  }
+
+  void call(std::string_view bytes) {
+    const foxglove::Call call = foxglove::parse_call(bytes);
+    if (!server_.changes_.take(RateLimit::Clock::now())) {
+      return say(foxglove::service_failure(call.service, call.call, "too many calls in a second"));
+    }
+    do_slowly([this, service = call.service, number = call.call,
+               request = std::string(call.payload)]() -> Then {
+      try {
+        const std::string made = server_.desk_.call(service, request, has_token_);
+        const auto answer = foxglove::service_response(service, number, made);
+        return [this, text = std::string(answer.begin(), answer.end())] {
+          say(ClientOutbox::Text{text, true});
+          server_.tell_parameters();
+        };
+      } catch (const Error& error) {
+        return
+            [this, text = foxglove::service_failure(service, number, error.what())] { say(text); };
+      }
+    });
   }
 
   void complain(const std::string& what) {
@@ -258,15 +411,15 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
   void note_pace() {
     if (!is_slow_ || std::chrono::steady_clock::now() - last_drop_ < kKeepsUpAgain) return;
     is_slow_ = false;
-    outbox_.add_text(foxglove::remove_status(kSlow));
+    outbox_.add_text({foxglove::remove_status(kSlow)});
   }
 
   void write_next() {
     if (is_writing_ || !is_accepted_) return;
     note_pace();
     if (auto text = outbox_.take_text()) {
-      out_text_ = std::move(*text);
-      socket_.text(true);
+      out_text_ = std::move(text->bytes);
+      socket_.text(!text->is_binary);
       return write(asio::const_buffer(out_text_.data(), out_text_.size()));
     }
     auto message = outbox_.take_message();
@@ -294,10 +447,12 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
   beast::flat_buffer in_;
   ClientOutbox outbox_;
   std::set<std::uint32_t> channels_;
+  std::set<std::string> watched_;  // Parameters.
   std::string out_text_;
   SharedPayload out_payload_;
   std::array<std::uint8_t, foxglove::kMessageHeader> header_{};
   std::chrono::steady_clock::time_point last_drop_;
+  const bool has_token_;
   bool is_accepted_ = false;
   bool is_writing_ = false;
   bool is_slow_ = false;
@@ -306,11 +461,10 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
 // Somebody who asks, by HTTP.
 class WebServer::Impl::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(Impl& server, tcp::socket&& socket) : server_(server), stream_(std::move(socket)) {}
+  Connection(Impl& server, tcp::socket&& socket)
+      : server_(server), address_(address_of(socket)), stream_(std::move(socket)) {}
 
-  ~Connection() {
-    if (!is_handed_over_) --server_.connections_;
-  }
+  ~Connection() { --server_.connections_; }
 
   void read_next() {
     parser_.emplace();
@@ -328,18 +482,20 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
       return send(refusal({}, http::status::request_header_fields_too_large, "8 kB of header"));
     }
     if (error == http::error::body_limit) {
-      return send(refusal({}, http::status::payload_too_large, "a request has no body here"));
+      return send(refusal({}, http::status::payload_too_large, "16 kB of body"));
     }
     if (error == http::error::end_of_stream || error == asio::error::operation_aborted ||
         error == beast::error::timeout || error == asio::error::connection_reset) {
       return;
     }
-    if (error) return send(refusal({}, http::status::bad_request, error.message()));
+    if (error) return send(refusal({}, http::status::bad_request, "this is no request of HTTP"));
     const Request request = parser_->release();
     ++server_.requests_;
     if (const auto refused = check(request)) return send(*refused);
-    if (websocket::is_upgrade(request)) return upgrade(request);
-    answer(request);
+    const Shown shown = server_.look_at_token(request, address_);
+    if (const auto refused = check(request, shown)) return send(*refused);
+    if (websocket::is_upgrade(request)) return upgrade(request, shown == Shown::kRight);
+    answer(request, shown == Shown::kRight);
   }
 
   std::optional<Response> check(const Request& request) const {
@@ -353,13 +509,32 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
       return refusal(request, http::status::forbidden,
                      "Origin is not this server's: allow it by web:...?origin=");
     }
-    if (request.method() != http::verb::get && request.method() != http::verb::head) {
-      return refusal(request, http::status::method_not_allowed, "GET and HEAD are answered");
+    const http::verb method = request.method();
+    if (method != http::verb::get && method != http::verb::head && !is_change(request)) {
+      Response response = refusal(request, http::status::method_not_allowed,
+                                  "GET, HEAD, POST and PUT are answered");
+      response.set(http::field::allow, "GET, HEAD, POST, PUT");
+      return response;
     }
     return std::nullopt;
   }
 
-  void upgrade(const Request& request) {
+  std::optional<Response> check(const Request& request, Shown shown) const {
+    if (shown == Shown::kWrong) {
+      return refusal(request, http::status::unauthorized, "this is not the secret");
+    }
+    if (shown == Shown::kTooOften) {
+      return refusal(request, http::status::too_many_requests,
+                     "that was the wrong secret too often: wait");
+    }
+    if (is_change(request) && !server_.changes_.take(RateLimit::Clock::now())) {
+      return refusal(request, http::status::too_many_requests,
+                     "that are too many changes in a second");
+    }
+    return std::nullopt;
+  }
+
+  void upgrade(const Request& request, bool has_token) {
     const std::string_view offered = view(request[http::field::sec_websocket_protocol]);
     const std::string_view known = foxglove::choose_subprotocol(offered);
     if (Target(view(request.target())).path != "/" || known.empty()) {
@@ -367,19 +542,44 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
                           "the WebSocket is at /, and speaks foxglove.websocket.v1 and "
                           "foxglove.sdk.v1"));
     }
-    is_handed_over_ = true;
+    if (server_.sockets_ >= kMostClients) {
+      return send(refusal(request, http::status::service_unavailable,
+                          fmt::format("{} clients are here already", kMostClients)));
+    }
     stream_.expires_never();
-    std::make_shared<Client>(server_, std::move(stream_))->accept(request, known);
+    std::make_shared<Client>(server_, std::move(stream_), has_token)->accept(request, known);
   }
 
-  void answer(const Request& request) {
-    HttpAnswer made = server_.answer_(Target(view(request.target())));
-    Response response(static_cast<http::status>(made.status), request.version());
+  void answer(const Request& request, bool has_token) {
+    HttpAsk ask{std::string(view(request.method_string())), std::string(view(request.target())),
+                request.body(), has_token};
+    const bool is_head = request.method() == http::verb::head;
+    const auto give = [self = shared_from_this(), version = request.version(), is_head,
+                       is_change = is_change(request),
+                       is_kept = request.keep_alive()](HttpAnswer&& made) {
+      self->send(response_of(std::move(made), version, is_head, is_kept));
+      if (is_change) self->server_.tell_parameters();
+    };
+    if (!server_.desk_.is_slow(ask)) return give(server_.desk_.answer(ask));
+    const bool is_taken = server_.do_slowly([this, give, ask = std::move(ask)]() -> Then {
+      auto made = std::make_shared<HttpAnswer>(server_.desk_.answer(ask));
+      return [give, made] { give(std::move(*made)); };
+    });
+    if (!is_taken) {
+      send(refusal(request, http::status::too_many_requests, "too much waits for the camera"));
+    }
+  }
+
+  static Response response_of(HttpAnswer&& made, unsigned version, bool is_head, bool is_kept) {
+    Response response(static_cast<http::status>(made.status), version);
     response.set(http::field::content_type, made.type);
-    response.keep_alive(request.keep_alive());
+    if (!made.allow.empty()) response.set(http::field::allow, made.allow);
+    if (!made.cookie.empty()) response.set(http::field::set_cookie, made.cookie);
+    if (made.status == 401) response.set(http::field::www_authenticate, "Bearer");
+    response.keep_alive(is_kept);
     response.content_length(made.body.size());
-    if (request.method() != http::verb::head) response.body() = std::move(made.body);
-    send(std::move(response));
+    if (!is_head) response.body() = std::move(made.body);
+    return response;
   }
 
   void send(Response response) {
@@ -398,11 +598,11 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
   }
 
   Impl& server_;
+  const std::string address_;
   beast::tcp_stream stream_;
-  beast::flat_buffer buffer_{kMostHeader + 4096};
+  beast::flat_buffer buffer_{kMostHeader + kMostBody};
   std::optional<http::request_parser<http::string_body>> parser_;
   Response response_;
-  bool is_handed_over_ = false;
 };
 
 void WebServer::Impl::listen() {
@@ -431,6 +631,61 @@ void WebServer::Impl::accept() {
     }
     accept();
   });
+}
+
+bool WebServer::Impl::do_slowly(std::function<Then()> work) {
+  if (slow_waiting_ >= kMostSlow) return false;
+  ++slow_waiting_;
+  asio::post(slow_, [this, work = std::move(work)]() mutable {
+    Then then = work();
+    // The work goes to the server's thread, too: what it holds may be the last of a connection.
+    asio::post(context_, [this, then = std::move(then), work = std::move(work)] {
+      --slow_waiting_;
+      then();
+    });
+  });
+  return true;
+}
+
+// What clients watch, after something was changed by whomever.
+void WebServer::Impl::tell_parameters() {
+  std::set<std::string> watched;
+  for (const Client* const client : open_) {
+    watched.insert(client->watched().begin(), client->watched().end());
+  }
+  if (watched.empty()) return;
+  do_slowly([this, names = std::vector<std::string>(watched.begin(), watched.end())]() -> Then {
+    std::vector<Parameter> now;
+    try {
+      now = desk_.parameters(names);
+    } catch (const Error&) {
+      return [] {};  // Its camera is gone, which events tell.
+    }
+    return [this, now = std::move(now)] {
+      for (Client* const client : open_) client->tell(now);
+    };
+  });
+}
+
+// An old secret in a browser's cookie is as none where nothing is changed.
+WebServer::Impl::Shown WebServer::Impl::look_at_token(const Request& request,
+                                                      const std::string& address) {
+  const Target target(view(request.target()));
+  const bool is_upgrade = websocket::is_upgrade(request);
+  ShownToken shown{view(request[http::field::authorization]), view(request[http::field::cookie]),
+                   is_upgrade ? target.value("token") : std::string_view()};
+  const bool is_login = target.path == kLoginPath;
+  if (is_login)
+    return wrong_tokens_.take(address, RateLimit::Clock::now()) ? Shown::kNothing
+                                                                : Shown::kTooOften;
+  if (shown.text().empty()) return Shown::kNothing;
+  const std::string token = desk_.token();
+  if (!token.empty() && is_same_secret(shown.text(), token)) return Shown::kRight;
+  const bool is_cookie = shown.authorization.empty() && shown.query.empty();
+  if (is_cookie && !is_change(request)) return Shown::kNothing;
+  if (!wrong_tokens_.take(address, RateLimit::Clock::now())) return Shown::kTooOften;
+  desk_.note_refusal(address);
+  return Shown::kWrong;
 }
 
 std::uint32_t WebServer::Impl::add_channel(const std::string& topic, const std::string& schema_name,
@@ -508,11 +763,13 @@ void WebServer::Impl::stop() noexcept {
     acceptor_.close(ignored);
     context_.stop();
   });
+  slow_.stop();
+  slow_thread_.join();
   thread_.join();
 }
 
-WebServer::WebServer(const WebAddress& address, Answerer answer)
-    : impl_(std::make_unique<Impl>(address, std::move(answer))) {
+WebServer::WebServer(const WebAddress& address, WebDesk& desk)
+    : impl_(std::make_unique<Impl>(address, desk)) {
   impl_->start();
 }
 

@@ -3,47 +3,32 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
 
 #include "client_outbox.hpp"
-#include "foxglove.hpp"
 #include "http_rules.hpp"
 #include "web_address.hpp"
+#include "web_desk.hpp"
 
 namespace striper::detail {
 
-struct HttpAnswer {
-  unsigned status = 200;
-  std::string type = "application/json";
-  std::string body;
-};
-
-/// How the server's clients are.
-struct WebCounts {
-  std::uint64_t clients = 0;   ///< WebSockets that are open.
-  std::uint64_t sent = 0;      ///< Messages.
-  std::uint64_t dropped = 0;   ///< Messages that a client did not take in time.
-  std::uint64_t requests = 0;  ///< Of HTTP, answered or refused.
-  std::uint64_t refused = 0;
-};
-
 /// One port for pages, answers and the Foxglove WebSocket, on a thread of its own (Boost.Beast).
 ///
-/// Whoever asks has bounded room and time: 8 kB of header, no body, 10 s to say it, 64 kB a message
-/// of a WebSocket, 64 connections. A client that does not read is told so, and is dropped when it
+/// Whoever asks has bounded room and time: 8 kB of header, 16 kB of body, 10 s to say it, 64 kB a
+/// message of a WebSocket, 64 connections and 100 WebSockets, 20 changes a second, a wrong secret
+/// in six seconds after the tenth. A client that does not read is told so, and is dropped when it
 /// has not answered a ping for 30 s.
+///
+/// What asks a camera is done on another thread, one after the other, and nobody else waits for it.
 ///
 /// Thread-safe. Publishing never waits: it hands over the newest message of a channel.
 class WebServer {
  public:
-  /// Answers GET and HEAD; called on the server's thread.
-  using Answerer = std::function<HttpAnswer(const Target& target)>;
-
-  /// Listens. @throws Error{kIo} where that address or port cannot be had.
-  WebServer(const WebAddress& address, Answerer answer);
+  /// Listens. @param desk outlives the server. @throws Error{kIo} where that address or port cannot
+  /// be had.
+  WebServer(const WebAddress& address, WebDesk& desk);
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
   ~WebServer();  ///< Stops.

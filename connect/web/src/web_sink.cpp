@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web_sink.hpp"
 
-#include <charconv>
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include <striper/stream/scan_topics.hpp>
 
 #include "head_watch.hpp"
-#include "page.hpp"
+#include "web_api.hpp"
 #include "web_server.hpp"
 
 namespace striper::detail {
@@ -54,7 +52,8 @@ class WebSink : public ScanSink {
  public:
   explicit WebSink(const WebAddress& address)
       : frames_hz_(address.frames_hz),
-        server_(address, [this](const Target& target) { return answer(target); }),
+        api_(watch_, [this] { return server_.counts(); }),
+        server_(address, api_),
         topics_(server_),
         scans_(topics_, topics_of(address)) {}
 
@@ -66,14 +65,21 @@ class WebSink : public ScanSink {
     return needs;
   }
 
-  void set_services(const SinkServices& services) override { watch_.set_services(services); }
+  void set_services(const SinkServices& services) override {
+    watch_.set_services(services);
+    api_.set_services(services);
+  }
 
   void set_events(const EventPort& events) override {
+    api_.set_events(events);
     events.send(Event("topics_offered", server_.url() + " shows the scans, to Foxglove and "
                                                         "Lichtblick too"));
   }
 
-  void open(const HeadInfo& head) override { scans_.open(head); }
+  void open(const HeadInfo& head) override {
+    api_.see(head);
+    scans_.open(head);
+  }
   void write(const PolarScan& scan) override {
     watch_.see(scan);
     scans_.write(scan);
@@ -84,45 +90,13 @@ class WebSink : public ScanSink {
   void finish() override { server_.stop(); }
 
  private:
-  HttpAnswer answer(const Target& target);
-
   const double frames_hz_;
   HeadWatch watch_;
+  WebApi api_;
   WebServer server_;
   WebTopics topics_;
   ScanTopics scans_;
 };
-
-std::uint64_t number(std::string_view text) {
-  std::uint64_t value = 0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return value;
-}
-
-HttpAnswer WebSink::answer(const Target& target) {
-  HttpAnswer answer;
-  if (target.path == "/healthz") {
-    answer.type = "text/plain; charset=utf-8";
-    answer.body = "alive\n";
-  } else if (target.path == "/readyz") {
-    answer = watch_.readiness();
-  } else if (target.path == "/metrics") {
-    answer.type = "text/plain; version=0.0.4; charset=utf-8";
-    answer.body = watch_.metrics(server_.counts());
-  } else if (target.path == "/api/v1/status") {
-    answer.body = watch_.status_json();
-  } else if (target.path == "/api/v1/events") {
-    answer.body = watch_.events_json(number(target.value("since")));
-  } else if (const PageFile* const file = find_page_file(target.path)) {
-    answer.type = file->type;
-    answer.body = file->content;
-  } else {
-    answer.status = 404;
-    answer.type = "text/plain; charset=utf-8";
-    answer.body = "there is nothing here\n";
-  }
-  return answer;
-}
 
 }  // namespace
 

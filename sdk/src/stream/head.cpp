@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -52,6 +53,8 @@ std::string_view to_string(HeadHealth::State state) noexcept {
       return "streaming";
     case HeadHealth::State::kSilent:
       return "silent";
+    case HeadHealth::State::kPaused:
+      return "paused";
     case HeadHealth::State::kEnded:
       return "ended";
     case HeadHealth::State::kWaiting:
@@ -71,9 +74,14 @@ class Head::Impl {
   void start();
   FrameReport wait();
   HeadHealth health() const;
+  std::vector<Control> controls() const;
+  Control set_control(std::string_view name, const ControlValue& value);
+  void switch_lasers(bool are_on);
 
   std::atomic<bool> should_stop = false;
-  std::atomic<bool> should_reload = false;
+  std::atomic<bool> should_reload = false;  // Where its model's file may be another.
+  std::atomic<bool> should_remake = false;  // Where its options are others.
+  std::atomic<bool> is_paused = false;
   std::atomic<bool> is_running = false;
   static_assert(std::atomic<bool>::is_always_lock_free, "set in signal handlers");
 
@@ -81,14 +89,20 @@ class Head::Impl {
   bool is_told_to_stop() const {
     return should_stop || (options_.should_stop && options_.should_stop());
   }
+  bool should_close() const { return is_told_to_stop() || is_paused; }
+  void wait_while_paused();
   std::unique_ptr<FrameSource> open_or_wait();
+  void set_open_source(FrameSource* source);
+  void set_kept_controls(FrameSource& source);
+  FrameSource& open_source() const;
   FrameReport read(std::unique_ptr<FrameSource> source);
   void take(const Frame& frame, const FrameReader& reader);
   void give(ScanSpan scans);
   void announce();
   void retire_scanner();
   void make_scanner();
-  void reload();
+  void look_for_changes();
+  void remake(bool is_reload);
   void tick(const FrameReport& report, bool is_frame);
   void note(HeadHealth::State state);
 
@@ -98,7 +112,6 @@ class Head::Impl {
 
   // Of the thread that runs.
   SourceInfo source_;
-  FrameSource* open_source_ = nullptr;
   std::optional<HeadScanner> scanner_;
   ScannerStatistics counts_before_;  // Of the scanners before this one.
   bool is_announced_ = false;
@@ -112,6 +125,10 @@ class Head::Impl {
   mutable std::mutex mutex_;  // Guards what follows.
   HeadHealth health_;
 
+  mutable std::mutex source_mutex_;     // Held while a camera is asked; guards what follows.
+  FrameSource* open_source_ = nullptr;  // Set by the thread that runs.
+  std::map<std::string, ControlValue, std::less<>> kept_controls_;
+
   std::thread thread_;
   FrameReport report_;
   std::exception_ptr failure_;
@@ -120,10 +137,12 @@ class Head::Impl {
 FrameReport Head::Impl::run() {
   FrameReport sum;
   while (!is_told_to_stop()) {
+    wait_while_paused();
     std::unique_ptr<FrameSource> source = open_or_wait();
-    if (!source) break;
+    if (!source) continue;
     add(sum, read(std::move(source)));
-    if (!sum.is_lost || !options_.reopens) break;
+    const bool is_over = !sum.is_lost || !options_.reopens;
+    if (is_over && !is_paused) break;
   }
   note(HeadHealth::State::kEnded);
   if (!is_told_to_stop() && !sum.is_lost)
@@ -132,14 +151,25 @@ FrameReport Head::Impl::run() {
   return sum;
 }
 
-// Null where it was told to stop.
+void Head::Impl::wait_while_paused() {
+  if (is_paused) {
+    options_.events.send({"source_paused", "the source is closed until it is started again"});
+  }
+  while (is_paused && !is_told_to_stop()) {
+    note(HeadHealth::State::kPaused);
+    std::this_thread::sleep_for(kStep);
+  }
+}
+
+// Null where it was told to stop or to pause.
 std::unique_ptr<FrameSource> Head::Impl::open_or_wait() {
-  while (!is_told_to_stop()) {
+  while (!should_close()) {
     note(HeadHealth::State::kWaiting);
     try {
       std::unique_ptr<FrameSource> source = parts_.open(options_.events);
       source_ = source->info();
       make_scanner();
+      set_kept_controls(*source);
       return source;
     } catch (const Error& error) {
       if (!options_.reopens || !(has_run_ || may_come(error))) throw;
@@ -148,7 +178,7 @@ std::unique_ptr<FrameSource> Head::Impl::open_or_wait() {
       }
     }
     const Clock::time_point next = Clock::now() + options_.retry_every;
-    while (!is_told_to_stop() && Clock::now() < next) std::this_thread::sleep_for(kStep);
+    while (!should_close() && Clock::now() < next) std::this_thread::sleep_for(kStep);
   }
   return nullptr;
 }
@@ -165,14 +195,56 @@ void Head::Impl::make_scanner() {
   is_announced_ = false;
 }
 
+void Head::Impl::set_open_source(FrameSource* source) {
+  const std::lock_guard lock(source_mutex_);
+  open_source_ = source;
+}
+
+void Head::Impl::set_kept_controls(FrameSource& source) {
+  const std::lock_guard lock(source_mutex_);
+  for (const auto& [name, value] : kept_controls_) {
+    try {
+      source.controls().set(name, value);
+    } catch (const Error& error) {
+      options_.events.send({"control_refused", error.what()});
+    }
+  }
+}
+
+// The mutex is locked.
+FrameSource& Head::Impl::open_source() const {
+  if (open_source_ != nullptr) return *open_source_;
+  throw Error(ErrorKind::kDevice, fmt::format("head '{}': its source is not open, it is {}",
+                                              options_.name, to_string(health().state)));
+}
+
+std::vector<Control> Head::Impl::controls() const {
+  const std::lock_guard lock(source_mutex_);
+  return open_source().controls().list();
+}
+
+Control Head::Impl::set_control(std::string_view name, const ControlValue& value) {
+  const std::lock_guard lock(source_mutex_);
+  Control now = open_source().controls().set(name, value);
+  kept_controls_.insert_or_assign(now.name, value);
+  return now;
+}
+
+void Head::Impl::switch_lasers(bool are_on) {
+  const ControlValue value{are_on ? 1.0 : 0.0};
+  const std::lock_guard lock(source_mutex_);
+  if (open_source_ != nullptr) open_source_->controls().set("laser", value);
+  kept_controls_.insert_or_assign("laser", value);
+}
+
 FrameReport Head::Impl::read(std::unique_ptr<FrameSource> source) {
-  open_source_ = source.get();
+  set_open_source(source.get());
   last_frame_ = rate_since_ = Clock::now();
   rate_pictures_ = 0;
-  FrameReading how{options_.limits, options_.events, [this] { return is_told_to_stop(); }, {}};
+  FrameReading how{options_.limits, options_.events, [this] { return should_close(); }, {}};
   FrameReader* reading = nullptr;
   how.on_wait = [&] {
-    if (should_reload.exchange(false)) reload();
+    look_for_changes();
     tick(reading->report(), false);
   };
   FrameReader reader(*source, std::move(how));
@@ -181,7 +253,7 @@ FrameReport Head::Impl::read(std::unique_ptr<FrameSource> source) {
   give(scanner_->scanner.finish());
   last_tick_ = {};
   tick(report, false);
-  open_source_ = nullptr;
+  set_open_source(nullptr);
   if (report.is_lost) {
     if (options_.reopens && !std::exchange(was_awaited_, true)) {
       options_.events.send({"source_waiting", "the camera was lost: it is waited for"});
@@ -195,7 +267,7 @@ void Head::Impl::take(const Frame& frame, const FrameReader& reader) {
   if (std::exchange(was_awaited_, false)) {
     options_.events.send({"source_back", source_.description});
   }
-  if (should_reload.exchange(false)) reload();
+  look_for_changes();
   if (!is_announced_) announce();
   if (parts_.before_scan) parts_.before_scan(frame);
   bus_.write(frame, options_.name);
@@ -213,7 +285,12 @@ void Head::Impl::give(ScanSpan scans) {
   if (parts_.after_scan) parts_.after_scan(scans);
 }
 
-void Head::Impl::reload() {
+void Head::Impl::look_for_changes() {
+  const bool is_reload = should_reload.exchange(false);
+  if (should_remake.exchange(false) || is_reload) remake(is_reload);
+}
+
+void Head::Impl::remake(bool is_reload) {
   try {
     if (!parts_.remake_scanner) return;
     HeadScanner fresh = parts_.remake_scanner(source_, options_.events);
@@ -221,7 +298,7 @@ void Head::Impl::reload() {
     retire_scanner();
     scanner_.emplace(std::move(fresh));
     is_announced_ = false;
-    options_.events.send({"model_reloaded", "the model was read anew"});
+    if (is_reload) options_.events.send({"model_reloaded", "the model was read anew"});
   } catch (const std::exception& error) {
     options_.events.send(
         {"model_refused", fmt::format("the model is used as it was before: {}", error.what())});
@@ -300,6 +377,14 @@ bool Head::is_running() const noexcept { return impl_->is_running; }
 FrameReport Head::wait() { return impl_->wait(); }
 void Head::request_stop() noexcept { impl_->should_stop = true; }
 void Head::reload() noexcept { impl_->should_reload = true; }
+void Head::remake_scanner() noexcept { impl_->should_remake = true; }
+void Head::pause() noexcept { impl_->is_paused = true; }
+void Head::resume() noexcept { impl_->is_paused = false; }
+std::vector<Control> Head::controls() const { return impl_->controls(); }
+Control Head::set_control(std::string_view name, const ControlValue& value) {
+  return impl_->set_control(name, value);
+}
+void Head::switch_lasers(bool are_on) { impl_->switch_lasers(are_on); }
 HeadHealth Head::health() const { return impl_->health(); }
 
 }  // namespace striper

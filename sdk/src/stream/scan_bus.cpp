@@ -40,7 +40,7 @@ Frame with_own_pixels(const Frame& frame, std::string_view head) {
 // What a bus remembers of a head.
 struct KnownHead {
   std::string name;
-  bool can_wait = true;
+  std::shared_ptr<const HeadInfo> info;  // Null before it is open.
   std::optional<ScannerStatus> status;
   Clock::time_point status_time;
 };
@@ -74,14 +74,20 @@ class ScanBus::Impl {
   Impl(EventPort events, const BusOptions& options)
       : events_(std::move(events)), options_(options) {}
 
+  using Lanes = std::vector<std::shared_ptr<SinkLane>>;
+
   void add(std::string uri, std::unique_ptr<ScanSink> sink);
+  std::vector<SinkReport> remove(std::string_view uri);
   void open(const HeadInfo& head);
   bool is_status_due(const ScannerStatus& status);
   bool can_wait(std::string_view head);
   void finish();
 
-  // Added to before the first scan, and only read from then on.
-  std::vector<std::shared_ptr<SinkLane>> lanes;
+  /// Those that there are now.
+  std::shared_ptr<const Lanes> lanes() const {
+    const std::lock_guard lock(mutex_);
+    return lanes_;
+  }
 
  private:
   KnownHead& head_of(std::string_view name);
@@ -90,10 +96,12 @@ class ScanBus::Impl {
   EventPort events_;
   BusOptions options_;
 
-  std::mutex heads_mutex_;
+  std::mutex heads_mutex_;  // Locked before `mutex_`, where both are.
   std::vector<KnownHead> heads_;
 
-  std::mutex mutex_;  // Of the lanes while they are added, and of what follows.
+  mutable std::mutex mutex_;  // Guards what follows.
+  std::shared_ptr<const Lanes> lanes_ =
+      std::make_shared<const Lanes>();  // Replaced, never changed.
   std::condition_variable ended_;
   bool is_ending_ = false;
   std::thread guard_;
@@ -102,22 +110,43 @@ class ScanBus::Impl {
 void ScanBus::Impl::add(std::string uri, std::unique_ptr<ScanSink> sink) {
   sink->set_events(events_);
   const auto lane = std::make_shared<SinkLane>(std::move(uri), std::move(sink), options_, events_);
-  const std::lock_guard lock(mutex_);
-  lanes.push_back(lane);
   lane->start();
+  const std::lock_guard heads_lock(heads_mutex_);
+  for (const KnownHead& head : heads_) {
+    if (head.info) lane->take(head.info);
+  }
+  const std::lock_guard lock(mutex_);
+  Lanes more = *lanes_;
+  more.push_back(lane);
+  lanes_ = std::make_shared<const Lanes>(std::move(more));
   if (!guard_.joinable()) guard_ = std::thread([this] { look_after_lanes(); });
+}
+
+std::vector<SinkReport> ScanBus::Impl::remove(std::string_view uri) {
+  Lanes gone;
+  {
+    const std::lock_guard lock(mutex_);
+    Lanes rest;
+    for (const auto& lane : *lanes_) (lane->uri() == uri ? gone : rest).push_back(lane);
+    lanes_ = std::make_shared<const Lanes>(std::move(rest));
+  }
+  std::vector<SinkReport> reports;
+  for (const auto& lane : gone) {
+    lane->ask_to_finish();
+    lane->join();
+    reports.push_back(lane->report());
+  }
+  return reports;
 }
 
 void ScanBus::Impl::look_after_lanes() {
   const auto interval = options_.stuck_after / kLooksWhilePatient;
   std::unique_lock lock(mutex_);
   while (!ended_.wait_for(lock, interval, [&] { return is_ending_; })) {
-    for (std::size_t i = 0; i < lanes.size(); ++i) {
-      const std::shared_ptr<SinkLane> lane = lanes[i];
-      lock.unlock();  // What a lane says may come back as an event for all of them.
-      lane->look_after(Clock::now());
-      lock.lock();
-    }
+    const std::shared_ptr<const Lanes> now = lanes_;
+    lock.unlock();  // What a lane says may come back as an event for all of them.
+    for (const auto& lane : *now) lane->look_after(Clock::now());
+    lock.lock();
   }
 }
 
@@ -125,18 +154,21 @@ KnownHead& ScanBus::Impl::head_of(std::string_view name) {
   for (KnownHead& head : heads_) {
     if (head.name == name) return head;
   }
-  heads_.push_back({std::string(name), true, std::nullopt, {}});
+  heads_.push_back({std::string(name), nullptr, std::nullopt, {}});
   return heads_.back();
 }
 
 void ScanBus::Impl::open(const HeadInfo& head) {
-  const std::lock_guard lock(heads_mutex_);
-  head_of(head.head).can_wait = head.can_wait();
+  const auto shared = std::make_shared<const HeadInfo>(head);
+  const std::lock_guard lock(heads_mutex_);  // A sink that is added meanwhile hears of it once.
+  head_of(head.head).info = shared;
+  for (const auto all = lanes(); const auto& lane : *all) lane->take(shared);
 }
 
 bool ScanBus::Impl::can_wait(std::string_view head) {
   const std::lock_guard lock(heads_mutex_);
-  return head_of(head).can_wait;
+  const KnownHead& known = head_of(head);
+  return !known.info || known.info->can_wait();
 }
 
 bool ScanBus::Impl::is_status_due(const ScannerStatus& status) {
@@ -151,8 +183,9 @@ bool ScanBus::Impl::is_status_due(const ScannerStatus& status) {
 }
 
 void ScanBus::Impl::finish() {
-  for (const auto& lane : lanes) lane->ask_to_finish();
-  for (const auto& lane : lanes) lane->join();
+  const std::shared_ptr<const Lanes> all = lanes();
+  for (const auto& lane : *all) lane->ask_to_finish();
+  for (const auto& lane : *all) lane->join();
   {
     const std::lock_guard lock(mutex_);
     is_ending_ = true;
@@ -170,15 +203,13 @@ void ScanBus::add(std::string uri, std::unique_ptr<ScanSink> sink) {
   impl_->add(std::move(uri), std::move(sink));
 }
 
-void ScanBus::open(const HeadInfo& head) {
-  impl_->open(head);
-  const auto shared = std::make_shared<const HeadInfo>(head);
-  for (const auto& lane : impl_->lanes) lane->take(shared);
-}
+std::vector<SinkReport> ScanBus::remove(std::string_view uri) { return impl_->remove(uri); }
+
+void ScanBus::open(const HeadInfo& head) { impl_->open(head); }
 
 void ScanBus::write(const std::shared_ptr<const PolarScan>& scan) {
   const bool can_wait = impl_->can_wait(scan->head());
-  for (const auto& lane : impl_->lanes) {
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) {
     if (lane->needs().scans) lane->take(scan, can_wait);
   }
 }
@@ -190,7 +221,7 @@ void ScanBus::write(ScanSpan scans) {
 void ScanBus::write(const Frame& frame, std::string_view head) {
   std::shared_ptr<const Frame> copy;
   const Clock::time_point now = Clock::now();
-  for (const auto& lane : impl_->lanes) {
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) {
     if (!lane->is_frame_due(head, now)) continue;
     if (!copy) copy = std::make_shared<const Frame>(with_own_pixels(frame, head));
     lane->take(copy);
@@ -200,32 +231,34 @@ void ScanBus::write(const Frame& frame, std::string_view head) {
 void ScanBus::status(const ScannerStatus& status) {
   if (!impl_->is_status_due(status)) return;
   const auto shared = std::make_shared<const ScannerStatus>(status);
-  for (const auto& lane : impl_->lanes) {
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) {
     if (lane->needs().status) lane->take(shared);
   }
 }
 
 void ScanBus::event(const Event& event) {
   const auto shared = std::make_shared<const Event>(event);
-  for (const auto& lane : impl_->lanes) lane->take(shared);
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) lane->take(shared);
 }
 
 void ScanBus::finish() { impl_->finish(); }
 
 std::vector<SinkReport> ScanBus::sinks() const {
   std::vector<SinkReport> reports;
-  for (const auto& lane : impl_->lanes) reports.push_back(lane->report());
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes)
+    reports.push_back(lane->report());
   return reports;
 }
 
 bool ScanBus::is_any_open() const {
-  return std::any_of(impl_->lanes.begin(), impl_->lanes.end(), [](const auto& lane) {
+  const auto lanes = impl_->lanes();
+  return std::any_of(lanes->begin(), lanes->end(), [](const auto& lane) {
     return lane->report().state == SinkReport::State::kOpen;
   });
 }
 
 std::exception_ptr ScanBus::failure() const {
-  for (const auto& lane : impl_->lanes) {
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) {
     if (const std::exception_ptr failure = lane->failure()) return failure;
   }
   return nullptr;

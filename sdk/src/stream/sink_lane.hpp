@@ -36,6 +36,7 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   void take(std::shared_ptr<const ScannerStatus> status);
   void take(std::shared_ptr<const Event> event);
 
+  const std::string& uri() const noexcept { return uri_; }
   const SinkNeeds& needs() const noexcept { return needs_; }
   /// Whether the rate at which the sink wants frames of a head allows one now; it is then taken to
   /// get it.

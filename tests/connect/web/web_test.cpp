@@ -8,10 +8,12 @@
 
 #include <striper/core/error.hpp>
 
+#include "access.hpp"
 #include "client_outbox.hpp"
 #include "foxglove.hpp"
 #include "http_rules.hpp"
 #include "page.hpp"
+#include "parameter_json.hpp"
 #include "web_address.hpp"
 
 namespace striper::detail {
@@ -71,6 +73,81 @@ TEST(HttpRules, TakeTargetsApart) {
   EXPECT_EQ(Target("/").value("since"), "");
 }
 
+TEST(HttpRules, DecodeNames) {
+  EXPECT_EQ(decoded("a%2Fb%20c"), "a/b c");
+  EXPECT_EQ(decoded("100%"), "100%");
+  EXPECT_EQ(decoded("%g1%4"), "%g1%4");
+}
+
+TEST(Access, FindsTheSecretWhereverItIsShown) {
+  EXPECT_EQ((ShownToken{"Bearer abc", "striper_token=x", "y"}).text(), "abc");
+  EXPECT_EQ((ShownToken{"Basic abc", "a=b;  striper_token=x; c=d", "y"}).text(), "x");
+  EXPECT_EQ((ShownToken{"", "xstriper_token=x", "y"}).text(), "y");
+  EXPECT_EQ((ShownToken{"", ";;=;striper_token", ""}).text(), "");
+}
+
+TEST(Access, ComparesSecrets) {
+  EXPECT_TRUE(is_same_secret("abc", "abc"));
+  for (const char* other : {"", "ab", "abd", "abcabc", "abca"})
+    EXPECT_FALSE(is_same_secret(other, "abc")) << other;
+}
+
+TEST(Access, LimitsRates) {
+  using namespace std::chrono_literals;
+  RateLimit::Clock::time_point now{1h};
+  RateLimit limit(2.0, 3.0);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(limit.take(now));
+  EXPECT_FALSE(limit.take(now));
+  EXPECT_TRUE(limit.take(now += 500ms));
+  EXPECT_FALSE(limit.take(now));
+  WrongTokens wrong;
+  int taken = 0;
+  for (int i = 0; i < 100; ++i) taken += wrong.take("192.168.1.5", now) ? 1 : 0;
+  EXPECT_EQ(taken, 10);
+  EXPECT_TRUE(wrong.take("192.168.1.6", now));
+}
+
+TEST(ParameterJson, IsTheSameBackwards) {
+  for (const ParameterValue& value :
+       {ParameterValue(), ParameterValue(true), ParameterValue(2.5), ParameterValue("red"),
+        ParameterValue(std::vector<double>{1, 2})}) {
+    EXPECT_EQ(parameter_of("a", to_json(value)).value, value);
+  }
+  EXPECT_THROW(parameter_of("a", json::object()), Error);
+  EXPECT_THROW(parameter_of("a", json::parse(R"([1, "b"])")), Error);
+  EXPECT_THROW(parse_json(std::string(100, '[') + std::string(100, ']')), Error);
+}
+
+TEST(Foxglove, SaysParametersAndServices) {
+  const std::vector<Parameter> parameters = {{"/a/gain_db", 6.0}, {"/a/width", {}}};
+  EXPECT_EQ(json::parse(foxglove::parameter_values(parameters, "7")),
+            json::parse(R"({"op": "parameterValues", "id": "7", "parameters": [
+                {"name": "/a/gain_db", "value": 6.0, "type": "float64"},
+                {"name": "/a/width", "value": ""}]})"));
+  const std::vector<foxglove::Service> services = {{3, "/a/stop", "{}"}};
+  const json said = json::parse(foxglove::advertise(services));
+  EXPECT_EQ(said["services"][0]["name"], "/a/stop");
+  EXPECT_EQ(said["services"][0]["request"]["encoding"], "json");
+  EXPECT_THAT(foxglove::service_response(1, 2, "{}"),
+              ElementsAre(3, 1, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0, 'j', 's', 'o', 'n', '{', '}'));
+}
+
+TEST(Foxglove, ParametersAndCallsAreReadOrRefused) {
+  const auto request = foxglove::parse_request(
+      R"({"op": "setParameters", "id": "x", "parameters": [
+          {"name": "a", "value": 5}, {"name": "b"}, {"name": "c", "value": ""}]})");
+  ASSERT_EQ(request.parameters.size(), 3U);
+  EXPECT_EQ(request.id, "x");
+  EXPECT_EQ(request.parameters[0].value, ParameterValue(5.0));
+  EXPECT_EQ(request.parameters[1].value, ParameterValue());
+  EXPECT_EQ(request.parameters[2].value, ParameterValue());
+  const std::string call("\2\1\0\0\0\2\0\0\0\4\0\0\0json{}", 19);
+  EXPECT_EQ(foxglove::parse_call(call).call, 2U);
+  EXPECT_EQ(foxglove::parse_call(call).payload, "{}");
+  for (std::size_t size = 0; size < 17; ++size)
+    EXPECT_THROW(foxglove::parse_call(std::string_view(call).substr(0, size)), Error) << size;
+}
+
 TEST(Foxglove, ChoosesTheFirstSubprotocolThatIsKnown) {
   using foxglove::choose_subprotocol;
   EXPECT_EQ(choose_subprotocol("foxglove.websocket.v1"), "foxglove.websocket.v1");
@@ -107,14 +184,19 @@ TEST(Foxglove, RequestsAreReadOrRefused) {
   EXPECT_THAT(
       foxglove::parse_request(R"({"op": "unsubscribe", "subscriptionIds": [5]})").unsubscribed_ids,
       ElementsAre(5));
-  EXPECT_EQ(foxglove::parse_request(R"({"op": "getParameters"})").op, "getParameters");
+  EXPECT_EQ(foxglove::parse_request(R"({"op": "fly"})").op, "fly");
   for (const char* text :
        {"", "x", "[]", "{}", "1", R"({"op": 1})", R"({"op": "subscribe"})",
         R"({"op": "subscribe", "subscriptions": 1})",
         R"({"op": "subscribe", "subscriptions": [1]})",
         R"({"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 2}]})",
         R"({"op": "subscribe", "subscriptions": [{"id": 4294967296, "channelId": 2}]})",
-        R"({"op": "unsubscribe", "subscriptionIds": ["a"]})"}) {
+        R"({"op": "unsubscribe", "subscriptionIds": ["a"]})", R"({"op": "getParameters"})",
+        R"({"op": "getParameters", "parameterNames": [1]})",
+        R"({"op": "getParameters", "parameterNames": [], "id": 1})",
+        R"({"op": "setParameters", "parameters": [{"value": 1}]})",
+        R"({"op": "setParameters", "parameters": [{"name": "a", "value": {}}]})",
+        R"({"op": [[[[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]]]]})"}) {
     EXPECT_THROW(foxglove::parse_request(text), Error) << text;
   }
 }
@@ -143,9 +225,9 @@ TEST(ClientOutbox, KeepsTheNewestTwoOfEachTopicInTurn) {
 
 TEST(ClientOutbox, BoundsTexts) {
   ClientOutbox outbox;
-  for (std::size_t i = 0; i < ClientOutbox::kMostTexts; ++i) EXPECT_TRUE(outbox.add_text("a"));
-  EXPECT_FALSE(outbox.add_text("b"));
-  EXPECT_EQ(outbox.take_text(), "a");
+  for (std::size_t i = 0; i < ClientOutbox::kMostTexts; ++i) EXPECT_TRUE(outbox.add_text({"a"}));
+  EXPECT_FALSE(outbox.add_text({"b"}));
+  EXPECT_EQ(outbox.take_text()->bytes, "a");
 }
 
 TEST(PageFiles, AreThoseOfThePageAndNoOthers) {

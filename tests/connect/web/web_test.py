@@ -94,6 +94,7 @@ class Viewer:
     def __init__(self, port, **options):
         self.socket = Socket(port, **options)
         self.channels, self.topics, self.messages, self.statuses = {}, {}, {}, []
+        self.services, self.parameters, self.calls = {}, [], []
         self.info = None
 
     def hear(self, seconds, until=lambda: False):
@@ -106,6 +107,8 @@ class Viewer:
                 break
             if opcode == 1:
                 self.obey(json.loads(data))
+            elif opcode == 2 and data[0] == 3:
+                self.calls.append(service_answer(data))
             elif opcode == 2:
                 kind, subscription, stamp = struct.unpack_from("<BIQ", data)
                 if kind == 1:
@@ -120,8 +123,26 @@ class Viewer:
         elif message["op"] == "advertise":
             for channel in message["channels"]:
                 self.channels[channel["topic"]] = channel
+        elif message["op"] == "advertiseServices":
+            self.services.update({one["name"]: one["id"] for one in message["services"]})
+        elif message["op"] == "parameterValues":
+            self.parameters.append((message.get("id"), {one["name"]: one["value"] for one in message["parameters"]}))
+        elif message["op"] == "serviceCallFailure":
+            self.calls.append((message["callId"], message["message"]))
         else:
             self.statuses.append(message)
+
+    def call(self, name, request=b"{}"):
+        """What a service answers: its JSON, or why it failed."""
+        number = len(self.calls)
+        self.socket.send(struct.pack("<BIII", 2, self.services[name], number, 4) + b"json" + request, 2)
+        self.hear(10, lambda: len(self.calls) > number)
+        self.assert_is(self.calls[number][0], number)
+        return self.calls[number][1]
+
+    @staticmethod
+    def assert_is(a, b):
+        assert a == b, (a, b)
 
     def subscribe(self, *topics):
         self.hear(10, lambda: all(topic in self.channels for topic in topics))
@@ -130,6 +151,13 @@ class Viewer:
         self.socket.say(op="subscribe", subscriptions=[{"id": i, "channelId": self.channels[topic]["id"]}
                                                        for i, topic in fresh.items()])
         return self
+
+
+def service_answer(data):
+    """Call's number and JSON of a service's answer."""
+    _, _, call, size = struct.unpack_from("<BIII", data)
+    assert data[13:13 + size] == b"json"
+    return call, json.loads(data[13 + size:])
 
 
 def cloud(data):
@@ -174,7 +202,8 @@ class Served(InScratch):
         self.server = subprocess.Popen(
             [STRIPER, "serve", f"sim:{self.scene}?realtime=yes&fps={fps}", "-m", self.model, "--to", to,
              "--to", "csv:" + self.path("a.csv") + "?missing=yes&doubtful=yes", *options],
-            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            env={**os.environ, "STATE_DIRECTORY": self.path("state")})
         self.addCleanup(self.end)
         self.log = []
         self.port = None
@@ -206,9 +235,9 @@ class Served(InScratch):
         self.server.stderr.close()
         return "".join(self.log)
 
-    def get(self, path, method="GET", headers=None):
+    def get(self, path, method="GET", headers=None, body=None):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=15)
-        connection.request(method, path, headers=headers or {})
+        connection.request(method, path, headers=headers or {}, body=body)
         answer = connection.getresponse()
         body = answer.read().decode()
         connection.close()
@@ -345,6 +374,166 @@ class Asked(Served):
         code, body, _ = self.get("/readyz")
         self.assertEqual(code, 503)
         self.assertRegex(json.loads(body)["reasons"][0], r"^striper: no scan (yet|for [\d.]+ s)")
+
+
+class Changes(Served):
+    """Who has the secret changes parameters and gives commands; who has not may switch lasers off, and no more."""
+
+    HEAD = "/api/v1/heads/striper/"
+
+    def setUp(self):
+        super().setUp()
+        self.wait_until_ready()
+        with open(self.path("state", "token"), encoding="ascii") as file:
+            self.token = file.read().strip()
+        self.right = {"Authorization": "Bearer " + self.token}
+
+    def parameters(self):
+        return json.loads(self.get(self.HEAD + "parameters")[1])
+
+    def put(self, headers=None, **values):
+        code, body, _ = self.get(self.HEAD + "parameters", "PUT", headers, json.dumps(values))
+        return code, json.loads(body)
+
+    def post(self, command, headers=None, body=None):
+        code, body, _ = self.get(self.HEAD + command, "POST", headers, body)
+        return code, json.loads(body)
+
+    def test_the_secret_is_made_for_its_owner_alone_and_its_path_is_said(self):
+        self.assertEqual(os.stat(self.path("state", "token")).st_mode & 0o777, 0o600)
+        self.assertEqual(len(self.token), 64)
+        self.assertIn(self.path("state", "token"), "".join(self.log))
+        self.assertNotIn(self.token, "".join(self.log))
+        self.end()
+        os.chmod(self.path("state", "token"), 0o644)
+        done = striper("serve", "sim:" + self.scene, "-m", self.model, "--to", "web:0", "--token", self.path("state", "token"), code=1)
+        self.assertIn("others may read it: chmod 600", done.stderr)
+
+    def test_parameters_need_the_secret(self):
+        before = self.parameters()
+        self.assertEqual((before["laser"], before["method"], before["threshold"]), (True, "refined", None))
+        self.assertEqual(self.put(exposure_us=50)[0], 401)
+        self.assertEqual(self.put({"Authorization": "Bearer " + "0" * 64}, exposure_us=50)[0], 401)
+        self.assertEqual(self.parameters(), before)
+        code, now = self.put(self.right, exposure_us=50, threshold=40)
+        self.assertEqual((code, now["exposure_us"], now["threshold"]), (200, 50, 40))
+        self.assertEqual(self.put(self.right, threshold=None)[1]["threshold"], None)
+        for values, why in (({"exposure_us": -1}, "expected"), ({"method": "magic"}, "magic"), ({"fly": 1}, "fly"), ({"threshold": 1e6}, "threshold"),
+                            ({"exposure_us": "x"}, "exposure_us")):
+            code, answer = self.put(self.right, **values)
+            self.assertEqual(code, 400, values)
+            self.assertIn(why, answer["error"])
+        self.assertEqual(self.get("/api/v1/heads/other/parameters")[0], 404)
+        self.assertIn("exposure_us is 50 now", "".join(self.log))
+
+    def test_lasers_go_off_for_everybody_and_on_for_nobody(self):
+        self.assertEqual(self.post("lasers_on")[0], 401)
+        self.assertEqual(self.post("lasers_off"), (200, {"message": "lasers off"}))
+        self.assertIs(self.parameters()["laser"], False)
+        for code, answer in (self.post("lasers_on", self.right), self.put(self.right, laser=True)):
+            self.assertEqual(code, 403)
+            self.assertIn("--allow-lasers-on", answer["error"])
+        self.assertIs(self.parameters()["laser"], False)
+        self.end()
+        self.start("--allow-lasers-on")
+        self.wait_until_ready()
+        self.assertEqual(self.post("lasers_off")[0], 200)
+        self.assertEqual(self.post("lasers_on")[0], 401)
+        self.assertEqual(self.post("lasers_on", self.right)[0], 200)
+        self.assertIs(self.parameters()["laser"], True)
+
+    def test_start_and_stop(self):
+        self.assertEqual(self.post("stop")[0], 401)
+        self.assertEqual(self.post("stop", self.right)[0], 200)
+        end = time.monotonic() + 10
+        while self.get("/readyz")[0] == 200 and time.monotonic() < end:
+            time.sleep(0.1)
+        self.assertIn("paused", self.get("/readyz")[1])
+        self.assertEqual(self.post("start", self.right)[0], 403)  # It would light the laser.
+        self.end()
+        self.start("--allow-lasers-on")
+        self.wait_until_ready()
+        self.post("stop", self.right)
+        time.sleep(2)
+        self.assertEqual(self.get("/readyz")[0], 503)
+        self.assertEqual(self.post("start", self.right)[0], 200)
+        self.wait_until_ready()
+
+    def test_recordings(self):
+        self.assertEqual(self.post("record", body='{"seconds": 1}')[0], 401)
+        for body in (None, '{"seconds": -1}', '{"seconds": "x"}', "[]", "x"):
+            self.assertEqual(self.post("record", self.right, body)[0], 400, body)
+        self.assertEqual(self.post("record", self.right, '{"seconds": 1}')[0], 200)
+        self.assertEqual(self.post("record", self.right, '{"seconds": 1}')[0], 403)
+        end = time.monotonic() + 10
+        while "recording_made" not in "".join(self.log) and time.monotonic() < end:
+            time.sleep(0.1)
+        (made,) = json.loads(self.get("/api/v1/recordings")[1])
+        self.assertRegex(made["name"], r"^striper-\d{8}T\d{6}Z\.mcap$")
+        info = striper("info", self.path("state", "recordings", made["name"]), "--json").stdout
+        self.assertIn("image_raw", info)
+
+    def test_the_cookie_of_a_login_is_the_secret(self):
+        code, _, _ = self.get("/api/v1/login", "POST", body='{"token": "wrong"}')
+        self.assertEqual(code, 401)
+        code, _, headers = self.get("/api/v1/login", "POST", body=json.dumps({"token": self.token}))
+        self.assertEqual(code, 200)
+        cookie = headers["Set-Cookie"]
+        self.assertIn("HttpOnly", cookie)
+        self.assertIn("SameSite=Strict", cookie)
+        self.assertEqual(self.put({"Cookie": cookie.split(";")[0]}, gain_db=6)[1]["gain_db"], 6)
+        self.assertEqual(self.get("/api/v1/status", headers={"Cookie": "striper_token=old"})[0], 200)
+        foreign = {"Cookie": cookie.split(";")[0], "Origin": "http://evil.example"}
+        self.assertEqual(self.get(self.HEAD + "parameters", "PUT", foreign, "{}")[0], 403)
+
+    def test_wrong_secrets_are_few(self):
+        codes = [self.get("/api/v1/status", headers={"Authorization": "Bearer x"})[0] for _ in range(14)]
+        self.assertEqual((codes[0], codes[-1]), (401, 429))
+        self.assertEqual(self.get("/readyz")[0], 200)
+        self.assertIn("showed a wrong secret", "".join(self.log))
+
+    def test_the_model_is_there(self):
+        code, text, headers = self.get("/api/v1/model?head=striper")
+        self.assertEqual((code, headers["Content-Type"]), (200, "application/yaml"))
+        self.assertIn("lasers:", text)
+        self.assertEqual(self.get("/api/v1/model?head=other")[0], 404)
+
+    def test_foxglove_parameters_with_and_without_the_secret(self):
+        reader, writer = Viewer(self.port), Viewer(self.port, path="/?token=" + self.token)
+        self.assertIn("401", Socket(self.port, path="/?token=wrong").answer.split("\r\n")[0])
+        reader.socket.say(op="subscribeParameterUpdates", parameterNames=["/striper/exposure_us"])
+        reader.hear(5, lambda: reader.parameters)
+        reader.socket.say(op="setParameters", parameters=[{"name": "/striper/exposure_us", "value": 70}], id="a")
+        reader.hear(5, lambda: reader.statuses)
+        self.assertIn("needs the secret", reader.statuses[0]["message"])
+        writer.socket.say(op="setParameters", parameters=[{"name": "/striper/exposure_us", "value": 60}], id="b")
+        writer.hear(5, lambda: writer.parameters)
+        ((answered, values),) = writer.parameters
+        self.assertEqual((answered, list(values)), ("b", ["/striper/exposure_us"]))
+        self.assertAlmostEqual(values["/striper/exposure_us"], 60)
+        reader.hear(5, lambda: len(reader.parameters) > 1)
+        self.assertEqual(reader.parameters[1], (None, values))
+        reader.socket.say(op="getParameters", parameterNames=[], id="all")
+        reader.hear(5, lambda: len(reader.parameters) > 2)
+        self.assertIn("/striper/method", reader.parameters[2][1])
+        writer.socket.say(op="setParameters", parameters=[{"name": "/striper/exposure_us", "value": -1}, {"name": "/other/x", "value": 1}])
+        writer.hear(5, lambda: writer.statuses)
+        self.assertIn("exposure_us=-1", writer.statuses[0]["message"])
+        self.assertIn("/other/x", writer.statuses[0]["message"])
+
+    def test_foxglove_services(self):
+        reader, writer = Viewer(self.port), Viewer(self.port, path="/?token=" + self.token)
+        for one in (reader, writer):
+            one.hear(5, lambda one=one: one.services)
+        self.assertEqual(set(writer.services), {"/striper/" + word for word in ("start", "stop", "lasers_off", "lasers_on", "record")})
+        self.assertIn("secret", reader.call("/striper/stop"))
+        self.assertEqual(reader.call("/striper/lasers_off"), {"message": "lasers off"})
+        self.assertIn("--allow-lasers-on", writer.call("/striper/lasers_on"))
+        self.assertIn("seconds", writer.call("/striper/record"))
+        self.assertEqual(writer.call("/striper/stop"), {"message": "stopped"})
+        writer.socket.send(b"\2\1", 2)
+        writer.hear(5, lambda: writer.statuses)
+        self.assertIn("cut off", writer.statuses[0]["message"])
 
 
 class Strangers(Served):

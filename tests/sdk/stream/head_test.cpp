@@ -71,6 +71,15 @@ class FakeSource : public FrameSource {
     return statistics;
   }
 
+  Controls& controls() override { return controls_; }
+
+  /// Has a control `laser`, whose state is kept elsewhere, since sources come and go.
+  void set_laser(double& is_on) {
+    const auto read = [&is_on] { return ControlState{{is_on}, {0.0}, {1.0}}; };
+    const auto write = [&is_on](const ControlValue& value) { is_on = value[0]; };
+    controls_ = Controls("fake", {{"laser", ControlType::kSwitch, "", read, write}});
+  }
+
   /// A number that is not 1 has pictures missing between those that come.
   void set_numbers_apart(std::uint64_t numbers) { numbers_apart_ = numbers; }
 
@@ -81,6 +90,7 @@ class FakeSource : public FrameSource {
   bool is_live_;
   std::uint64_t given_ = 0;
   std::uint64_t numbers_apart_ = 1;
+  Controls controls_;
   Frame frame_ = picture_of_wall();
 };
 
@@ -247,6 +257,62 @@ TEST_F(HeadTest, TakesUpANewModelOrKeepsTheOldOne) {
   head.request_stop();
   head.wait();
   EXPECT_THAT(said_, ElementsAre("source_opened", "model_refused", "model_reloaded"));
+}
+
+// The laser stays off when the source is opened again, as a camera does that was lost.
+TEST_F(HeadTest, PausesAndKeepsWhatWasSet) {
+  double is_on = 1.0;
+  open_ = [&] {
+    is_on = 1.0;
+    auto source = std::make_unique<FakeSource>(FakeSource::kSilent, true);
+    source->set_laser(is_on);
+    return source;
+  };
+  Head head(parts_, options_, bus_);
+  EXPECT_EQ(testing::error_of([&] { head.controls(); }).kind(), ErrorKind::kDevice);
+  head.start();
+  wait_until_said(1);
+  EXPECT_EQ(head.controls().at(0).name, "laser");
+  head.switch_lasers(false);
+  EXPECT_EQ(is_on, 0.0);
+  EXPECT_EQ(testing::error_of([&] { head.set_control("gain_db", {1.0}); }).kind(),
+            ErrorKind::kUsage);
+  head.pause();
+  wait_until_said(2);
+  for (int i = 0; i < 100 && head.health().state != HeadHealth::State::kPaused; ++i)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(to_string(head.health().state), "paused");
+  EXPECT_THROW(head.set_control("laser", {1.0}), Error);
+  head.resume();
+  wait_until_said(3);
+  EXPECT_EQ(head.controls().at(0).state.value, ControlValue{0.0});
+  EXPECT_EQ(head.set_control("laser", {1.0}).state.value, ControlValue{1.0});
+  head.request_stop();
+  head.wait();
+  EXPECT_THAT(said_, ElementsAre("source_opened", "source_paused", "source_opened"));
+}
+
+TEST_F(HeadTest, LasersThatCannotBeSwitchedAreSaid) {
+  open_ = [] { return camera(FakeSource::kSilent); };
+  Head head(parts_, options_, bus_);
+  head.switch_lasers(false);  // Kept for the source to come, which refuses.
+  head.start();
+  wait_until_said(2);
+  EXPECT_EQ(testing::error_of([&] { head.switch_lasers(false); }).kind(), ErrorKind::kUsage);
+  head.request_stop();
+  head.wait();
+  EXPECT_THAT(said_, ElementsAre("control_refused", "source_opened"));
+}
+
+TEST_F(HeadTest, StopsWhileItIsPaused) {
+  open_ = [] { return camera(FakeSource::kSilent); };
+  Head head(parts_, options_, bus_);
+  head.pause();
+  head.start();
+  wait_until_said(1);
+  head.request_stop();
+  EXPECT_TRUE(head.wait().interrupted);
+  EXPECT_THAT(said_, ElementsAre("source_paused"));
 }
 
 // At once, and then what came since as one: of a camera, since a file's numbers are its own.

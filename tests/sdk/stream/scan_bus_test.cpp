@@ -85,6 +85,41 @@ TEST(ScanBus, EverySinkGetsEveryScanInOrder) {
   }
 }
 
+// A recording that somebody asks for while a head runs.
+TEST(ScanBus, SinksComeAndGoWhileScansFlow) {
+  int opened = 0;
+  std::vector<std::uint64_t> seen;
+  class Late : public SinkThat {
+   public:
+    Late(int& opened, Action action) : SinkThat(std::move(action)), opened_(opened) {}
+    void open(const HeadInfo& /*head*/) override { ++opened_; }
+
+   private:
+    int& opened_;
+  };
+  ScanBus bus;
+  std::uint64_t kept = 0;
+  bus.add("stays", std::make_unique<SinkThat>([&](const PolarScan&) { ++kept; }));
+  bus.open({});
+  const auto scans = made_scans(90);
+  for (int i = 0; i < 30; ++i) bus.write(scans[static_cast<std::size_t>(i)]);
+  bus.add("late", std::make_unique<Late>(
+                      opened, [&](const PolarScan& scan) { seen.push_back(scan.sequence); }));
+  for (int i = 30; i < 60; ++i) bus.write(scans[static_cast<std::size_t>(i)]);
+  EXPECT_TRUE(bus.remove("nobody").empty());
+  const auto reports = bus.remove("late");
+  for (int i = 60; i < 90; ++i) bus.write(scans[static_cast<std::size_t>(i)]);
+  bus.finish();
+  EXPECT_EQ(opened, 1);
+  ASSERT_EQ(reports.size(), 1U);
+  EXPECT_EQ(reports[0].state, SinkReport::State::kFinished);
+  EXPECT_EQ(reports[0].written, 30U);
+  ASSERT_EQ(seen.size(), 30U);
+  EXPECT_EQ(seen.front(), scans[30]->sequence);
+  EXPECT_EQ(kept, 90U);
+  EXPECT_EQ(bus.sinks().size(), 1U);
+}
+
 TEST(ScanBus, SourceThatCanWaitWaitsForALosslessSink) {
   ScanBus bus;
   bus.add("slow",

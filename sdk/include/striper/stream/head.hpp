@@ -6,7 +6,9 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include <striper/core/controls.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/stream/frame_reader.hpp>
 #include <striper/stream/scan_bus.hpp>
@@ -50,6 +52,7 @@ struct HeadHealth {
     kWaiting,    ///< For its source.
     kStreaming,  ///< Frames come.
     kSilent,     ///< The source is open and has given nothing for a second.
+    kPaused,     ///< The source is closed, as `pause` wanted.
     kEnded,
   };
 
@@ -60,14 +63,15 @@ struct HeadHealth {
   std::chrono::steady_clock::time_point time;  ///< When the head last knew how it is.
 };
 
-/// `waiting`, `streaming`, `silent` or `ended`.
+/// `waiting`, `streaming`, `silent`, `paused` or `ended`.
 std::string_view to_string(HeadHealth::State state) noexcept;
 
 /// A source and its scanner: reads frames, scans them and gives the scans, frames and status to a
 /// bus. The bus hears of the head with its first frame, so that no file gives way to nothing.
 ///
 /// Threads: `run` works on the caller's thread, `start` on one of the head's own; everything else
-/// may be called from any thread, `request_stop` and `reload` from a signal handler too.
+/// may be called from any thread, what is noexcept from a signal handler too. What asks the source
+/// takes as long as its camera takes to answer.
 class Head {
  public:
   /// @param bus outlives the head.
@@ -92,6 +96,22 @@ class Head {
   /// Makes the scanner anew before the next frame: model_reloaded, or model_refused and the old one
   /// goes on.
   void reload() noexcept;
+  /// The same for other options: it is silent where that works.
+  void remake_scanner() noexcept;
+
+  /// Closes the source, and with it the lasers that it fires, until `resume`, which opens it again:
+  /// a file from its start.
+  void pause() noexcept;
+  void resume() noexcept;
+
+  /// The controls of the source that is open. @throws Error{kDevice} where none is; as `Controls`.
+  std::vector<Control> controls() const;
+  /// Sets one and reads it back. A source that is opened later gets the same value: control_refused
+  /// where it does not take it. @throws as `controls`, and as `Controls::set`.
+  Control set_control(std::string_view name, const ControlValue& value);
+  /// Sets the control `laser`; also for a source that is opened later, where none is open.
+  /// @throws Error{kUsage} where the source has no such control.
+  void switch_lasers(bool are_on);
 
   HeadHealth health() const;
 

@@ -49,8 +49,8 @@ std::string_view to_string(SinkReport::State state) noexcept;
 /// holds up another: see Delivery. One that throws or does not return is closed with the event
 /// sink_failed or disk_full; losses are said with sink_slow, when they begin and in all.
 ///
-/// Threads: `add` first; then everything may be called from any thread. Only `write` of a scan from
-/// a source that can wait ever waits, and never longer than `stuck_after` for one that is stuck.
+/// Threads: everything may be called from any thread. Only `write` of a scan from a source that can
+/// wait ever waits, and never longer than `stuck_after` for one that is stuck.
 /// Nothing is allocated per scan in steady state.
 class ScanBus {
  public:
@@ -60,8 +60,12 @@ class ScanBus {
   ScanBus& operator=(const ScanBus&) = delete;
   ~ScanBus();  ///< Finishes.
 
-  /// Adds a sink. @param uri what it is called in events and reports.
+  /// Adds a sink, which hears of the heads that are open at once.
+  /// @param uri what it is called in events and reports.
   void add(std::string uri, std::unique_ptr<ScanSink> sink);
+  /// Takes sinks of that name away again: writes what is queued for them, finishes them and waits
+  /// for that. @return how they were; `failure` tells no more of them.
+  std::vector<SinkReport> remove(std::string_view uri);
 
   void open(const HeadInfo& head);
   void write(const std::shared_ptr<const PolarScan>& scan);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include <striper/stream/head.hpp>
@@ -18,11 +21,49 @@ struct ServedHead {
   HeadHealth health;
 };
 
+/// A value as people write it: none, a switch, a number, a word, several numbers.
+using ParameterValue = std::variant<std::monostate, bool, double, std::string, std::vector<double>>;
+
+/// What can be read of a head, and mostly set while it runs: a control of its source or an option
+/// of its scanner.
+struct Parameter {
+  std::string name;  ///< Within the head: `exposure_us`, `threshold`.
+  ParameterValue value;
+};
+
+/// What a head can be told.
+enum class HeadCommand {
+  kStart,      ///< Open the source again.
+  kStop,       ///< Close it.
+  kLasersOff,  ///< Until kLasersOn, whatever is opened again.
+  kLasersOn,
+  kRecord,  ///< Frames and scans, to a file of their own.
+};
+
+struct RecordingFile {
+  std::string name;
+  std::uint64_t bytes = 0;
+  double time_s = 0.0;  ///< When it was last written, UTC.
+};
+
 /// What a sink may ask of the program that it works for, for people who ask the sink. Thread-safe;
 /// to be asked until the sink's `finish` returns. Empty where the program does not tell.
 struct SinkServices {
   std::function<std::vector<ServedHead>()> heads;
   std::function<std::vector<SinkReport>()> sinks;
+  std::function<std::vector<RecordingFile>()> recordings;
+
+  // What follows takes as long as a camera takes to answer. @throws Error{kNotFound} for a head
+  // that is not there, Error{kDevice}; Error{kUsage}, {kBadValue} for what cannot be,
+  // {kUnsupported} for what is not allowed.
+  std::function<std::vector<Parameter>(std::string_view head)> parameters;
+  std::function<void(std::string_view head, const Parameter& wanted)> set_parameter;
+  /// @param seconds of kRecord. @return what came of it, as a sentence.
+  std::function<std::string(std::string_view head, HeadCommand command, double seconds)> command;
+
+  /// The secret that whoever changes something has to show; empty: nobody may. Made when first
+  /// asked for.
+  std::function<std::string()> token;
 };
 
 }  // namespace striper

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <striper/stream/head.hpp>
+#include <striper/stream/sink_services.hpp>
+
+#include "serve/head_recorder.hpp"
+#include "serve/scanner_settings.hpp"
+
+namespace striper::program {
+
+/// Takes what people want of a head to where it is done. What may light a laser is refused unless
+/// the program was told to allow it, whoever asks. Thread-safe.
+class HeadDesk {
+ public:
+  /// All outlive the desk.
+  struct Behind {
+    Head& head;
+    ScannerSettings& settings;
+    HeadRecorder& recorder;
+    EventPort events;
+  };
+
+  HeadDesk(std::string name, const Behind& behind, bool may_switch_lasers_on);
+
+  /// @throws Error{kNotFound} for another head's name, as all of these.
+  std::vector<Parameter> parameters(std::string_view head) const;
+  /// @throws as `Head::set_control` and `ScannerSettings::set`; Error{kNotFound} for a name that
+  ///         nothing has, Error{kUnsupported} for what is not allowed.
+  void set(std::string_view head, const Parameter& wanted);
+  /// @throws as `Head::switch_lasers` and `HeadRecorder::begin`; Error{kUnsupported} for what is
+  ///         not allowed.
+  std::string command(std::string_view head, HeadCommand command, double seconds);
+
+ private:
+  void check_head(std::string_view head) const;
+  void check_lasers_on(std::string_view what) const;
+  bool fires_lasers() const;
+  void start();
+  void stop();
+  void note(const std::string& what) const;
+
+  const std::string name_;
+  const Behind behind_;
+  const bool may_switch_lasers_on_;
+  std::atomic<bool> is_stopped_ = false;
+  std::atomic<bool> fired_lasers_ = true;  // The source, when it was stopped.
+};
+
+}  // namespace striper::program

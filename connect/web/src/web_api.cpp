@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "web_api.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <striper/core/error.hpp>
+#include <striper/model/model_yaml.hpp>
+
+#include "access.hpp"
+#include "http_rules.hpp"
+#include "page.hpp"
+#include "parameter_json.hpp"
+
+namespace striper::detail {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kHeads = "/api/v1/heads/";
+constexpr const char* kText = "text/plain; charset=utf-8";
+
+/// A command, as it stands in addresses and services.
+struct CommandWord {
+  std::string_view word;
+  HeadCommand command;
+  bool needs_token;
+  const char* request_schema;
+};
+
+constexpr const char* kNothing = R"({"type":"object","properties":{}})";
+constexpr CommandWord kCommands[] = {
+    {"start", HeadCommand::kStart, true, kNothing},
+    {"stop", HeadCommand::kStop, true, kNothing},
+    {"lasers_off", HeadCommand::kLasersOff, false, kNothing},
+    {"lasers_on", HeadCommand::kLasersOn, true, kNothing},
+    {"record", HeadCommand::kRecord, true,
+     R"({"type":"object","properties":{"seconds":{"type":"number"}}})"},
+};
+
+const CommandWord* find_command(std::string_view word) {
+  const auto* const found = std::find_if(std::begin(kCommands), std::end(kCommands),
+                                         [&](const CommandWord& one) { return one.word == word; });
+  return found == std::end(kCommands) ? nullptr : found;
+}
+
+std::uint64_t number(std::string_view text) {
+  std::uint64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+HttpAnswer failure(unsigned status, std::string_view why) {
+  HttpAnswer answer;
+  answer.status = status;
+  answer.body = dump_json({{"error", why}}) + "\n";
+  return answer;
+}
+
+HttpAnswer needs_token() {
+  return failure(401, "changing something needs the secret: Authorization: Bearer T, or log in");
+}
+
+HttpAnswer not_allowed(const char* methods) {
+  HttpAnswer answer = failure(405, fmt::format("{} are answered here", methods));
+  answer.allow = methods;
+  return answer;
+}
+
+unsigned status_of(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::kNotFound:
+      return 404;
+    case ErrorKind::kUsage:
+    case ErrorKind::kBadValue:
+      return 400;
+    case ErrorKind::kUnsupported:
+      return 403;
+    case ErrorKind::kDevice:
+      return 503;
+    default:
+      return 500;
+  }
+}
+
+HttpAnswer done(const json& body) {
+  HttpAnswer answer;
+  answer.body = dump_json(body) + "\n";
+  return answer;
+}
+
+std::string slashed(std::string_view head, std::string_view name) {
+  return fmt::format("/{}/{}", head, name);
+}
+
+// An empty body is an empty object.
+json object_of(const HttpAsk& ask) {
+  json made = ask.body.empty() ? json::object() : parse_json(ask.body);
+  if (!made.is_object()) throw Error(ErrorKind::kBadValue, "an object of JSON is expected");
+  return made;
+}
+
+double seconds_of(const json& request) {
+  const auto found = request.find("seconds");
+  const bool is_there = found != request.end() && found->is_number();
+  if (is_there) return found->get<double>();
+  throw Error(ErrorKind::kBadValue, R"(how long is said as {"seconds": 10})");
+}
+
+json object_of(const std::vector<Parameter>& parameters) {
+  json all = json::object();
+  for (const Parameter& one : parameters) all[one.name] = to_json(one.value);
+  return all;
+}
+
+template <typename Call>
+auto& required(Call& call) {
+  if (call) return call;
+  throw Error(ErrorKind::kUnsupported, "this program takes no commands");
+}
+
+}  // namespace
+
+WebApi::WebApi(const HeadWatch& watch, std::function<WebCounts()> counts)
+    : watch_(watch), counts_(std::move(counts)) {}
+
+void WebApi::set_services(const SinkServices& services) {
+  const std::string token = services.token ? services.token() : std::string();
+  const std::lock_guard lock(mutex_);
+  services_ = services;
+  token_ = token;
+}
+
+void WebApi::set_events(const EventPort& events) {
+  const std::lock_guard lock(mutex_);
+  events_ = events;
+}
+
+void WebApi::see(const HeadInfo& head) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(opened_, [&](const HeadInfo& other) { return other.head == head.head; });
+  opened_.push_back(head);
+}
+
+SinkServices WebApi::asked() const {
+  const std::lock_guard lock(mutex_);
+  return services_;
+}
+
+std::string WebApi::token() const {
+  const std::lock_guard lock(mutex_);
+  return token_;
+}
+
+void WebApi::note_refusal(const std::string& address) {
+  EventPort events;
+  {
+    const std::lock_guard lock(mutex_);
+    events = events_;
+  }
+  events.send({"command_refused", fmt::format("{} showed a wrong secret", address)});
+}
+
+std::vector<std::string> WebApi::heads() const {
+  std::vector<std::string> names;
+  const SinkServices services = asked();
+  if (!services.heads) return names;
+  for (const ServedHead& one : services.heads()) names.push_back(one.name);
+  return names;
+}
+
+bool WebApi::is_slow(const HttpAsk& ask) const { return ask.target.starts_with(kHeads); }
+
+HttpAnswer WebApi::answer(const HttpAsk& ask) {
+  try {
+    if (ask.target.starts_with(kHeads)) return answer_of_head(ask);
+    return ask.method == "GET" || ask.method == "HEAD" ? look(ask) : change(ask);
+  } catch (const Error& error) {
+    return failure(status_of(error.kind()), error.what());
+  } catch (const std::exception& error) {
+    return failure(500, error.what());
+  }
+}
+
+HttpAnswer WebApi::look(const HttpAsk& ask) {
+  const Target target(ask.target);
+  HttpAnswer answer;
+  if (target.path == "/healthz") {
+    answer.type = kText;
+    answer.body = "alive\n";
+  } else if (target.path == "/readyz") {
+    answer = watch_.readiness();
+  } else if (target.path == "/metrics") {
+    answer.type = "text/plain; version=0.0.4; charset=utf-8";
+    answer.body = watch_.metrics(counts_());
+  } else if (target.path == "/api/v1/status") {
+    answer.body = watch_.status_json();
+  } else if (target.path == "/api/v1/events") {
+    answer.body = watch_.events_json(number(target.value("since")));
+  } else if (target.path == "/api/v1/model") {
+    answer = model(decoded(target.value("head")));
+  } else if (target.path == "/api/v1/recordings") {
+    answer = recordings();
+  } else if (const PageFile* const file = find_page_file(target.path)) {
+    answer.type = file->type;
+    answer.body = file->content;
+  } else {
+    answer = failure(404, "there is nothing here");
+  }
+  return answer;
+}
+
+HttpAnswer WebApi::change(const HttpAsk& ask) {
+  const Target target(ask.target);
+  if (target.path != "/api/v1/login") {
+    const unsigned status = look({"GET", ask.target, {}, false}).status;
+    return status == 404 ? failure(404, "there is nothing here") : not_allowed("GET, HEAD");
+  }
+  return ask.method == "POST" ? login(ask) : not_allowed("POST");
+}
+
+HttpAnswer WebApi::login(const HttpAsk& ask) const {
+  const json request = object_of(ask);
+  const auto shown = request.find("token");
+  const std::string right = token();
+  const bool is_right = shown != request.end() && shown->is_string() && !right.empty() &&
+                        is_same_secret(shown->get_ref<const std::string&>(), right);
+  if (!is_right) return failure(401, "this is not the secret");
+  HttpAnswer answer = done(json::object());
+  answer.cookie = fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/", kTokenCookie, right);
+  return answer;
+}
+
+HttpAnswer WebApi::model(const std::string& head) const {
+  const std::lock_guard lock(mutex_);
+  for (const HeadInfo& one : opened_) {
+    const bool is_meant = head.empty() || one.head == head;
+    if (!is_meant || !one.model) continue;
+    HttpAnswer answer;
+    answer.type = "application/yaml";
+    answer.body = format_model(*one.model);
+    return answer;
+  }
+  return failure(404, fmt::format("there is no head '{}' that has a model, yet", head));
+}
+
+HttpAnswer WebApi::recordings() const {
+  const SinkServices services = asked();
+  json all = json::array();
+  for (const RecordingFile& one : required(services.recordings)()) {
+    all.push_back({{"name", one.name}, {"bytes", one.bytes}, {"time_s", one.time_s}});
+  }
+  return done(all);
+}
+
+// "/api/v1/heads/H/WORD", where H may have slashes.
+HttpAnswer WebApi::answer_of_head(const HttpAsk& ask) {
+  std::string_view rest = Target(ask.target).path.substr(kHeads.size());
+  const std::size_t slash = rest.rfind('/');
+  if (slash == std::string_view::npos) return failure(404, "there is nothing here");
+  const std::string head = decoded(rest.substr(0, slash));
+  const std::string_view word = rest.substr(slash + 1);
+  if (word == "parameters") return parameters_of(ask, head);
+  return command_of(ask, head, word);
+}
+
+HttpAnswer WebApi::parameters_of(const HttpAsk& ask, const std::string& head) {
+  const SinkServices services = asked();
+  if (ask.method == "POST") return not_allowed("GET, HEAD, PUT");
+  if (ask.method == "PUT") {
+    if (!ask.has_token) return needs_token();
+    const json wanted = object_of(ask);
+    for (const auto& [name, value] : wanted.items()) {
+      required(services.set_parameter)(head, parameter_of(name, value));
+    }
+  }
+  return done(object_of(required(services.parameters)(head)));
+}
+
+HttpAnswer WebApi::command_of(const HttpAsk& ask, const std::string& head, std::string_view word) {
+  const CommandWord* const command = find_command(word);
+  if (command == nullptr) return failure(404, "there is nothing here");
+  if (ask.method != "POST") return not_allowed("POST");
+  if (command->needs_token && !ask.has_token) return needs_token();
+  const bool is_record = command->command == HeadCommand::kRecord;
+  const double seconds = is_record ? seconds_of(object_of(ask)) : 0.0;
+  const SinkServices services = asked();
+  return done({{"message", required(services.command)(head, command->command, seconds)}});
+}
+
+// Each head has all commands, in order.
+std::vector<foxglove::Service> WebApi::services() const {
+  std::vector<foxglove::Service> all;
+  for (const std::string& head : heads()) {
+    for (const CommandWord& one : kCommands) {
+      all.push_back({static_cast<std::uint32_t>(all.size() + 1), slashed(head, one.word),
+                     one.request_schema});
+    }
+  }
+  return all;
+}
+
+std::vector<Parameter> WebApi::parameters(std::span<const std::string> names) {
+  const SinkServices services = asked();
+  std::vector<Parameter> found;
+  for (const std::string& head : heads()) {
+    for (Parameter& one : required(services.parameters)(head)) {
+      one.name = slashed(head, one.name);
+      const bool is_wanted = names.empty() || std::count(names.begin(), names.end(), one.name) > 0;
+      if (is_wanted) found.push_back(std::move(one));
+    }
+  }
+  return found;
+}
+
+void WebApi::set_parameter(const Parameter& wanted) {
+  const SinkServices services = asked();
+  for (const std::string& head : heads()) {
+    const std::string before = slashed(head, {});
+    if (!wanted.name.starts_with(before)) continue;
+    return required(services.set_parameter)(head,
+                                            {wanted.name.substr(before.size()), wanted.value});
+  }
+  throw Error(ErrorKind::kNotFound, fmt::format("there is no parameter '{}'", wanted.name));
+}
+
+std::string WebApi::call(std::uint32_t service, std::string_view request, bool has_token) {
+  const std::vector<std::string> names = heads();
+  const std::size_t index = static_cast<std::size_t>(service) - 1;
+  constexpr std::size_t kOfHead = std::size(kCommands);
+  if (service == 0 || index >= names.size() * kOfHead) {
+    throw Error(ErrorKind::kNotFound, fmt::format("there is no service {}", service));
+  }
+  const CommandWord& command = kCommands[index % kOfHead];
+  HttpAsk ask{"POST", {}, std::string(request), has_token};
+  const HttpAnswer answer = command_of(ask, names[index / kOfHead], command.word);
+  if (answer.status == 200) return answer.body;
+  throw Error(ErrorKind::kUnsupported, parse_json(answer.body)["error"].get<std::string>());
+}
+
+}  // namespace striper::detail
