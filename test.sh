@@ -11,7 +11,8 @@ usage: ./test.sh [--deps | --full | --only STAGE]
 
   (nothing)      release build and the quick tests
   --full         all of that and every stage below
-  --only STAGE   one stage: device, gige, format, asan, tsan, tidy, slow, foreign or fuzz
+  --only STAGE   one stage: device, gige, format, asan, tsan, tidy, slow, foreign, browser
+                 or fuzz
                    device  the kernel's video driver in a virtual machine and the virtual GigE camera at
                            full rate, one at a time; wants the machine to itself
                    gige    of these the virtual GigE camera alone
@@ -22,6 +23,7 @@ usage: ./test.sh [--deps | --full | --only STAGE]
                    slow    large Monte Carlo and soak tests of the release build
                    foreign other people's programs read the files that we write; they come from npm, and the
                            stage says so where that is not reached
+                   browser the pages of web: in Debian's Chromium
                    fuzz    libFuzzer on the readers of models, scenes, pictures, addresses, tables, messages and MCAP files, 20 s each; not part of --full
   --deps         only install the Debian packages that all of this needs
 
@@ -48,7 +50,7 @@ run_tests() { # preset, options of ctest
 
 stage_quick() {
   configure_and_build release
-  run_tests release -LE 'slow|device|foreign'
+  run_tests release -LE 'slow|device|foreign|browser'
 }
 
 # One at a time, and again where one fails: streams at full rate drop pictures on a machine that does something else
@@ -86,6 +88,11 @@ stage_foreign() {
   run_tests release -L foreign --verbose
 }
 
+stage_browser() {
+  configure_and_build release
+  run_tests release -L browser
+}
+
 stage_fuzz() {
   cmake --preset fuzz -B "$build/fuzz"
   cmake --build "$build/fuzz" --target fuzzers
@@ -101,11 +108,11 @@ case "${1:-}" in
     ;;
   --full)
     install_packages "${all_packages[@]}"
-    for stage in quick device format asan tsan tidy slow foreign; do "stage_$stage"; done
+    for stage in quick device format asan tsan tidy slow foreign browser; do "stage_$stage"; done
     ;;
   --only)
     case "${2:-}" in
-      device | gige | format | asan | tsan | tidy | slow | foreign | fuzz) install_packages "${all_packages[@]}"; "stage_$2" ;;
+      device | gige | format | asan | tsan | tidy | slow | foreign | browser | fuzz) install_packages "${all_packages[@]}"; "stage_$2" ;;
       *) usage >&2; exit 2 ;;
     esac
     ;;

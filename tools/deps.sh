@@ -17,7 +17,7 @@ packages_to_test=(
   qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
   aravis-tools aravis-tools-cli iproute2        # other GenICam programs for tests/end_to_end/gige_test.py
 )
-packages_to_test_fully=(clang clang-format clang-tidy pcl-tools libfastrtps-dev fastddsgen)
+packages_to_test_fully=(clang clang-format clang-tidy pcl-tools libfastrtps-dev fastddsgen chromium chromium-driver python3-selenium)
 packages_to_demo=(gnuplot-nox)
 
 # install_packages NAME...: through sudo where we are not root; says what it does.

@@ -134,7 +134,7 @@ function showStatus() {
     ["scans", String(head.scans)],
     ["dropped", String(head.dropped)],
     ["reconnections", String(head.reconnects)],
-    ...state.status.sinks.map((/** @type {any} */ sink) => [sink.uri, `${sink.state}, ${sink.written} written, ${sink.lost} lost`]),
+    ...state.status.sinks.map((/** @type {any} */ sink) => ["to", `${sink.uri}: ${sink.state}, ${sink.written} written, ${sink.lost} lost`]),
     ["version", state.status.version],
   ];
   showFacts(rows);

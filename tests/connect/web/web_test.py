@@ -13,6 +13,7 @@ import json
 import math
 import os
 import re
+import shutil
 import signal
 import socket
 import struct
@@ -534,6 +535,147 @@ class Changes(Served):
         writer.socket.send(b"\2\1", 2)
         writer.hear(5, lambda: writer.statuses)
         self.assertIn("cut off", writer.statuses[0]["message"])
+
+
+class FoxgloveClient:
+    """Foxglove's own client, @foxglove/ws-protocol of npm, which is told what to do and says what it hears."""
+
+    def __init__(self, test, url, *subprotocols):
+        # pylint: disable=consider-using-with
+        self.program = subprocess.Popen(["node", os.path.join(test.work, "foxglove_client.mjs"), url, *subprotocols],
+                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.heard = []
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
+        test.addCleanup(self.end)
+
+    def read(self):
+        for line in self.program.stdout:
+            self.heard.append(json.loads(line))
+
+    def end(self):
+        if self.program.poll() is None:
+            self.program.kill()
+        self.program.wait(timeout=10)
+        self.reader.join(timeout=10)
+        self.program.stdin.close()
+        self.program.stdout.close()
+
+    def tell(self, what, value=None):
+        self.program.stdin.write(json.dumps({"what": what, "value": value}) + "\n")
+        self.program.stdin.flush()
+
+    def all(self, what):
+        return [one["value"] for one in list(self.heard) if one["what"] == what]
+
+    def wait_for(self, what, times=1, seconds=15):
+        end = time.monotonic() + seconds
+        while len(self.all(what)) < times:
+            if time.monotonic() > end:
+                raise TimeoutError(f"{what} x{times} not in {self.heard[-3:]}")
+            time.sleep(0.02)
+        return self.all(what)[-1]
+
+    def messages(self, topic):
+        return [one["message"] for one in self.all("message") if one["topic"] == topic]
+
+
+class WsProtocol(Served):
+    """What Foxglove's own client makes of us."""
+
+    def setUp(self):
+        self.work = os.environ["WEB_JUDGE_WORK"]
+        os.makedirs(self.work, exist_ok=True)
+        here = os.path.dirname(os.path.abspath(__file__))
+        for name in ("package.json", "package-lock.json", "foxglove_client.mjs", "../../foreign/.npmrc"):
+            shutil.copy(os.path.join(here, name), self.work)
+        if shutil.which("npm") is None:
+            self.skipTest("FOXGLOVE'S CLIENT HAS NOT HEARD US: npm is not installed")
+        done = subprocess.run(["npm", "ci", "--no-audit"], cwd=self.work, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            self.skipTest(f"FOXGLOVE'S CLIENT HAS NOT HEARD US: {done.stderr}")
+        super().setUp()
+
+    def test_hears_the_csv_by_both_subprotocols(self):
+        self.wait_until_ready()
+        clients = []
+        for name in ("foxglove.websocket.v1", "foxglove.sdk.v1"):
+            client = FoxgloveClient(self, f"ws://127.0.0.1:{self.port}", name)
+            self.assertEqual(client.wait_for("open"), name)
+            client.wait_for("topics")
+            for topic in ("/striper/points", "/striper/scan", "/striper/camera_info", "/tf_static", "/diagnostics"):
+                client.tell("subscribe", topic)
+            clients.append(client)
+        time.sleep(3)
+        for client in clients:
+            self.assertEqual(client.all("error"), [])
+            self.assertEqual(len(client.messages("/tf_static")), 1)  # It came late.
+            for topic in ("/striper/camera_info", "/diagnostics", "/striper/scan"):
+                self.assertGreater(len(client.messages(topic)), 1, topic)
+        before = len(clients[0].messages("/striper/points"))
+        self.assertGreater(before, 30)
+        clients[0].tell("unsubscribe", "/striper/points")
+        time.sleep(0.5)
+        stopped = len(clients[0].messages("/striper/points"))
+        time.sleep(1)
+        self.assertEqual(len(clients[0].messages("/striper/points")), stopped)
+        self.end()
+        for client in clients:
+            client.wait_for("close")
+            self.judge(client)
+
+    def judge(self, client):
+        table = self.rows()
+        for message in client.messages("/striper/points")[:10]:
+            stamp = message["header"]["stamp"]
+            stamp_s = stamp["sec"] + stamp.get("nsec", stamp.get("nanosec", 0)) / 1e9
+            (rows,) = [rows for time_s, rows in table.items() if abs(float(time_s) - stamp_s) < 1e-6]
+            data = base64.b64decode(message["data"])
+            offsets = {field["name"]: field["offset"] for field in message["fields"]}
+            self.assertEqual(message["width"], len(rows))
+            for i, row in enumerate(rows):
+                for name, column in COLUMNS.items():
+                    (value,) = struct.unpack_from("<f", data, i * message["point_step"] + offsets[name])
+                    if row[column] == "":
+                        self.assertTrue(math.isnan(value))
+                    else:
+                        self.assertEqual(value, float32(float(row[column])))
+
+    def test_changes_what_it_may(self):
+        self.wait_until_ready()
+        with open(self.path("state", "token"), encoding="ascii") as file:
+            token = file.read().strip()
+        reader = FoxgloveClient(self, f"ws://127.0.0.1:{self.port}", "foxglove.sdk.v1")
+        writer = FoxgloveClient(self, f"ws://127.0.0.1:{self.port}/?token={token}", "foxglove.websocket.v1")
+        for client in (reader, writer):
+            client.wait_for("services")
+        reader.tell("watchParameters", ["/striper/gain_db"])
+        self.assertEqual(reader.wait_for("parameterValues")["parameters"], [{"name": "/striper/gain_db", "value": 0, "type": "float64"}])
+        reader.tell("setParameters", [{"name": "/striper/gain_db", "value": 3}])
+        self.assertIn("needs the secret", reader.wait_for("status")["message"])
+        writer.tell("setParameters", [{"name": "/striper/gain_db", "value": 6}])
+        self.assertEqual(writer.wait_for("parameterValues")["id"], "set")
+        self.assertEqual(reader.wait_for("parameterValues", 2)["parameters"][0]["value"], 6)
+        reader.tell("call", {"name": "/striper/lasers_off", "callId": 5, "request": {}})
+        self.assertEqual(reader.wait_for("serviceCallResponse"), {"callId": 5, "encoding": "json", "text": '{"message":"lasers off"}\n'})
+        reader.tell("call", {"name": "/striper/stop", "callId": 6, "request": {}})
+        self.assertEqual(reader.wait_for("serviceCallFailure")["callId"], 6)
+
+    def test_comes_back(self):
+        self.wait_until_ready()
+        first = FoxgloveClient(self, f"ws://127.0.0.1:{self.port}", "foxglove.websocket.v1")
+        session = first.wait_for("serverInfo")["sessionId"]
+        again = FoxgloveClient(self, f"ws://127.0.0.1:{self.port}", "foxglove.websocket.v1")
+        self.assertEqual(again.wait_for("serverInfo")["sessionId"], session)
+        port = self.port
+        self.end()
+        first.wait_for("close")
+        self.start(to=f"web:{port}")
+        again = FoxgloveClient(self, f"ws://127.0.0.1:{port}", "foxglove.websocket.v1")
+        self.assertNotEqual(again.wait_for("serverInfo")["sessionId"], session)
+        again.wait_for("topics")
+        again.tell("subscribe", "/striper/points")
+        again.wait_for("message")
 
 
 class Strangers(Served):
