@@ -66,9 +66,8 @@ void HeadDesk::note(const std::string& what) const { behind_.events.send({"comma
 std::vector<Parameter> HeadDesk::parameters(std::string_view head) const {
   check_head(head);
   std::vector<Parameter> all;
-  const HeadHealth::State state = behind_.head.health().state;
-  const bool is_open =
-      state == HeadHealth::State::kStreaming || state == HeadHealth::State::kSilent;
+  const SourceState state = behind_.head.health().state;
+  const bool is_open = state == SourceState::kStreaming || state == SourceState::kSilent;
   if (is_open) {
     for (const Control& control : behind_.head.controls()) {
       all.push_back({control.name, value_of(control)});

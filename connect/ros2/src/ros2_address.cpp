@@ -96,8 +96,6 @@ T take_word(Uri& uri, const std::string& key, const std::array<Word<T>, N>& word
 }
 
 constexpr std::array<Word<bool>, 2> kReliable = {{{"reliable", true}, {"best_effort", false}}};
-constexpr std::array<Word<RosImages>, 3> kImages = {
-    {{"raw", RosImages::kRaw}, {"compressed", RosImages::kCompressed}, {"both", RosImages::kBoth}}};
 constexpr std::array<Word<RosNodeChoice>, 4> kNodes = {{{"off", RosNodeChoice::kOff},
                                                         {"humble", RosNodeChoice::kHumble},
                                                         {"iron", RosNodeChoice::kIron},
@@ -145,7 +143,13 @@ Ros2Address Ros2Address::parse(SinkUri uri) {
   address.domain = domain ? static_cast<std::uint32_t>(*domain) : domain_of_environment();
   address.is_reliable = take_word(uri, "qos", kReliable);
   address.frames_hz = uri.take_number("frames", 0.0, kMostFrames_hz).value_or(0.0);
-  address.images = take_word(uri, "images", kImages);
+  const std::string images = uri.take("images").value_or("raw");
+  const std::optional<TopicImages> kind = topic_images_from_string(images);
+  if (!kind) {
+    refuse(fmt::format("sink '{}': images is '{}' where raw, compressed or both is expected",
+                       uri.text(), images));
+  }
+  if (address.frames_hz > 0.0) address.images = *kind;
   address.node = take_word(uri, "node", kNodes);
   const Choice choice = interface_of(uri);
   address.interface = choice.interface;

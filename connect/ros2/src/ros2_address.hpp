@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include <striper/stream/scan_topics.hpp>
 #include <striper/stream/sink_uri.hpp>
 
 namespace striper::detail {
@@ -12,8 +13,6 @@ namespace striper::detail {
 enum class RosNodeChoice { kOff, kHumble, kIron, kAuto };
 
 /// What `frames=` sends.
-enum class RosImages { kRaw, kCompressed, kBoth };
-
 /// `ros2:[PREFIX][?domain=&qos=&interface=lo|NAME|auto&frames=HZ&images=&node=]`, what is not said
 /// taken from the environment as ROS 2's own programs take it.
 struct Ros2Address {
@@ -21,7 +20,7 @@ struct Ros2Address {
   std::uint32_t domain = 0;  ///< domain=, else ROS_DOMAIN_ID.
   bool is_reliable = true;   ///< qos=reliable|best_effort.
   double frames_hz = 0.0;    ///< Images of each head; 0: none.
-  RosImages images = RosImages::kRaw;        ///< images=raw|compressed|both.
+  TopicImages images = TopicImages::kNone;   ///< images=raw|compressed|both.
   RosNodeChoice node = RosNodeChoice::kOff;  ///< node=off|humble|iron|auto.
   std::string interface;                     ///< lo, a name, auto; empty: what CYCLONEDDS_URI says.
   std::string interface_from;                ///< Who said so, for people.

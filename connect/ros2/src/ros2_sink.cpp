@@ -13,7 +13,6 @@
 #include <striper/core/error.hpp>
 #include <striper/stream/scan_topics.hpp>
 
-#include "compressed_image.hpp"
 #include "ros_graph.hpp"
 #include "ros_node.hpp"
 #include "ros_writer.hpp"
@@ -39,12 +38,7 @@ ScanTopics::Options topics_of(const Ros2Address& address) {
   ScanTopics::Options options;
   options.prefix = prefix_of(address);
   options.qos = address.is_reliable ? RosQos::kReliable : RosQos::kBestEffort;
-  const bool has_frames = address.frames_hz > 0.0;
-  options.has_images = has_frames && address.images != RosImages::kCompressed;
-  if (has_frames && address.images != RosImages::kRaw) {
-    options.compress = [](const Frame& frame, std::string_view frame_id,
-                          wire::CompressedImage& message) { to_message(frame, frame_id, message); };
-  }
+  options.images = address.images;
   return options;
 }
 

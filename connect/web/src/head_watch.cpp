@@ -22,6 +22,12 @@ double seconds(HeadWatch::Clock::duration time) {
   return std::chrono::duration<double>(time).count();
 }
 
+// By the source itself, and by opening it again.
+std::uint64_t reconnects(const HeadHealth& health) {
+  return health.read.statistics.reconnects +
+         (health.times_opened > 0 ? health.times_opened - 1 : 0);
+}
+
 // Texts of others may be no UTF-8.
 std::string dump(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
@@ -48,8 +54,16 @@ class Metrics {
     fmt::format_to(std::back_inserter(text_), "# HELP {0} {2}\n# TYPE {0} {1}\n", name, type, help);
   }
   void add(std::string_view key, std::string_view value, double number) {
-    fmt::format_to(std::back_inserter(text_), "{}{{{}=\"{}\"}} {}\n", name_, key, label(value),
-                   std::isnan(number) ? "NaN" : fmt::format("{}", number));
+    add_part("", key, value, number);
+  }
+  void add_part(std::string_view part, std::string_view key, std::string_view value,
+                double number) {
+    fmt::format_to(std::back_inserter(text_), "{}{}{{{}=\"{}\"}} {}\n", name_, part, key,
+                   label(value), std::isnan(number) ? "NaN" : fmt::format("{}", number));
+  }
+  void add_bucket(std::string_view head, std::string_view bound, std::uint64_t count) {
+    fmt::format_to(std::back_inserter(text_), "{}_bucket{{head=\"{}\",le=\"{}\"}} {}\n", name_,
+                   label(head), bound, count);
   }
   void add(double number) { text_ += fmt::format("{} {}\n", name_, number); }
 
@@ -99,7 +113,33 @@ void HeadWatch::see(const PolarScan& scan) {
     head.median_sigma_m = *middle;
   }
   head.laser = scan.laser;
+  note_latency(head, scan.time);
   head.last = Clock::now();
+}
+
+// Of sources that have this machine's clock.
+void HeadWatch::note_latency(Head& head, const FrameTime& time) {
+  constexpr std::size_t kKept = 256;
+  if (!time.utc_offset_ns) return;
+  const auto now = Clock::now().time_since_epoch();  // CLOCK_MONOTONIC, as the frame's time.
+  const double latency_s = seconds(now - std::chrono::nanoseconds(time.monotonic_ns));
+  if (latency_s < 0.0) return;
+  ++head.latency_count;
+  head.latency_sum_s += latency_s;
+  for (std::size_t i = 0; i < kLatencyBounds_s.size(); ++i) {
+    head.within[i] += latency_s <= kLatencyBounds_s[i] ? 1U : 0U;
+  }
+  if (head.latencies_s.size() < kKept) head.latencies_s.resize(head.latencies_s.size() + 1);
+  head.latencies_s[head.next_latency++ % kKept] = latency_s;
+}
+
+// The median of the last ones.
+std::optional<double> HeadWatch::latency_s(const Head& head) {
+  if (head.latencies_s.empty()) return std::nullopt;
+  std::vector<double> sorted = head.latencies_s;
+  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
 }
 
 void HeadWatch::see(const Event& event) {
@@ -137,14 +177,15 @@ std::string HeadWatch::status_json() const {
     const SourceStatistics& source = one.health.read.statistics;
     const auto seen = heads_.find(one.name);
     const bool is_seen = seen != heads_.end();
+    const auto latency = is_seen ? latency_s(seen->second) : std::nullopt;
     heads.push_back({{"name", one.name},
                      {"state", to_string(one.health.state)},
                      {"source", one.source},
                      {"model", one.model.empty() ? json() : json(one.model)},
                      {"rate_hz", one.health.rate_hz},
-                     {"latency_ms", nullptr},
+                     {"latency_ms", latency ? json(1e3 * *latency) : json()},
                      {"dropped", source.dropped + source.overrun},
-                     {"reconnects", source.reconnects},
+                     {"reconnects", reconnects(one.health)},
                      {"scans", one.health.scanner.counts.scans},
                      {"last_scan_s", is_seen ? json(age_s(seen->second)) : json()},
                      {"laser", is_seen ? json(seen->second.laser) : json()}});
@@ -202,6 +243,17 @@ std::string HeadWatch::metrics(const WebCounts& web) const {
   for (const auto& [name, head] : heads_) m.add("head", name, static_cast<double>(head.scans));
   m.begin("striper_scan_age_seconds", "gauge", "Since the last scan.");
   for (const auto& [name, head] : heads_) m.add("head", name, age_s(head));
+  m.begin("striper_scan_latency_seconds", "histogram",
+          "From the middle of the exposure to this sink, of cameras.");
+  for (const auto& [name, head] : heads_) {
+    if (head.latency_count == 0) continue;
+    for (std::size_t i = 0; i < kLatencyBounds_s.size(); ++i) {
+      m.add_bucket(name, fmt::format("{}", kLatencyBounds_s[i]), head.within[i]);
+    }
+    m.add_bucket(name, "+Inf", head.latency_count);
+    m.add_part("_sum", "head", name, head.latency_sum_s);
+    m.add_part("_count", "head", name, static_cast<double>(head.latency_count));
+  }
   m.begin("striper_valid_fraction", "gauge", "Of the last scan's returns, those that are ok.");
   for (const auto& [name, head] : heads_) m.add("head", name, head.good_part);
   m.begin("striper_range_sigma_meters", "gauge", "Median random error of the last scan's returns.");
@@ -218,7 +270,10 @@ std::string HeadWatch::metrics(const WebCounts& web) const {
   }
   m.begin("striper_reconnects_total", "counter", "Times that a lost camera came back.");
   for (const ServedHead& one : all)
-    m.add("head", one.name, static_cast<double>(one.health.read.statistics.reconnects));
+    m.add("head", one.name, static_cast<double>(reconnects(one.health)));
+  m.begin("striper_head_streaming", "gauge", "Whether pictures come: 1 or 0.");
+  for (const ServedHead& one : all)
+    m.add("head", one.name, one.health.state == SourceState::kStreaming ? 1.0 : 0.0);
   m.begin("striper_dropped_total", "counter", "Scans that a sink never got.");
   for (const SinkReport& one : all_sinks) m.add("sink", one.uri, static_cast<double>(one.lost));
   m.begin("striper_clients", "gauge", "WebSockets that are open.");

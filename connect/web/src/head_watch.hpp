@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +38,9 @@ class HeadWatch {
   std::string metrics(const WebCounts& web) const;
 
  private:
+  // Of a histogram: from a fast camera's to what a person sees.
+  static constexpr std::array<double, 9> kLatencyBounds_s = {.002, .005, .01, .02, .05,
+                                                             .1,   .2,   .5,  1.};
   struct Head {
     std::uint64_t scans = 0;
     std::uint64_t returns = 0;
@@ -43,6 +48,11 @@ class HeadWatch {
     double good_part = 0.0;       // Of the last scan.
     double median_sigma_m = 0.0;  // Of its good returns; NaN without any.
     int laser = 0;
+    std::vector<double> latencies_s;  // From the middle of the exposure to here: the last of them.
+    std::size_t next_latency = 0;
+    double latency_sum_s = 0.0;
+    std::uint64_t latency_count = 0;
+    std::array<std::uint64_t, kLatencyBounds_s.size()> within{};
     Clock::time_point last;
   };
   struct Happened {
@@ -52,6 +62,8 @@ class HeadWatch {
 
   std::vector<ServedHead> served() const;
   std::vector<SinkReport> sinks() const;
+  static void note_latency(Head& head, const FrameTime& time);
+  static std::optional<double> latency_s(const Head& head);
   static double age_s(const Head& head);
 
   mutable std::mutex mutex_;

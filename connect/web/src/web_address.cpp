@@ -45,6 +45,12 @@ WebAddress WebAddress::parse(SinkUri uri) {
   if (has_address) address.address = take_address(uri, uri.path().substr(0, colon));
   address.port = take_port(uri, has_address ? uri.path().substr(colon + 1) : uri.path());
   address.frames_hz = uri.take_number("frames", 0.0, kMostFrames_hz).value_or(0.0);
+  const std::string images = uri.take("images").value_or("raw");
+  const std::optional<TopicImages> kind = topic_images_from_string(images);
+  if (!kind) {
+    refuse(uri, fmt::format("images is '{}' where raw, compressed or both is expected", images));
+  }
+  if (address.frames_hz > 0.0) address.images = *kind;
   if (const auto origin = uri.take("origin")) {
     if (!origin->starts_with("http://") && !origin->starts_with("https://")) {
       refuse(uri,
@@ -52,7 +58,7 @@ WebAddress WebAddress::parse(SinkUri uri) {
     }
     address.origins.push_back(*origin);
   }
-  uri.refuse_unused("frames, origin");
+  uri.refuse_unused("frames, images, origin");
   return address;
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 ScanTopics::Options topics_of(const WebAddress& address) {
   ScanTopics::Options options;
-  options.has_images = address.frames_hz > 0.0;
+  options.images = address.images;
   return options;
 }
 

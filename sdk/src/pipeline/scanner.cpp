@@ -208,7 +208,8 @@ ScanExplanation Scanner::explain(int line) const {
 
 ScannerStatus Scanner::status() const {
   const Stages& s = *stages_;
-  return {s.head, s.ambient.status(), s.axis, s.is_stripe_seen, s.statistics};
+  return {s.head, SourceState::kStreaming, s.ambient.status(),
+          s.axis, s.is_stripe_seen,        s.statistics};
 }
 
 // Says once that no stripe is seen, and once that one is seen again.

@@ -47,22 +47,6 @@ void add(FrameReport& sum, const FrameReport& one) {
 
 }  // namespace
 
-std::string_view to_string(HeadHealth::State state) noexcept {
-  switch (state) {
-    case HeadHealth::State::kStreaming:
-      return "streaming";
-    case HeadHealth::State::kSilent:
-      return "silent";
-    case HeadHealth::State::kPaused:
-      return "paused";
-    case HeadHealth::State::kEnded:
-      return "ended";
-    case HeadHealth::State::kWaiting:
-      break;
-  }
-  return "waiting";
-}
-
 class Head::Impl {
  public:
   Impl(HeadParts parts, HeadOptions options, ScanBus& bus)
@@ -104,7 +88,7 @@ class Head::Impl {
   void look_for_changes();
   void remake(bool is_reload);
   void tick(const FrameReport& report, bool is_frame);
-  void note(HeadHealth::State state);
+  void note(SourceState state);
 
   HeadParts parts_;
   HeadOptions options_;
@@ -144,7 +128,7 @@ FrameReport Head::Impl::run() {
     const bool is_over = !sum.is_lost || !options_.reopens;
     if (is_over && !is_paused) break;
   }
-  note(HeadHealth::State::kEnded);
+  note(SourceState::kEnded);
   if (!is_told_to_stop() && !sum.is_lost)
     options_.events.send({"source_ended", "the source has ended"});
   sum.interrupted = is_told_to_stop();
@@ -156,7 +140,7 @@ void Head::Impl::wait_while_paused() {
     options_.events.send({"source_paused", "the source is closed until it is started again"});
   }
   while (is_paused && !is_told_to_stop()) {
-    note(HeadHealth::State::kPaused);
+    note(SourceState::kPaused);
     std::this_thread::sleep_for(kStep);
   }
 }
@@ -164,7 +148,7 @@ void Head::Impl::wait_while_paused() {
 // Null where it was told to stop or to pause.
 std::unique_ptr<FrameSource> Head::Impl::open_or_wait() {
   while (!should_close()) {
-    note(HeadHealth::State::kWaiting);
+    note(SourceState::kWaiting);
     try {
       std::unique_ptr<FrameSource> source = parts_.open(options_.events);
       source_ = source->info();
@@ -178,7 +162,10 @@ std::unique_ptr<FrameSource> Head::Impl::open_or_wait() {
       }
     }
     const Clock::time_point next = Clock::now() + options_.retry_every;
-    while (!should_close() && Clock::now() < next) std::this_thread::sleep_for(kStep);
+    while (!should_close() && Clock::now() < next) {
+      note(SourceState::kWaiting);
+      std::this_thread::sleep_for(kStep);
+    }
   }
   return nullptr;
 }
@@ -239,6 +226,10 @@ void Head::Impl::switch_lasers(bool are_on) {
 
 FrameReport Head::Impl::read(std::unique_ptr<FrameSource> source) {
   set_open_source(source.get());
+  {
+    const std::lock_guard lock(mutex_);
+    ++health_.times_opened;
+  }
   last_frame_ = rate_since_ = Clock::now();
   rate_pictures_ = 0;
   FrameReading how{options_.limits, options_.events, [this] { return should_close(); }, {}};
@@ -313,6 +304,8 @@ void Head::Impl::tick(const FrameReport& report, bool is_frame) {
   ScannerStatus status = scanner_->scanner.status();
   status.head = options_.name;
   status.counts += counts_before_;
+  const bool is_silent = now - last_frame_ >= kSilentAfter;
+  status.source = is_silent ? SourceState::kSilent : SourceState::kStreaming;
   bus_.status(status);
 
   const double span_s = std::chrono::duration<double>(now - rate_since_).count();
@@ -322,19 +315,25 @@ void Head::Impl::tick(const FrameReport& report, bool is_frame) {
     rate_since_ = now;
     rate_pictures_ = report.pictures;
   }
-  const bool is_silent = now - last_frame_ >= kSilentAfter;
-  health_.state = is_silent ? HeadHealth::State::kSilent : HeadHealth::State::kStreaming;
+  health_.state = status.source;
   health_.read = report;
   if (open_source_ != nullptr) health_.read.statistics = open_source_->statistics();
   health_.scanner = std::move(status);
   health_.time = now;
 }
 
-void Head::Impl::note(HeadHealth::State state) {
-  const std::lock_guard lock(mutex_);
-  health_.state = state;
-  health_.rate_hz = 0.0;
-  health_.time = Clock::now();
+// Where no frames come that would say so.
+void Head::Impl::note(SourceState state) {
+  ScannerStatus status;
+  {
+    const std::lock_guard lock(mutex_);
+    health_.state = health_.scanner.source = state;
+    health_.scanner.head = options_.name;
+    health_.rate_hz = 0.0;
+    health_.time = Clock::now();
+    status = health_.scanner;
+  }
+  bus_.status(status);
 }
 
 HeadHealth Head::Impl::health() const {

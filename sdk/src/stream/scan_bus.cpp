@@ -24,9 +24,9 @@ constexpr int kLooksWhilePatient = 10;
 bool says_the_same(const ScannerStatus& a, const ScannerStatus& b) {
   const AmbientStatus& x = a.ambient;
   const AmbientStatus& y = b.ambient;
-  return a.axis == b.axis && a.is_stripe_seen == b.is_stripe_seen && x.pattern == y.pattern &&
-         x.origin == y.origin && x.phase == y.phase && x.channel == y.channel &&
-         x.method == y.method;
+  return a.source == b.source && a.axis == b.axis && a.is_stripe_seen == b.is_stripe_seen &&
+         x.pattern == y.pattern && x.origin == y.origin && x.phase == y.phase &&
+         x.channel == y.channel && x.method == y.method;
 }
 
 Frame with_own_pixels(const Frame& frame, std::string_view head) {

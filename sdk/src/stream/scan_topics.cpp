@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/stream/messages/compressed_image.hpp>
 #include <striper/stream/messages/frame_messages.hpp>
 #include <striper/stream/messages/head_messages.hpp>
 #include <striper/stream/messages/scan_messages.hpp>
@@ -95,8 +96,11 @@ struct ScanTopics::Impl {
     head->points = offer<wire::PointCloud2>(prefix + "/points", options.qos);
     head->scan = offer<wire::LaserScan>(prefix + "/scan", options.qos);
     head->camera_info = offer<wire::CameraInfo>(prefix + "/camera_info", options.qos);
-    if (options.has_images) head->image = offer<wire::Image>(prefix + "/image_raw", options.qos);
-    if (options.compress) {
+    const TopicImages images = options.images;
+    if (images == TopicImages::kRaw || images == TopicImages::kBoth) {
+      head->image = offer<wire::Image>(prefix + "/image_raw", options.qos);
+    }
+    if (images == TopicImages::kCompressed || images == TopicImages::kBoth) {
       head->compressed =
           offer<wire::CompressedImage>(prefix + "/image_raw/compressed", options.qos);
     }
@@ -121,6 +125,13 @@ struct ScanTopics::Impl {
     send(head.camera_info, camera_info, camera_info.header.stamp);
   }
 };
+
+std::optional<TopicImages> topic_images_from_string(std::string_view word) noexcept {
+  if (word == "raw") return TopicImages::kRaw;
+  if (word == "compressed") return TopicImages::kCompressed;
+  if (word == "both") return TopicImages::kBoth;
+  return std::nullopt;
+}
 
 ScanTopics::ScanTopics(TopicPort& port, Options options)
     : impl_(std::make_unique<Impl>(port, std::move(options))) {}
@@ -154,19 +165,19 @@ void ScanTopics::write(const Frame& frame) {
     impl_->send(head.image, impl_->image, impl_->image.header.stamp);
   }
   if (!impl_->is_wanted(head.compressed)) return;
-  impl_->options.compress(frame, frame_id, impl_->compressed);
+  to_message(frame, frame_id, impl_->compressed);
   impl_->send(head.compressed, impl_->compressed, impl_->compressed.header.stamp);
 }
 
 void ScanTopics::status(const ScannerStatus& status) {
-  HeadTopics* head = impl_->find(status.head);
-  if (head == nullptr) return;  // It comes before the first frame too.
   if (impl_->is_wanted(impl_->diagnostics)) {
     wire::DiagnosticArray message;
     to_message(status, message);
     message.header.stamp = to_stamp(utc_now());
     impl_->send(impl_->diagnostics, message, message.header.stamp);
   }
+  HeadTopics* head = impl_->find(status.head);
+  if (head == nullptr) return;  // It comes before the first frame too.
   const bool has_images = head->image != kNoTopic || head->compressed != kNoTopic;
   if (!has_images) impl_->send_camera(*head, PixelGrid{}, head->last_time);
 }

@@ -32,11 +32,14 @@ TEST(WebAddress, IsLoopbackUnlessAnAddressIsGiven) {
   EXPECT_EQ(parse("web:[::1]:80").address, "::1");
   EXPECT_EQ(parse("web:localhost:80").address, "127.0.0.1");
   EXPECT_EQ(parse("web:0?frames=5").frames_hz, 5.0);
+  EXPECT_EQ(parse("web:0?frames=5").images, TopicImages::kRaw);
+  EXPECT_EQ(parse("web:0?frames=5&images=both").images, TopicImages::kBoth);
+  EXPECT_EQ(parse("web:0").images, TopicImages::kNone);
 }
 
 TEST(WebAddress, RefusesWhatIsNone) {
   for (const char* text : {"web:", "web:port", "web:65536", "web:example.org:80", "web:1.2.3:80",
-                           "web:80?frame=1", "web:80?origin=example.org"}) {
+                           "web:80?frame=1", "web:80?images=png", "web:80?origin=example.org"}) {
     EXPECT_THROW(parse(text), Error) << text;
   }
 }

@@ -13,6 +13,7 @@ import json
 import math
 import os
 import re
+import selectors
 import shutil
 import signal
 import socket
@@ -24,7 +25,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.environ["STRIPER_SOURCE_DIR"], "tests/end_to_end"))
-from gige_test import small_scene  # noqa: E402
+from gige_test import VirtualCamera, small_scene  # noqa: E402
 from program import STRIPER, InScratch, striper  # noqa: E402
 
 COLUMNS = {"x": "x_m", "y": "y_m", "intensity": "intensity", "sigma": "sigma_m", "sigma_cal": "sigma_cal_m",
@@ -198,10 +199,11 @@ class Served(InScratch):
         self.model = self.path("made", "model.yaml")
         self.start()
 
-    def start(self, *options, fps=20, to="web:0"):
+    def start(self, *options, fps=20, to="web:0", source=None):
         # pylint: disable=consider-using-with
+        source = source or f"sim:{self.scene}?realtime=yes&fps={fps}"
         self.server = subprocess.Popen(
-            [STRIPER, "serve", f"sim:{self.scene}?realtime=yes&fps={fps}", "-m", self.model, "--to", to,
+            [STRIPER, "serve", source, "-m", self.model, "--to", to,
              "--to", "csv:" + self.path("a.csv") + "?missing=yes&doubtful=yes", *options],
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
             env={**os.environ, "STATE_DIRECTORY": self.path("state")})
@@ -243,6 +245,18 @@ class Served(InScratch):
         body = answer.read().decode()
         connection.close()
         return answer.status, body, answer.headers
+
+    def memory_kb(self):
+        with open(f"/proc/{self.server.pid}/status", encoding="ascii") as file:
+            return int(re.search(r"VmRSS:\s+(\d+)", file.read())[1])
+
+    def cpu_s(self):
+        """Of all its threads that are."""
+        used_ns = 0
+        for thread in os.listdir(f"/proc/{self.server.pid}/task"):
+            with open(f"/proc/{self.server.pid}/task/{thread}/schedstat", encoding="ascii") as file:
+                used_ns += int(file.read().split()[0])
+        return used_ns / 1e9
 
     def rows(self):
         scans = {}
@@ -328,9 +342,165 @@ class Clients(Served):
         times = sorted(map(float, self.rows()))
         self.assertAlmostEqual((times[-1] - times[0]) * 10, len(times) - 1, delta=0.5)
 
-    def memory_kb(self):
-        with open(f"/proc/{self.server.pid}/status", encoding="ascii") as file:
-            return int(re.search(r"VmRSS:\s+(\d+)", file.read())[1])
+
+
+def diagnostics(data):
+    """Level and message of a DiagnosticArray's one status, in CDR."""
+    at = 12
+
+    def text():
+        nonlocal at
+        at += (4 - (at - 4) % 4) % 4
+        (size,) = struct.unpack_from("<I", data, at)
+        at += 4 + size
+        return data[at - size:at - 1].decode()
+    text()
+    at += (4 - (at - 4) % 4) % 4 + 4
+    level = data[at]
+    at += 1
+    text()
+    return level, text()
+
+
+class Crowd:
+    """Clients that want the points: some read, some never do. One thread reads what has come, and looks at one client's messages."""
+
+    TOPICS = ("/striper/points", "/striper/scan")
+
+    def __init__(self, port, readers, sleepers):
+        self.watcher = Viewer(port).subscribe(*self.TOPICS)
+        self.readers = [Viewer(port).subscribe(*self.TOPICS).socket.socket for _ in range(readers - 1)]
+        self.sleepers = [Viewer(port).subscribe(*self.TOPICS) for _ in range(sleepers)]
+        self.bytes, self.ages = 0, []
+        self.is_over = False
+        self.thread = threading.Thread(target=self.read, daemon=True)
+        self.thread.start()
+
+    def read(self):
+        selector = selectors.DefaultSelector()
+        for one in self.readers:
+            one.setblocking(False)
+            selector.register(one, selectors.EVENT_READ)
+        selector.register(self.watcher.socket.socket, selectors.EVENT_READ, "watcher")
+        room = bytearray(1 << 20)
+        while not self.is_over:
+            for key, _ in selector.select(0.1):
+                if key.data is None:
+                    self.bytes += key.fileobj.recv_into(room)
+                    continue
+                self.watcher.hear(5, lambda: bool(self.watcher.messages.get("/striper/points")))
+                now = time.time()
+                for stamp, _ in self.watcher.messages.pop("/striper/points", []):
+                    self.ages.append(now - stamp / 1e9)
+
+    def end(self):
+        self.is_over = True
+        self.thread.join(timeout=10)
+
+
+class Load(Served):
+    """Fifty clients of which ten never read, 640x480 at 60 pictures a second from a GigE camera on loopback: the CSV beside them is
+    complete, the rate is that without clients to 2 %, memory stays, and how old a scan is when a client has it is printed."""
+
+    SECONDS = 60
+
+    def test_fifty_clients_cost_the_scans_nothing(self):
+        self.end()
+        text = small_scene().replace("width: 160, height: 120", "width: 640, height: 480")
+        self.scene = self.write("wide.yaml", re.sub(r"picture_rate_hz: [\d.]+", "picture_rate_hz: 60", text))
+        striper("simulate", self.scene, "-o", self.path("wide"), "--frames", "1")
+        self.model = self.path("wide", "model.yaml")
+        with VirtualCamera(self.scene, "--loop", "60") as camera:
+            alone = self.run_for(camera, 15, 0, 0)
+            crowded = self.run_for(camera, self.SECONDS, 40, 10)
+        print("alone", alone, "crowded", crowded)
+        self.assertAlmostEqual(crowded["rate_hz"] / alone["rate_hz"], 1, delta=0.02)
+        self.assertEqual((alone["lost"], crowded["lost"]), (0, 0))
+        self.assertLess(crowded["grown_kb"], 8_000)
+
+    def run_for(self, camera, seconds, readers, sleepers):
+        self.start(source=camera.uri("fps=60"))
+        self.wait_until_ready()
+        crowd = Crowd(self.port, readers, sleepers) if readers else None
+        time.sleep(5)
+        before, used = self.memory_kb(), self.cpu_s()
+        begin = time.monotonic()
+        time.sleep(seconds)
+        found = {"grown_kb": self.memory_kb() - before, "cpu": round((self.cpu_s() - used) / (time.monotonic() - begin), 2)}
+        if crowd:
+            crowd.end()
+            found["MB/s"] = round(crowd.bytes / 1e6 / (seconds + 5))
+            ages = sorted(crowd.ages)
+            found.update(ages=len(ages), median_ms=round(1e3 * ages[len(ages) // 2], 1), p99_ms=round(1e3 * ages[len(ages) * 99 // 100], 1))
+        log = self.end()
+        self.tearDown()
+        found["lost"] = int(re.search(r"csv:\S+ finished, \d+ written, (\d+) lost", log)[1])
+        times = sorted(map(float, self.rows()))
+        found["scans"] = len(times)
+        found["rate_hz"] = round((len(times) - 1) / (times[-1] - times[0]), 3)
+        return found
+
+
+class Camera(Served):
+    """A camera that is absent, comes, is lost and comes back: everything says so within two seconds."""
+
+    TIMES = 2
+    WITHIN_S = 4.0  # On a machine that does something else beside.
+
+    def test_absent_coming_lost_and_back(self):
+        self.end()
+        camera = VirtualCamera(self.scene)
+        self.start(source=camera.uri())
+        viewer = Viewer(self.port).subscribe("/diagnostics")
+        self.slowest, self.seen = {}, {}
+        self.judge(viewer, False, "no scan yet", "waited for", "source_waiting")
+        for number in range(self.TIMES):
+            with camera:
+                begin = time.monotonic()
+                self.judge(viewer, True, "", "scanning", "source_back", begin)
+                camera.program.kill()
+                camera.program.communicate()
+                self.judge(viewer, False, "no scan for", "no picture", "source_lost", time.monotonic())
+        status = json.loads(self.get("/api/v1/status")[1])["heads"][0]
+        self.assertEqual(status["reconnects"], self.TIMES - 1)
+        self.assertGreater(status["latency_ms"], 0)
+        self.assertLess(status["latency_ms"], 500)
+        print({what: round(seconds, 2) for what, seconds in self.slowest.items()})
+
+    def judge(self, viewer, is_ready, reason, message, code, since=None):
+        """Of each who says it, how long after."""
+        since = since or time.monotonic()
+        seen = self.seen.get(code, 0)
+        told = {}
+
+        def ask():
+            viewer.hear(0.05)
+            ready, body, _ = self.get("/readyz")
+            words = [diagnostics(data) for _, data in viewer.messages.get("/diagnostics", [])[-1:]]
+            metrics = self.get("/metrics")[1]
+            says = {
+                "readyz": ready == (200 if is_ready else 503) and reason in body,
+                "diagnostics": bool(words) and message in words[0][1] and words[0][0] == (0 if is_ready else 2),
+                "metrics": f'striper_head_streaming{{head="striper"}} {int(is_ready)}' in metrics,
+                "events": self.count(code) > seen,
+            }
+            for what in (what for what, is_said in says.items() if is_said):
+                told.setdefault(what, time.monotonic() - since)
+            return len(told) == len(says)
+        while not ask():
+            self.assertLess(time.monotonic() - since, 15, (told, self.log[-3:]))
+        self.seen[code] = self.count(code)
+        for what, seconds in told.items():
+            self.slowest[code + " " + what] = max(seconds, self.slowest.get(code + " " + what, 0))
+            self.assertLess(seconds, self.WITHIN_S, (what, code))
+
+    def count(self, code):
+        return sum(one["code"] == code for one in json.loads(self.get("/api/v1/events")[1]))
+
+
+class CameraOften(Camera):
+    TIMES = 5
+    WITHIN_S = 2.0
 
 
 class Asked(Served):

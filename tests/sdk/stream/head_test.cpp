@@ -156,7 +156,7 @@ TEST_F(HeadTest, GivesEveryScanOfASourceToItsEnd) {
   EXPECT_FALSE(report.has_failed());
   EXPECT_EQ(heads_, std::vector<std::string>(5, "left"));
   EXPECT_THAT(said_, ElementsAre("source_opened", "source_ended"));
-  EXPECT_EQ(head.health().state, HeadHealth::State::kEnded);
+  EXPECT_EQ(head.health().state, SourceState::kEnded);
   EXPECT_EQ(head.health().scanner.head, "left");
   EXPECT_EQ(head.health().scanner.counts.scans, 5U);
 }
@@ -279,7 +279,7 @@ TEST_F(HeadTest, PausesAndKeepsWhatWasSet) {
             ErrorKind::kUsage);
   head.pause();
   wait_until_said(2);
-  for (int i = 0; i < 100 && head.health().state != HeadHealth::State::kPaused; ++i)
+  for (int i = 0; i < 100 && head.health().state != SourceState::kPaused; ++i)
     std::this_thread::sleep_for(10ms);
   EXPECT_EQ(to_string(head.health().state), "paused");
   EXPECT_THROW(head.set_control("laser", {1.0}), Error);

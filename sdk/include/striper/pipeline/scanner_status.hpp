@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include <striper/ambient/ambient_status.hpp>
 #include <striper/core/stripe_axis.hpp>
@@ -33,9 +34,22 @@ struct ScannerStatistics {
   }
 };
 
+/// How the source of a scanner is.
+enum class SourceState {
+  kWaiting,    ///< It is not open yet, or not again.
+  kStreaming,  ///< Frames come.
+  kSilent,     ///< It is open and has given nothing for a second.
+  kPaused,     ///< It is closed, as somebody wanted.
+  kEnded,
+};
+
+/// `waiting`, `streaming`, `silent`, `paused` or `ended`.
+std::string_view to_string(SourceState state) noexcept;
+
 /// The one form of how a scanner stands; programs make their sentences of it.
 struct ScannerStatus {
   std::string head{kDefaultHead};  ///< Whose it is.
+  SourceState source = SourceState::kStreaming;
   AmbientStatus ambient;
   StripeAxis axis = StripeAxis::kColumns;
   bool is_stripe_seen = false;  ///< In the last scan.

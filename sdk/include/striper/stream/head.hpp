@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -48,23 +49,13 @@ struct HeadOptions {
 
 /// How a head is.
 struct HeadHealth {
-  enum class State {
-    kWaiting,    ///< For its source.
-    kStreaming,  ///< Frames come.
-    kSilent,     ///< The source is open and has given nothing for a second.
-    kPaused,     ///< The source is closed, as `pause` wanted.
-    kEnded,
-  };
-
-  State state = State::kWaiting;
+  SourceState state = SourceState::kWaiting;
+  std::uint64_t times_opened = 0;  ///< The source.
   FrameReport read;  ///< Of the source that is open, `elapsed_s` and `statistics` as of `time`.
   ScannerStatus scanner;
   double rate_hz = 0.0;                        ///< Pictures a second, of late.
   std::chrono::steady_clock::time_point time;  ///< When the head last knew how it is.
 };
-
-/// `waiting`, `streaming`, `silent`, `paused` or `ended`.
-std::string_view to_string(HeadHealth::State state) noexcept;
 
 /// A source and its scanner: reads frames, scans them and gives the scans, frames and status to a
 /// bus. The bus hears of the head with its first frame, so that no file gives way to nothing.

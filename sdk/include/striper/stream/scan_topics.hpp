@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +31,12 @@ class TopicPort {
   virtual void send(int topic, std::span<const std::uint8_t> cdr, std::int64_t time_ns) = 0;
 };
 
+/// How frames are given: as they are, as JPEG or PNG (`image_raw/compressed`), or both.
+enum class TopicImages { kNone, kRaw, kCompressed, kBoth };
+
+/// `raw`, `compressed` or `both`; empty for any other word.
+std::optional<TopicImages> topic_images_from_string(std::string_view word) noexcept;
+
 /// Scans, images and how heads are as ROS 2's messages, each topic to a TopicPort: for each head
 /// `points`, `scan`, `camera_info` (once a second, or with each image), `image_raw`,
 /// `image_raw/compressed`; of all heads `/tf_static` and `/diagnostics`. What a sink does with
@@ -40,9 +46,7 @@ class ScanTopics {
   struct Options {
     std::string prefix;  ///< In front of the heads' names: "/truck"; may be empty.
     wire::RosQos qos = wire::RosQos::kReliable;  ///< Of what streams.
-    bool has_images = false;
-    /// Makes a compressed image of a frame; empty: there are none.
-    std::function<void(const Frame&, std::string_view frame_id, wire::CompressedImage&)> compress;
+    TopicImages images = TopicImages::kNone;
   };
 
   /// @param port outlives it.

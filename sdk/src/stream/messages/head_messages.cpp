@@ -28,12 +28,18 @@ void add_transform(std::string_view head, const std::string& child, const Eigen:
 }
 
 std::byte level_of(const ScannerStatus& status) {
+  if (status.source == SourceState::kPaused) return wire::DiagnosticStatus::kWarn;
+  if (status.source != SourceState::kStreaming) return wire::DiagnosticStatus::kError;
   if (status.ambient.phase == TrackingPhase::kLost) return wire::DiagnosticStatus::kError;
   const bool is_without = status.counts.scans > 0 && !status.is_stripe_seen;
   return is_without ? wire::DiagnosticStatus::kWarn : wire::DiagnosticStatus::kOk;
 }
 
-std::string message_of(std::byte level) {
+std::string message_of(const ScannerStatus& status, std::byte level) {
+  if (status.source == SourceState::kWaiting) return "the source is waited for";
+  if (status.source == SourceState::kSilent) return "no picture for a second or more";
+  if (status.source == SourceState::kPaused) return "the source is paused";
+  if (status.source == SourceState::kEnded) return "the source has ended";
   if (level == wire::DiagnosticStatus::kError) return "illumination pattern lost";
   return level == wire::DiagnosticStatus::kWarn ? "no stripe" : "scanning";
 }
@@ -71,11 +77,12 @@ void to_message(const ScannerStatus& status, wire::DiagnosticArray& message) {
   wire::DiagnosticStatus& one = message.status.front();
   one.level = level_of(status);
   one.name = fmt::format("{}: scanner", status.head);
-  one.message = message_of(one.level);
+  one.message = message_of(status, one.level);
   one.hardware_id = status.head;
   const AmbientStatus& ambient = status.ambient;
   const ScannerStatistics& counts = status.counts;
-  one.values = {{"pattern", ambient.pattern.to_string()},
+  one.values = {{"source", std::string(to_string(status.source))},
+                {"pattern", ambient.pattern.to_string()},
                 {"pattern_origin", std::string(to_string(ambient.origin))},
                 {"tracking_phase", std::string(to_string(ambient.phase))},
                 {"ambient_method", std::string(to_string(ambient.method))},

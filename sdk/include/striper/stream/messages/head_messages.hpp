@@ -18,8 +18,8 @@ void to_message(const StriperModel& model, std::string_view head, const PixelGri
 /// Where a head's camera and scan frames are: HEAD -> HEAD_camera_optical, HEAD -> HEAD_scanK.
 void to_message(const HeadInfo& head, wire::TFMessage& message);
 
-/// How a head's scanner stands, for `/diagnostics`: a warning where no stripe is seen, an error
-/// where the illumination pattern was lost.
+/// How a head's scanner stands, for `/diagnostics`: a warning where no stripe is seen or the source
+/// is paused, an error where the illumination pattern was lost or no frames come.
 void to_message(const ScannerStatus& status, wire::DiagnosticArray& message);
 
 }  // namespace striper

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compressed_image.hpp"
-
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
 #include <striper/core/error.hpp>
+#include <striper/stream/messages/compressed_image.hpp>
 #include <striper/stream/messages/scan_messages.hpp>
 
-namespace striper::detail {
+namespace striper {
 namespace {
 
 // "mono8; jpeg compressed mono8": what was there, and what it became (compressed_image_transport).
@@ -38,4 +37,4 @@ void to_message(const Frame& frame, std::string_view frame_id, wire::CompressedI
   cv::imencode(is_lossy ? ".jpg" : ".png", frame.image, message.data);
 }
 
-}  // namespace striper::detail
+}  // namespace striper
