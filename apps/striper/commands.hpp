@@ -32,6 +32,7 @@ void add_noise(CLI::App& striper, Action& action);
 void add_board(CLI::App& striper, Action& action);
 void add_diff(CLI::App& striper, Action& action);
 void add_measure(CLI::App& striper, Action& action);
+void add_curb(CLI::App& striper, Action& action);
 void add_objects(CLI::App& striper, Action& action);
 void add_convert(CLI::App& striper, Action& action);
 void add_info(CLI::App& striper, Action& action);

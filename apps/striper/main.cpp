@@ -18,18 +18,18 @@ using striper::program::ExitCode;
 
 // One line per subcommand, in the order of `striper --help`.
 constexpr std::array kCommands{
-    striper::program::add_capture,   striper::program::add_serve,    striper::program::add_record,
+    striper::program::add_capture,   striper::program::add_serve,   striper::program::add_record,
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_calibrate,
 #endif
-    striper::program::add_verify,    striper::program::add_why,      striper::program::add_noise,
+    striper::program::add_verify,    striper::program::add_why,     striper::program::add_noise,
 #ifdef STRIPER_HAS_CALIBRATION
     striper::program::add_board,     striper::program::add_diff,
 #endif
-    striper::program::add_convert,   striper::program::add_info,     striper::program::add_measure,
-    striper::program::add_objects,   striper::program::add_compare,  striper::program::add_design,
-    striper::program::add_eyesafe,   striper::program::add_simulate, striper::program::add_devices,
-    striper::program::add_bench,     striper::program::add_doctor,
+    striper::program::add_convert,   striper::program::add_info,    striper::program::add_measure,
+    striper::program::add_curb,      striper::program::add_objects, striper::program::add_compare,
+    striper::program::add_design,    striper::program::add_eyesafe, striper::program::add_simulate,
+    striper::program::add_devices,   striper::program::add_bench,   striper::program::add_doctor,
 };
 
 constexpr const char* kDescription =

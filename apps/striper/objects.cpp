@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper objects: what stands or moves in the scan plane, how fast it closes, when it is here.
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -13,16 +11,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <striper/core/error.hpp>
 #include <striper/detect/object_csv.hpp>
 #include <striper/detect/objects.hpp>
-#include <striper/model/model_yaml.hpp>
-#include <striper/motion/odometer.hpp>
-#include <striper/motion/odometer_csv.hpp>
-#include <striper/scans/open_scans.hpp>
 
 #include "option_bounds.hpp"
 #include "program.hpp"
+#include "scan_following.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
 #include "terminal_events.hpp"
@@ -34,18 +28,10 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct ObjectsArguments {
-  std::string scans;
-  std::optional<std::string> model;
-  std::optional<std::string> output;
-  std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
-  double sigma_m = kNone;
-  std::optional<double> up_deg;
+  FollowArguments follow;
   double forward_deg = 0.0;
   std::optional<double> roughness_m;
   std::optional<double> acceleration_m_s2;
-  std::optional<std::string> odometer;
-  double counts_per_m = kNone;
-  bool json = false;
 };
 
 constexpr const char* kDescription =
@@ -80,28 +66,14 @@ constexpr const char* kHelp =
     "  striper objects lidar.csv --sigma 0.01 --json -o objects.csv\n"
     "      a table made elsewhere: frame,time_s,bearing_rad,range_m";
 
-void define_motion(CLI::App& command, ObjectsArguments& arguments) {
-  auto* const odometer = command
-                             .add_option("--odometer", arguments.odometer,
-                                         "How the vehicle moves: a table time_s,counts and, if "
-                                         "there is one, yaw_rate_rad_s")
-                             ->type_name("FILE");
-  auto* const counts =
-      command
-          .add_option("--counts-per-m", arguments.counts_per_m,
-                      "Counts of the wheel in a metre; below 0 where it counts down forwards")
-          ->type_name("K")
-          ->needs(odometer);
-  odometer->needs(counts);
+void define(CLI::App& command, ObjectsArguments& arguments) {
+  CLI::Option* const odometer = add_follow_arguments(command, arguments.follow);
   command
       .add_option("--forward", arguments.forward_deg,
                   "The way ahead in the scan frame, degrees from x to y; default 0")
       ->type_name("DEG")
       ->check(between(-360.0, 360.0))
       ->needs(odometer);
-}
-
-void define_objects(CLI::App& command, ObjectsArguments& arguments) {
   command
       .add_option("--roughness", arguments.roughness_m,
                   "How far faces are from straight beyond the ranges' own errors, one sigma, "
@@ -114,70 +86,8 @@ void define_objects(CLI::App& command, ObjectsArguments& arguments) {
                   "one sigma, m/s^2; 3 for what swerves all the time; without it learnt")
       ->type_name("A")
       ->check(between(1e-3, 10.0));
-}
-
-void define(CLI::App& command, ObjectsArguments& arguments) {
-  command
-      .add_option("SCANS", arguments.scans,
-                  "Scans: a recording (.csv, .jsonl, .mcap), or any source and --model")
-      ->required();
-  command
-      .add_option("-m,--model", arguments.model, "The calibrated striper; for a source of frames")
-      ->type_name("FILE");
-  command
-      .add_option("-o,--output", arguments.output,
-                  "Where the table goes; default: the standard output, with --json nowhere")
-      ->type_name("FILE");
-  command
-      .add_option("--up", arguments.up_deg,
-                  "The scan plane cuts the ground: the direction that points up, degrees from x to "
-                  "y in the scan frame")
-      ->type_name("DEG")
-      ->check(between(-360.0, 360.0));
-  define_motion(command, arguments);
-  define_objects(command, arguments);
-  command.add_option("--frames", arguments.frames, "Stop after so many scans")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
-  command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
-      ->type_name("M")
-      ->check(between(1e-6, 1.0));
-  command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
   command.footer(kHelp);
 }
-
-/// The vehicle's motion at the scans' times, as a wheel's counter says.
-class WheelMotion {
- public:
-  WheelMotion(const std::string& file, double counts_per_m)
-      : readings_(open_odometer_csv(file)), odometer_(options_of(counts_per_m)) {}
-
-  /// None before the first reading and beyond the last.
-  std::optional<Motion> at(double time_s) {
-    OdometerReading reading;
-    while (is_more_ && read_to_s_ < time_s) {
-      is_more_ = readings_.next(reading);
-      if (!is_more_) break;
-      odometer_.update(reading);
-      read_to_s_ = reading.time_s;
-    }
-    const Motion motion = odometer_.at(time_s);
-    if (!std::isfinite(motion.distance_m)) return std::nullopt;
-    return motion;
-  }
-
- private:
-  static OdometerOptions options_of(double counts_per_m) {
-    OdometerOptions options;
-    options.counts_per_m = counts_per_m;
-    return options;
-  }
-
-  CsvReader<OdometerReading> readings_;
-  Odometer odometer_;
-  double read_to_s_ = -std::numeric_limits<double>::infinity();
-  bool is_more_ = true;
-};
 
 // What one scan plane shows.
 struct Plane {
@@ -186,11 +96,8 @@ struct Plane {
 };
 
 struct ObjectsResult {
-  std::uint64_t scans = 0;
   std::uint64_t lines = 0;
-  std::uint64_t without_sigma = 0;   // Scans of which no return says how good it is.
-  std::uint64_t without_motion = 0;  // Scans of which the odometer says nothing.
-  std::uint64_t objects = 0;         // That were surely there at some time.
+  std::uint64_t objects = 0;  // That were surely there at some time.
   double soonest_contact_s = kNone;
 };
 
@@ -207,20 +114,13 @@ class ObjectsRun {
     options_.acceleration_m_s2 = arguments.acceleration_m_s2.value_or(options_.acceleration_m_s2);
 
     options_.forward_rad = arguments.forward_deg * kDegree;
-    if (arguments.odometer) motion_.emplace(*arguments.odometer, arguments.counts_per_m);
-    if (arguments.output || !arguments.json)
-      table_.emplace(arguments.output.value_or("-"), object_columns());
+    if (const auto file = arguments.follow.table()) table_.emplace(*file, object_columns());
   }
 
-  void look_at(PolarScan& scan) {
-    complete(scan);
+  void look_at(const PolarScan& scan, const std::optional<Motion>& motion) {
     Plane& plane = plane_of(scan);
     if (plane.ground) plane.tracker.set_ground(&plane.ground->find(scan));
-    std::optional<Motion> motion;
-    if (motion_) motion = motion_->at(scan.time.seconds());
-    result_.without_motion += motion_ && !motion ? 1 : 0;
     write(scan, plane.tracker.update(scan, motion));
-    ++result_.scans;
   }
 
   const ObjectsResult& finish() {
@@ -232,25 +132,14 @@ class ObjectsRun {
  private:
   using Key = std::pair<std::string, int>;
 
-  void complete(PolarScan& scan) {
-    bool is_any = false;
-    bool is_known = false;
-    for (Return& r : scan.returns) {
-      if (!std::isfinite(r.sigma_m)) r.sigma_m = arguments_.sigma_m;
-      is_any = is_any || std::isfinite(r.range_m);
-      is_known = is_known || std::isfinite(r.sigma_m);
-    }
-    result_.without_sigma += is_any && !is_known ? 1 : 0;
-  }
-
   Plane& plane_of(const PolarScan& scan) {
     const Key key(std::string(scan.head()), scan.laser);
     const auto found = planes_.find(key);
     if (found != planes_.end()) return found->second;
     Plane plane{ObjectTracker(options_), std::nullopt};
-    if (arguments_.up_deg) {
+    if (const auto up_rad = arguments_.follow.up_rad()) {
       CurbOptions curbs;
-      curbs.up_rad = *arguments_.up_deg * kDegree;
+      curbs.up_rad = up_rad;
       plane.ground.emplace(curbs);
     }
     return planes_.emplace(key, std::move(plane)).first->second;
@@ -274,7 +163,6 @@ class ObjectsRun {
 
   const ObjectsArguments& arguments_;
   ObjectOptions options_;
-  std::optional<WheelMotion> motion_;
   std::optional<CsvWriter<ObjectLine>> table_;
   std::map<Key, Plane> planes_;
   std::map<std::pair<Key, std::uint64_t>, bool> sure_;
@@ -282,38 +170,12 @@ class ObjectsRun {
   ObjectsResult result_;
 };
 
-void follow(ScanSource& source, std::uint64_t most, ObjectsRun& run) {
-  Progress progress("scans", std::nullopt);
-  PolarScan scan;
-  for (std::uint64_t scans = 0; scans < most && !stop_requested();) {
-    const NextStatus status = source.next(scan, std::chrono::milliseconds(100));
-    if (status == NextStatus::kTimeout) continue;
-    if (status != NextStatus::kFrame) break;
-    run.look_at(scan);
-    progress.update(++scans);
-  }
-}
-
-void refuse_what_says_nothing(const ObjectsArguments& arguments, const ObjectsResult& result) {
-  if (result.scans == 0)
-    throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", arguments.scans));
-  if (result.without_sigma == result.scans)
-    throw Error(ErrorKind::kUsage,
-                fmt::format("the ranges of {} come without sigma_m, so no error bar can be told: "
-                            "say how good they are by --sigma M, metres",
-                            arguments.scans));
-  if (result.without_motion == result.scans)
-    throw Error(ErrorKind::kBadFile,
-                fmt::format("{} says nothing at the times of {}: expected both on one clock, "
-                            "time_s in seconds",
-                            arguments.odometer.value_or(""), arguments.scans));
-}
-
-nlohmann::json json_of(const ObjectsResult& result, const TerminalEvents& events) {
-  nlohmann::json json{{"scans", result.scans},
+nlohmann::json json_of(const FollowCounts& counts, const ObjectsResult& result,
+                       const TerminalEvents& events) {
+  nlohmann::json json{{"scans", counts.scans},
                       {"lines", result.lines},
                       {"objects", result.objects},
-                      {"scans_without_motion", result.without_motion},
+                      {"scans_without_motion", counts.without_motion},
                       {"events", to_json(events.heard())}};
   json["soonest_contact_s"] = nullptr;
   if (std::isfinite(result.soonest_contact_s)) json["soonest_contact_s"] = result.soonest_contact_s;
@@ -322,20 +184,19 @@ nlohmann::json json_of(const ObjectsResult& result, const TerminalEvents& events
 
 ExitCode objects(const ObjectsArguments& arguments) {
   const TerminalEvents events;
-  std::shared_ptr<const StriperModel> model;
-  if (arguments.model)
-    model = std::make_shared<StriperModel>(load_model(*arguments.model, events.port()));
-  const auto source = open_scans(arguments.scans, model, std::nullopt, events.port());
   ObjectsRun run(arguments);
-  follow(*source, arguments.frames, run);
+  const FollowCounts counts =
+      follow_scans(arguments.follow, events.port(),
+                   [&](const PolarScan& scan, const std::optional<Motion>& motion) {
+                     run.look_at(scan, motion);
+                   });
   const ObjectsResult& result = run.finish();
-  refuse_what_says_nothing(arguments, result);
   say(fmt::format("followed {} in {}", count(result.objects, "object"),
-                  count(result.scans, "scan")));
+                  count(counts.scans, "scan")));
   if (std::isfinite(result.soonest_contact_s))
     say(fmt::format("soonest contact {:.2g} s ahead", result.soonest_contact_s));
-  if (arguments.output) say(fmt::format("wrote {}", *arguments.output));
-  if (arguments.json) print_json(json_of(result, events));
+  if (arguments.follow.output) say(fmt::format("wrote {}", *arguments.follow.output));
+  if (arguments.follow.json) print_json(json_of(counts, result, events));
   return ExitCode::kDone;
 }
 

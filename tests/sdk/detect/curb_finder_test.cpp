@@ -3,6 +3,7 @@
 // with true error bars, tilted or not, with gaps and gross outliers; what is no curb is not called
 // one. Travel (curb_detector_test.cpp) and rendered frames are not here.
 #include <cmath>
+#include <iostream>
 #include <numbers>
 #include <vector>
 
@@ -13,6 +14,7 @@
 
 #include "support/allocation_counter.hpp"
 #include "support/road_scans.hpp"
+#include "support/zhang_curb.hpp"
 
 namespace striper {
 namespace {
@@ -166,6 +168,53 @@ TEST(CurbFinder, SeesACurbDownAsTheLastOfTheRoad) {
   }
   EXPECT_GE(found, kTrials * 98 / 100);
   EXPECT_NEAR(pull.value(), 1.0, 0.15);
+}
+
+// The same scans by the strongest published rule for one scan, with .04 m for the jump. It finds
+// most of what we find, less exactly, and takes holes and ramps for curbs.
+TEST(CurbFinder, IsNoWorseThanZhangsRule) {
+  RoadStriper road;
+  road.striper.row_sigma_px = 0.27;
+  CurbFinder finder;
+  PolarScan scan;
+  Rms ours, theirs;
+  int found_by_us = 0;
+  int found_by_them = 0;
+  for (int trial = 0; trial < 2 * kTrials; ++trial) {
+    const double at = testing::uniform(1.0, 2.0);
+    road_scan(road, ranges_of_profile(road, curb_profile(at, testing::uniform(0.05, 0.25))), scan);
+    const auto other = testing::zhang_curb(scan, road.up_rad(), 0.04);
+    if (other && std::abs(other->x() - at) < 0.1) {
+      ++found_by_them;
+      theirs.add(other->x() - at);
+    }
+    const CurbFinding* f = outer(finder.find(scan));
+    if (f == nullptr || f->kind != CurbKind::kUp) continue;
+    ++found_by_us;
+    ours.add(f->lateral_m - at);
+  }
+  const RoadProfile hump{{-1, 0}, {1.2, 0}, {1.7, 0.08}, {2.2, 0}, {6, 0}};
+  const RoadProfile pothole{{-1, 0}, {1.2, 0}, {1.22, -0.06}, {1.7, -0.06}, {1.72, 0}, {6, 0}};
+  const RoadProfile ramp{{-1, 0}, {1.2, 0}, {1.5, 0.12}, {6, 0.12}};
+  int false_ours = 0;
+  int false_theirs = 0;
+  for (const RoadProfile& profile : {hump, pothole, ramp}) {
+    const auto ranges = ranges_of_profile(road, profile);
+    for (int trial = 0; trial < kTrials; ++trial) {
+      road_scan(road, ranges, scan);
+      false_theirs += testing::zhang_curb(scan, road.up_rad(), 0.04) ? 1 : 0;
+      const CurbFinding* f = outer(finder.find(scan));
+      const bool is_curb = f != nullptr && (f->kind == CurbKind::kUp || f->kind == CurbKind::kDown);
+      false_ours += is_curb ? 1 : 0;
+    }
+  }
+  std::cout << "curbs of 5 to 25 cm at 1 to 2 m, .27 px: found " << found_by_us << ", Zhang's rule "
+            << found_by_them << " of " << 2 * kTrials << "; rms " << 1e3 * ours.value() << " mm, "
+            << 1e3 * theirs.value() << " mm; humps, holes and ramps called curbs: " << false_ours
+            << ", " << false_theirs << " of " << 3 * kTrials << "\n";
+  EXPECT_GE(found_by_us, found_by_them);
+  EXPECT_LT(ours.value(), theirs.value());
+  EXPECT_LE(false_ours, false_theirs);
 }
 
 TEST(CurbFinder, AllocatesNothingInAStream) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/road_side.hpp"
+#include "detect/curb/road_side.hpp"
 
 #include <algorithm>
 #include <cmath>

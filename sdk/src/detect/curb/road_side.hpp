@@ -6,8 +6,8 @@
 
 #include <striper/detect/curb_finder.hpp>
 
-#include "detect/curb_lines.hpp"
-#include "detect/curb_posterior.hpp"
+#include "detect/curb/curb_lines.hpp"
+#include "detect/curb/curb_posterior.hpp"
 #include "profile/cutter.hpp"
 
 namespace striper::detail {

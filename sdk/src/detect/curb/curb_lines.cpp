@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detect/curb_lines.hpp"
+#include "detect/curb/curb_lines.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <striper/core/error.hpp>
 #include <striper/detect/curb_finder.hpp>
 
-#include "detect/road_side.hpp"
+#include "detect/curb/road_side.hpp"
 #include "profile/cutter.hpp"
 
 namespace striper {

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include <striper/core/event.hpp>
+#include <striper/motion/motion.hpp>
+#include <striper/scan/polar_scan.hpp>
+
+namespace striper::program {
+
+/// The options of every command that follows something from scan to scan: `objects`, `curb`.
+struct FollowArguments {
+  std::string scans;
+  std::optional<std::string> model;
+  std::optional<std::string> output;
+  std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
+  double sigma_m = std::numeric_limits<double>::quiet_NaN();
+  std::optional<double> up_deg;
+  std::optional<std::string> odometer;
+  double counts_per_m = std::numeric_limits<double>::quiet_NaN();
+  bool json = false;
+
+  std::optional<double> up_rad() const;
+  /// Where the table goes; none with --json alone.
+  std::optional<std::string> table() const;
+};
+
+/// `SCANS`, `--model`, `--output`, `--frames`, `--sigma`, `--up`, `--odometer`, `--counts-per-m`,
+/// `--json`. @return the option `--odometer`, for what needs it.
+CLI::Option* add_follow_arguments(CLI::App& command, FollowArguments& arguments);
+
+struct FollowCounts {
+  std::uint64_t scans = 0;
+  std::uint64_t without_sigma = 0;   ///< Scans of which no return says how good it is.
+  std::uint64_t without_motion = 0;  ///< Scans of which the odometer says nothing.
+};
+
+/// Gives every scan, until they end or the program is told to: ranges without a sigma have that of
+/// --sigma; with an odometer the vehicle's motion at the scan's time.
+/// @throws Error{kBadFile} where there is no scan, or the odometer is of another time,
+/// Error{kUsage}
+///         where no range says how good it is.
+FollowCounts follow_scans(
+    const FollowArguments& arguments, const EventPort& events,
+    const std::function<void(const PolarScan&, const std::optional<Motion>&)>& take);
+
+}  // namespace striper::program
