@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper serve: scans for whoever wants them, until told to stop.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -141,6 +142,13 @@ std::filesystem::path recordings_folder(const ServeArguments& arguments) {
   return state.empty() ? state : state / "recordings";
 }
 
+// Keeping what an explanation needs takes .03 ms a picture.
+bool is_asked_why(const ServeArguments& arguments) {
+  const auto is_web = [](const SinkUri& uri) { return uri.scheme() == "web"; };
+  const std::vector<SinkUri> sinks = parse_sinks(arguments.sinks);
+  return std::any_of(sinks.begin(), sinks.end(), is_web);
+}
+
 // A camera may come later, or back; a file that is not there is a wrong name.
 bool is_camera(const std::string& source) {
   const std::string scheme = SourceUri::parse(source).scheme();
@@ -173,7 +181,7 @@ class Server {
       : arguments_(arguments),
         events_(EventPort([this](const Event& event) { hear(event); }).of_head(arguments.name)),
         bus_(events_),
-        settings_(arguments.scanner, arguments.name),
+        settings_(arguments.scanner, arguments.name, is_asked_why(arguments)),
         head_(parts(), options(), bus_),
         recorder_(recordings_folder(arguments), arguments.name, bus_, events_),
         desk_(arguments.name, {head_, settings_, recorder_, events_}, arguments.allow_lasers_on) {
@@ -213,6 +221,7 @@ class Server {
     services.command = [this](std::string_view head, HeadCommand command, double seconds) {
       return desk_.command(head, command, seconds);
     };
+    services.why = [this](std::string_view head, int line) { return desk_.why(head, line); };
     services.token = [this] { return token(); };
     sink->set_services(services);
     bus_.add(uri.text(), std::move(sink));

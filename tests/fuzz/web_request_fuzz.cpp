@@ -43,6 +43,7 @@ class Program {
       require(may_change_ || command == HeadCommand::kLasersOff);
       return std::string("done");
     };
+    services.why = [](std::string_view, int line) { return std::to_string(line); };
     services.token = [] { return std::string(kSecret); };
     api_.set_services(services);
   }

@@ -6,8 +6,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include <striper/core/error.hpp>
+
+#include "why_json.hpp"
 
 namespace striper::program {
 namespace {
@@ -144,6 +147,11 @@ std::string HeadDesk::command(std::string_view head, HeadCommand command, double
   }
   note(done);
   return done;
+}
+
+std::string HeadDesk::why(std::string_view head, int line) const {
+  check_head(head);
+  return to_json(behind_.head.health().read.frames, behind_.head.explain(line)).dump();
 }
 
 }  // namespace striper::program

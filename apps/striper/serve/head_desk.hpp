@@ -36,6 +36,8 @@ class HeadDesk {
   /// @throws as `Head::switch_lasers` and `HeadRecorder::begin`; Error{kUnsupported} for what is
   ///         not allowed.
   std::string command(std::string_view head, HeadCommand command, double seconds);
+  /// @throws as `Head::explain`.
+  std::string why(std::string_view head, int line) const;
 
  private:
   void check_head(std::string_view head) const;

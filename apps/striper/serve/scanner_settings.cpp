@@ -35,13 +35,14 @@ std::optional<std::string> text_of(const Parameter& wanted) {
 
 }  // namespace
 
-ScannerSettings::ScannerSettings(ScannerArguments arguments, std::string head)
-    : head_(std::move(head)), arguments_(std::move(arguments)) {}
+ScannerSettings::ScannerSettings(ScannerArguments arguments, std::string head, bool explains)
+    : head_(std::move(head)), explains_(explains), arguments_(std::move(arguments)) {}
 
 ScannerSetup ScannerSettings::setup(const ScannerArguments& arguments, const SourceInfo& source,
                                     const EventPort& events) const {
   ScannerSetup setup = scanner_setup(arguments, source, events);
   setup.options.head = head_;
+  setup.options.stripe.can_explain = explains_;
   return setup;
 }
 

@@ -16,7 +16,8 @@ namespace striper::program {
 /// The options of a head's scanner, which may change while it runs. Thread-safe.
 class ScannerSettings {
  public:
-  ScannerSettings(ScannerArguments arguments, std::string head);
+  /// @param explains whether its scanners can say why a line gave what it gave.
+  ScannerSettings(ScannerArguments arguments, std::string head, bool explains);
 
   /// The scanner by the options as they are now. @throws as `scanner_setup` and `make_scanner`.
   HeadScanner make(const SourceInfo& source, const EventPort& events);
@@ -37,6 +38,7 @@ class ScannerSettings {
                      const EventPort& events) const;
 
   const std::string head_;
+  const bool explains_;
   mutable std::mutex mutex_;
   ScannerArguments arguments_;
   std::optional<SourceInfo> source_;  // Of the scanner that was made last.

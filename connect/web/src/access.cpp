@@ -6,8 +6,6 @@
 namespace striper::detail {
 namespace {
 
-constexpr double kWrongAtOnce = 10.0;
-constexpr double kWrongPerSecond = 1.0 / 6.0;
 constexpr std::size_t kMostAddresses = 1024;
 
 std::string_view of_cookie(std::string_view header) noexcept {
@@ -52,9 +50,12 @@ bool RateLimit::take(Clock::time_point now) noexcept {
   return true;
 }
 
-bool WrongTokens::take(const std::string& address, RateLimit::Clock::time_point now) {
+AddressLimits::AddressLimits(double per_second, double at_once) noexcept
+    : per_second_(per_second), at_once_(at_once) {}
+
+bool AddressLimits::take(const std::string& address, RateLimit::Clock::time_point now) {
   if (by_address_.size() >= kMostAddresses) by_address_.clear();
-  return by_address_.try_emplace(address, kWrongPerSecond, kWrongAtOnce).first->second.take(now);
+  return by_address_.try_emplace(address, per_second_, at_once_).first->second.take(now);
 }
 
 }  // namespace striper::detail

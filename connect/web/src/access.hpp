@@ -40,14 +40,16 @@ class RateLimit {
   Clock::time_point last_;
 };
 
-/// How often each address may show a wrong secret: ten times, then once in six seconds. Remembers a
-/// bounded number of addresses.
-class WrongTokens {
+/// The same for each address by itself, so that nobody uses up another's. Remembers a bounded
+/// number of addresses.
+class AddressLimits {
  public:
-  /// Whether the address may show another one.
+  AddressLimits(double per_second, double at_once) noexcept;
   bool take(const std::string& address, RateLimit::Clock::time_point now);
 
  private:
+  double per_second_;
+  double at_once_;
   std::map<std::string, RateLimit> by_address_;
 };
 

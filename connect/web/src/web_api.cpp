@@ -23,6 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::string_view kHeads = "/api/v1/heads/";
+constexpr std::string_view kWhy = "/api/v1/why";
 constexpr const char* kText = "text/plain; charset=utf-8";
 
 /// A command, as it stands in addresses and services.
@@ -174,11 +175,14 @@ std::vector<std::string> WebApi::heads() const {
   return names;
 }
 
-bool WebApi::is_slow(const HttpAsk& ask) const { return ask.target.starts_with(kHeads); }
+bool WebApi::is_slow(const HttpAsk& ask) const {
+  return ask.target.starts_with(kHeads) || Target(ask.target).path == kWhy;
+}
 
 HttpAnswer WebApi::answer(const HttpAsk& ask) {
   try {
     if (ask.target.starts_with(kHeads)) return answer_of_head(ask);
+    if (Target(ask.target).path == kWhy) return why(ask);
     return ask.method == "GET" || ask.method == "HEAD" ? look(ask) : change(ask);
   } catch (const Error& error) {
     return failure(status_of(error.kind()), error.what());
@@ -256,6 +260,23 @@ HttpAnswer WebApi::recordings() const {
     all.push_back({{"name", one.name}, {"bytes", one.bytes}, {"time_s", one.time_s}});
   }
   return done(all);
+}
+
+HttpAnswer WebApi::why(const HttpAsk& ask) const {
+  if (ask.method != "GET" && ask.method != "HEAD") return not_allowed("GET, HEAD");
+  const Target target(ask.target);
+  const std::string_view text = target.value("line");
+  int line = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), line);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size()) {
+    throw Error(ErrorKind::kBadValue, "which line is said as ?line=320: a column, or a row");
+  }
+  std::string head = decoded(target.value("head"));
+  if (const std::vector<std::string> all = heads(); head.empty() && !all.empty()) head = all[0];
+  const SinkServices services = asked();
+  HttpAnswer answer;
+  answer.body = required(services.why)(head, line) + "\n";
+  return answer;
 }
 
 // "/api/v1/heads/H/WORD", where H may have slashes.

@@ -50,6 +50,7 @@ class WebApi : public WebDesk {
   HttpAnswer command_of(const HttpAsk& ask, const std::string& head, std::string_view word);
   HttpAnswer model(const std::string& head) const;
   HttpAnswer recordings() const;
+  HttpAnswer why(const HttpAsk& ask) const;
   SinkServices asked() const;
   std::vector<std::string> heads() const;
 

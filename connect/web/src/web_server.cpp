@@ -46,6 +46,8 @@ constexpr std::uint64_t kMostBody = 16384;
 constexpr std::size_t kMostMessage = 65536;  // Of a client.
 constexpr double kChangesPerSecond = 20.0;   // More than a hand on a slider makes.
 constexpr double kChangesAtOnce = 40.0;
+constexpr double kWrongTokensPerSecond = 1.0 / 6.0;
+constexpr double kWrongTokensAtOnce = 10.0;
 constexpr auto kRequestTime = 10s;     // To say a request, and to take its answer.
 constexpr auto kIdleTime = 30s;        // Without an answer to a ping.
 constexpr auto kKeepsUpAgain = 5s;     // Without a drop.
@@ -169,8 +171,8 @@ class WebServer::Impl {
   std::size_t sockets_ = 0;
   std::size_t slow_waiting_ = 0;
   std::set<Client*> open_;
-  RateLimit changes_{kChangesPerSecond, kChangesAtOnce};
-  WrongTokens wrong_tokens_;
+  AddressLimits changes_{kChangesPerSecond, kChangesAtOnce};
+  AddressLimits wrong_tokens_{kWrongTokensPerSecond, kWrongTokensAtOnce};
   bool is_stopping_ = false;
 
   mutable std::mutex mutex_;
@@ -325,7 +327,7 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
       complain(
           fmt::format("changing something needs the secret: connect to ws://HOST:{}/?token=...",
                       server_.name_.port));
-    } else if (!server_.changes_.take(RateLimit::Clock::now())) {
+    } else if (!changes_.take(RateLimit::Clock::now())) {
       complain("that are too many changes in a second");
     } else {
       return true;
@@ -357,7 +359,7 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
 
   void call(std::string_view bytes) {
     const foxglove::Call call = foxglove::parse_call(bytes);
-    if (!server_.changes_.take(RateLimit::Clock::now())) {
+    if (!changes_.take(RateLimit::Clock::now())) {
       return say(foxglove::service_failure(call.service, call.call, "too many calls in a second"));
     }
     do_slowly([this, service = call.service, number = call.call,
@@ -453,6 +455,7 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
   std::array<std::uint8_t, foxglove::kMessageHeader> header_{};
   std::chrono::steady_clock::time_point last_drop_;
   const bool has_token_;
+  RateLimit changes_{kChangesPerSecond, kChangesAtOnce};
   bool is_accepted_ = false;
   bool is_writing_ = false;
   bool is_slow_ = false;
@@ -527,7 +530,7 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
       return refusal(request, http::status::too_many_requests,
                      "that was the wrong secret too often: wait");
     }
-    if (is_change(request) && !server_.changes_.take(RateLimit::Clock::now())) {
+    if (is_change(request) && !server_.changes_.take(address_, RateLimit::Clock::now())) {
       return refusal(request, http::status::too_many_requests,
                      "that are too many changes in a second");
     }

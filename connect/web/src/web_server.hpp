@@ -17,9 +17,9 @@ namespace striper::detail {
 /// One port for pages, answers and the Foxglove WebSocket, on a thread of its own (Boost.Beast).
 ///
 /// Whoever asks has bounded room and time: 8 kB of header, 16 kB of body, 10 s to say it, 64 kB a
-/// message of a WebSocket, 64 connections and 100 WebSockets, 20 changes a second, a wrong secret
-/// in six seconds after the tenth. A client that does not read is told so, and is dropped when it
-/// has not answered a ping for 30 s.
+/// message of a WebSocket, 64 connections and 100 WebSockets, of each address 20
+/// changes a second, and a wrong secret in six seconds after the tenth. A client that does not read
+/// is told so, and is dropped when it has not answered a ping for 30 s.
 ///
 /// What asks a camera is done on another thread, one after the other, and nobody else waits for it.
 ///

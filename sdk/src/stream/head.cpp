@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <exception>
+#include <future>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -61,6 +62,7 @@ class Head::Impl {
   std::vector<Control> controls() const;
   Control set_control(std::string_view name, const ControlValue& value);
   void switch_lasers(bool are_on);
+  ScanExplanation explain(int line, std::chrono::milliseconds timeout);
 
   std::atomic<bool> should_stop = false;
   std::atomic<bool> should_reload = false;  // Where its model's file may be another.
@@ -85,6 +87,7 @@ class Head::Impl {
   void announce();
   void retire_scanner();
   void make_scanner();
+  void answer_questions();
   void look_for_changes();
   void remake(bool is_reload);
   void tick(const FrameReport& report, bool is_frame);
@@ -112,6 +115,14 @@ class Head::Impl {
   mutable std::mutex source_mutex_;     // Held while a camera is asked; guards what follows.
   FrameSource* open_source_ = nullptr;  // Set by the thread that runs.
   std::map<std::string, ControlValue, std::less<>> kept_controls_;
+
+  // Why a line gave what it gave, to be answered by the thread that runs.
+  struct Question {
+    int line = 0;
+    std::promise<ScanExplanation> answer;
+  };
+  std::mutex questions_mutex_;
+  std::vector<std::shared_ptr<Question>> questions_;
 
   std::thread thread_;
   FrameReport report_;
@@ -262,8 +273,43 @@ void Head::Impl::take(const Frame& frame, const FrameReader& reader) {
   if (!is_announced_) announce();
   if (parts_.before_scan) parts_.before_scan(frame);
   bus_.write(frame, options_.name);
-  give(scanner_->scanner.process(frame));
+  const ScanSpan scans = scanner_->scanner.process(frame);
+  if (!scans.empty()) answer_questions();
+  give(scans);
   tick(reader.report(), true);
+}
+
+void Head::Impl::answer_questions() {
+  std::vector<std::shared_ptr<Question>> asked;
+  {
+    const std::lock_guard lock(questions_mutex_);
+    asked.swap(questions_);
+  }
+  for (const auto& one : asked) {
+    try {
+      one->answer.set_value(scanner_->scanner.explain(one->line));
+    } catch (...) {
+      one->answer.set_exception(std::current_exception());
+    }
+  }
+}
+
+ScanExplanation Head::Impl::explain(int line, std::chrono::milliseconds timeout) {
+  const auto question = std::make_shared<Question>();
+  question->line = line;
+  std::future<ScanExplanation> answer = question->answer.get_future();
+  {
+    const std::lock_guard lock(questions_mutex_);
+    questions_.push_back(question);
+  }
+  if (answer.wait_for(timeout) == std::future_status::ready) return answer.get();
+  {
+    const std::lock_guard lock(questions_mutex_);
+    std::erase(questions_, question);
+  }
+  throw Error(ErrorKind::kDevice,
+              fmt::format("head '{}': no scan came for {} ms, it is {}", options_.name,
+                          timeout.count(), to_string(health().state)));
 }
 
 void Head::Impl::announce() {
@@ -384,6 +430,9 @@ Control Head::set_control(std::string_view name, const ControlValue& value) {
   return impl_->set_control(name, value);
 }
 void Head::switch_lasers(bool are_on) { impl_->switch_lasers(are_on); }
+ScanExplanation Head::explain(int line, std::chrono::milliseconds timeout) const {
+  return impl_->explain(line, timeout);
+}
 HeadHealth Head::health() const { return impl_->health(); }
 
 }  // namespace striper

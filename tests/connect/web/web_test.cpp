@@ -103,7 +103,7 @@ TEST(Access, LimitsRates) {
   EXPECT_FALSE(limit.take(now));
   EXPECT_TRUE(limit.take(now += 500ms));
   EXPECT_FALSE(limit.take(now));
-  WrongTokens wrong;
+  AddressLimits wrong(1.0 / 6.0, 10.0);
   int taken = 0;
   for (int i = 0; i < 100; ++i) taken += wrong.take("192.168.1.5", now) ? 1 : 0;
   EXPECT_EQ(taken, 10);

@@ -669,6 +669,22 @@ class Changes(Served):
         self.assertIn("lasers:", text)
         self.assertEqual(self.get("/api/v1/model?head=other")[0], 404)
 
+    def test_why_a_line_gives_what_it_gives(self):
+        code, body, _ = self.get("/api/v1/why?head=striper&line=80")
+        self.assertEqual(code, 200, body)
+        why = json.loads(body)
+        self.assertEqual((why["line"], why["status"]), (80, "ok"))
+        self.assertAlmostEqual(why["range_m"], 2, delta=0.2)
+        self.assertTrue(why["candidates"])
+        for query, expected in (("line=x", 400), ("", 400), ("line=9999", 400), ("head=other&line=1", 404)):
+            self.assertEqual(self.get("/api/v1/why?" + query)[0], expected, query)
+        self.assertEqual(self.get("/api/v1/why?line=1", "POST")[0], 405)
+        self.post("stop", self.right)
+        end = time.monotonic() + 10
+        while "paused" not in self.get("/api/v1/status")[1] and time.monotonic() < end:
+            time.sleep(0.05)
+        self.assertEqual(self.get("/api/v1/why?line=80")[0], 503)
+
     def test_foxglove_parameters_with_and_without_the_secret(self):
         reader, writer = Viewer(self.port), Viewer(self.port, path="/?token=" + self.token)
         self.assertIn("401", Socket(self.port, path="/?token=wrong").answer.split("\r\n")[0])

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <striper/core/controls.hpp>
+#include <striper/pipeline/scan_explanation.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/stream/frame_reader.hpp>
 #include <striper/stream/scan_bus.hpp>
@@ -103,6 +104,12 @@ class Head {
   /// Sets the control `laser`; also for a source that is opened later, where none is open.
   /// @throws Error{kUsage} where the source has no such control.
   void switch_lasers(bool are_on);
+
+  /// Why a line of the picture that gives the next scan gives what it gives: waits for that one.
+  /// @throws Error{kDevice} where none comes in that time; as `Scanner::explain`, whose option
+  ///         `can_explain` the scanner needs.
+  ScanExplanation explain(int line,
+                          std::chrono::milliseconds timeout = std::chrono::seconds(2)) const;
 
   HeadHealth health() const;
 

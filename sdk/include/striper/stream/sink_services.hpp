@@ -60,6 +60,8 @@ struct SinkServices {
   std::function<void(std::string_view head, const Parameter& wanted)> set_parameter;
   /// @param seconds of kRecord. @return what came of it, as a sentence.
   std::function<std::string(std::string_view head, HeadCommand command, double seconds)> command;
+  /// Why a line of the next picture gives what it gives, as JSON: that of `striper why --json`.
+  std::function<std::string(std::string_view head, int line)> why;
 
   /// The secret that whoever changes something has to show; empty: nobody may. Made when first
   /// asked for.
