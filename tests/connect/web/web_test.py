@@ -265,6 +265,17 @@ class Served(InScratch):
                 scans.setdefault(row["time_s"], []).append(row)
         return scans
 
+    def scan_times(self):
+        """Of the scans in the CSV, in order; nothing else of it is kept, for there may be gigabytes."""
+        times = []
+        with open(self.path("a.csv"), encoding="utf-8") as file:
+            column = next(file).strip().split(",").index("time_s")
+            for line in file:
+                time_s = line.split(",", column + 1)[column]
+                if not times or times[-1] != time_s:
+                    times.append(time_s)
+        return [float(time_s) for time_s in times]
+
 
 class Scans(Served):
     def test_are_the_csv_by_both_subprotocols(self):
@@ -339,7 +350,7 @@ class Clients(Served):
         self.assertIn("does not keep up", lazy[0].statuses[0]["message"])
         log = self.end()
         self.assertRegex(log, r"csv:\S+ finished, \d+ written, 0 lost")
-        times = sorted(map(float, self.rows()))
+        times = self.scan_times()
         self.assertAlmostEqual((times[-1] - times[0]) * 10, len(times) - 1, delta=0.5)
 
 
@@ -435,7 +446,7 @@ class Load(Served):
         log = self.end()
         self.tearDown()
         found["lost"] = int(re.search(r"csv:\S+ finished, \d+ written, (\d+) lost", log)[1])
-        times = sorted(map(float, self.rows()))
+        times = self.scan_times()
         found["scans"] = len(times)
         found["rate_hz"] = round((len(times) - 1) / (times[-1] - times[0]), 3)
         return found
