@@ -20,8 +20,9 @@ double height_variance(const CurbFinding& seen) noexcept {
 }  // namespace
 
 void CurbPath::start(const CurbFinding& seen, const CurbDetectorOptions& options) noexcept {
-  x_ = {seen.lateral_m, 0.0};
-  p_ = Eigen::Vector2d(lateral_variance(seen, options), square(options.slope)).asDiagonal();
+  path_.mean = {seen.lateral_m, 0.0};
+  path_.covariance =
+      Eigen::Vector2d(lateral_variance(seen, options), square(options.slope)).asDiagonal();
   height_m_ = seen.height_m;
   height_variance_ = height_variance(seen);
 }
@@ -32,34 +33,32 @@ void CurbPath::predict(double way_m, double turn_rad, const CurbDetectorOptions&
   f << 1.0, s, 0.0, 1.0;
   Eigen::Matrix2d q;
   q << s * s * s / 3.0, s * s / 2.0, s * s / 2.0, s;
-  x_ = f * x_;
-  p_ = (f * p_ * f.transpose() + square(options.bend) * q).eval();
-  p_(1, 1) += square(turn_rad);
+  path_.predict(f, square(options.bend) * q);
+  path_.covariance(1, 1) += square(turn_rad);
   height_variance_ += square(options.height_change_m) * s;
 }
 
 double CurbPath::distance2(const CurbFinding& seen,
                            const CurbDetectorOptions& options) const noexcept {
-  const double lateral =
-      square(seen.lateral_m - x_[0]) / (p_(0, 0) + lateral_variance(seen, options));
+  const double lateral = square(seen.lateral_m - path_.mean[0]) /
+                         (path_.covariance(0, 0) + lateral_variance(seen, options));
   const double height =
       square(seen.height_m - height_m_) / (height_variance_ + height_variance(seen));
   return lateral + (std::isfinite(height) ? height : 0.0);
 }
 
 void CurbPath::update(const CurbFinding& seen, const CurbDetectorOptions& options) noexcept {
-  const Eigen::Vector2d gain = p_.col(0) / (p_(0, 0) + lateral_variance(seen, options));
-  x_ += gain * (seen.lateral_m - x_[0]);
-  p_ = (p_ - gain * p_.row(0)).eval();
-  p_(0, 1) = p_(1, 0) = 0.5 * (p_(0, 1) + p_(1, 0));
+  const Eigen::Vector2d lateral(1.0, 0.0);
+  path_.correct(lateral,
+                path_.innovation(lateral, seen.lateral_m, lateral_variance(seen, options)));
   if (!std::isfinite(seen.height_m) || !std::isfinite(seen.sigma_height_m)) return;
   const double share = height_variance_ / (height_variance_ + height_variance(seen));
   height_m_ += share * (seen.height_m - height_m_);
   height_variance_ *= 1.0 - share;
 }
 
-double CurbPath::sigma_lateral_m() const noexcept { return std::sqrt(p_(0, 0)); }
-double CurbPath::sigma_slope() const noexcept { return std::sqrt(p_(1, 1)); }
+double CurbPath::sigma_lateral_m() const noexcept { return std::sqrt(path_.covariance(0, 0)); }
+double CurbPath::sigma_slope() const noexcept { return std::sqrt(path_.covariance(1, 1)); }
 double CurbPath::sigma_height_m() const noexcept { return std::sqrt(height_variance_); }
 
 }  // namespace striper::detail

@@ -5,6 +5,8 @@
 
 #include <striper/detect/curb_detector.hpp>
 
+#include "track/kalman.hpp"
+
 namespace striper::detail {
 
 /// Where a curb is along the way: Kalman filters of lateral distance with slope, and of height.
@@ -17,16 +19,15 @@ class CurbPath {
   double distance2(const CurbFinding& seen, const CurbDetectorOptions& options) const noexcept;
   void update(const CurbFinding& seen, const CurbDetectorOptions& options) noexcept;
 
-  double lateral_m() const noexcept { return x_[0]; }
+  double lateral_m() const noexcept { return path_.mean[0]; }
   double sigma_lateral_m() const noexcept;
-  double slope() const noexcept { return x_[1]; }
+  double slope() const noexcept { return path_.mean[1]; }
   double sigma_slope() const noexcept;
   double height_m() const noexcept { return height_m_; }
   double sigma_height_m() const noexcept;
 
  private:
-  Eigen::Vector2d x_ = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d p_ = Eigen::Matrix2d::Zero();
+  KalmanState<2> path_{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero()};
   double height_m_ = 0.0;
   double height_variance_ = 0.0;
 };

@@ -37,10 +37,10 @@ Matrix2d outer(const Vector2d& v) { return v * v.transpose(); }
 
 void ObjectFilter::start(const ObjectCluster& seen, const ObjectOptions& options) noexcept {
   const double speed = 0.5 * options.max_speed_m_s;
-  x_ << seen.anchor_m, Vector2d::Zero();
-  p_.setZero();
-  p_.topLeftCorner<2, 2>() = seen.covariance();
-  p_.bottomRightCorner<2, 2>() = speed * speed * Matrix2d::Identity();
+  kalman_.mean << seen.anchor_m, Vector2d::Zero();
+  kalman_.covariance.setZero();
+  kalman_.covariance.topLeftCorner<2, 2>() = seen.covariance();
+  kalman_.covariance.bottomRightCorner<2, 2>() = speed * speed * Matrix2d::Identity();
   seen_ = seen;
   follows_ends_ = 0;
   max_acceleration_m_s2_ = options.max_acceleration_m_s2;
@@ -52,25 +52,25 @@ void ObjectFilter::predict(const OwnStep& own, const ObjectOptions& options) noe
   dt_s_ = dt;
   Covariance advance = Covariance::Identity();
   advance.topRightCorner<2, 2>() = dt * Matrix2d::Identity();
-  x_ = advance * x_;
-  p_ = advance * p_ * advance.transpose();
+  kalman_.mean = advance * kalman_.mean;
+  kalman_.covariance = advance * kalman_.covariance * advance.transpose();
   const double a2 = options.acceleration_m_s2 * options.acceleration_m_s2 + acceleration_variance_;
   const Matrix2d unit = Matrix2d::Identity();
-  p_.topLeftCorner<2, 2>() += 0.25 * a2 * dt * dt * dt * dt * unit;
-  p_.topRightCorner<2, 2>() += 0.5 * a2 * dt * dt * dt * unit;
-  p_.bottomLeftCorner<2, 2>() += 0.5 * a2 * dt * dt * dt * unit;
-  p_.bottomRightCorner<2, 2>() += a2 * dt * dt * unit;
+  kalman_.covariance.topLeftCorner<2, 2>() += 0.25 * a2 * dt * dt * dt * dt * unit;
+  kalman_.covariance.topRightCorner<2, 2>() += 0.5 * a2 * dt * dt * dt * unit;
+  kalman_.covariance.bottomLeftCorner<2, 2>() += 0.5 * a2 * dt * dt * dt * unit;
+  kalman_.covariance.bottomRightCorner<2, 2>() += a2 * dt * dt * unit;
   if (!own.is_known) return;
 
   const Matrix2d back = Eigen::Rotation2Dd(-own.turn_rad).toRotationMatrix();
   Covariance turn = Covariance::Zero();
   turn.topLeftCorner<2, 2>() = back;
   turn.bottomRightCorner<2, 2>() = back;
-  x_.head<2>() -= own.shift_m;
-  x_ = turn * x_;
-  p_ = turn * p_ * turn.transpose();
-  const Vector2d across(-x_[1], x_[0]);
-  p_.topLeftCorner<2, 2>() +=
+  kalman_.mean.head<2>() -= own.shift_m;
+  kalman_.mean = turn * kalman_.mean;
+  kalman_.covariance = turn * kalman_.covariance * turn.transpose();
+  const Vector2d across(-kalman_.mean[1], kalman_.mean[0]);
+  kalman_.covariance.topLeftCorner<2, 2>() +=
       back * own.shift_covariance * back.transpose() + own.turn_variance * outer(across);
   seen_.normal = back * seen_.normal;
   seen_.closest_m = back * (seen_.closest_m - own.shift_m);
@@ -90,7 +90,7 @@ ObjectFilter::Feature ObjectFilter::feature_of(const ObjectCluster& seen) const 
 }
 
 double ObjectFilter::distance2(const ObjectCluster& seen, double& spread) const noexcept {
-  Matrix2d expected = p_.topLeftCorner<2, 2>() + seen.covariance();
+  Matrix2d expected = kalman_.covariance.topLeftCorner<2, 2>() + seen.covariance();
   const Feature feature = feature_of(seen);
   const double width = std::max(seen.width_m, seen_.width_m);
   const double place_variance = width * width / 12.0;
@@ -115,7 +115,7 @@ void ObjectFilter::update(const ObjectCluster& seen) noexcept {
   if (feature == Feature::kOther) {
     anchor_along(normal, off, variance);
   } else {
-    learn(off, normal.dot(p_.topLeftCorner<2, 2>() * normal) + variance);
+    learn(off, normal.dot(kalman_.covariance.topLeftCorner<2, 2>() * normal) + variance);
     update_along(normal, off, seen.normal_variance + shape_variance_);  // With what was learnt.
   }
   const double along = tangent.dot(seen.anchor_m - place());
@@ -155,7 +155,7 @@ void ObjectFilter::learn(double innovation, double expected) noexcept {
 
 // Gives the velocity the freedom that an innovation asks for.
 void ObjectFilter::explain(const Vector2d& axis, double innovation, double variance) noexcept {
-  const double expected = axis.dot(p_.topLeftCorner<2, 2>() * axis) + variance;
+  const double expected = axis.dot(kalman_.covariance.topLeftCorner<2, 2>() * axis) + variance;
   const double square = innovation * innovation;
   if (square <= kManoeuvreSigmas * kManoeuvreSigmas * expected || !(dt_s_ > 0.0)) return;
   const double way = 0.5 * dt_s_ * dt_s_;
@@ -163,7 +163,7 @@ void ObjectFilter::explain(const Vector2d& axis, double innovation, double varia
       std::min((square - expected) / (way * way), max_acceleration_m_s2_ * max_acceleration_m_s2_);
   State push;
   push << way * axis, dt_s_ * axis;
-  p_ += a2 * push * push.transpose();
+  kalman_.covariance += a2 * push * push.transpose();
 }
 
 // A scalar update along one axis.
@@ -171,21 +171,19 @@ void ObjectFilter::update_along(const Vector2d& axis, double innovation, double 
   explain(axis, innovation, variance);
   State h = State::Zero();
   h.head<2>() = axis;
-  const State ph = p_ * h;
-  const double expected = h.dot(ph) + variance;
-  x_ += ph * (innovation / expected);
-  p_ -= ph * ph.transpose() / expected;
-  p_ = (0.5 * (p_ + p_.transpose())).eval();
+  const Innovation seen{innovation, h.dot(kalman_.covariance * h) + variance};
+  kalman_.correct(h, seen);
 }
 
 // What is followed along this axis is something else from now on: its place says nothing about the
 // velocity.
 void ObjectFilter::anchor_along(const Vector2d& axis, double offset, double variance) noexcept {
-  x_.head<2>() += offset * axis;
+  kalman_.mean.head<2>() += offset * axis;
   State h = State::Zero();
   h.head<2>() = axis;
   const Covariance without = Covariance::Identity() - h * h.transpose();
-  p_ = (without * p_ * without + variance * h * h.transpose()).eval();
+  kalman_.covariance =
+      (without * kalman_.covariance * without + variance * h * h.transpose()).eval();
 }
 
 }  // namespace striper::detail

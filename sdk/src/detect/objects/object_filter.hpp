@@ -6,6 +6,7 @@
 #include <striper/detect/objects.hpp>
 
 #include "detect/objects/object_clusters.hpp"
+#include "track/kalman.hpp"
 
 namespace striper::detail {
 
@@ -36,10 +37,10 @@ class ObjectFilter {
   double distance2(const ObjectCluster& seen, double& spread) const noexcept;
   void update(const ObjectCluster& seen) noexcept;
 
-  const State& state() const noexcept { return x_; }
-  const Covariance& covariance() const noexcept { return p_; }
-  Eigen::Vector2d place() const noexcept { return x_.head<2>(); }
-  Eigen::Vector2d velocity() const noexcept { return x_.tail<2>(); }
+  const State& state() const noexcept { return kalman_.mean; }
+  const Covariance& covariance() const noexcept { return kalman_.covariance; }
+  Eigen::Vector2d place() const noexcept { return kalman_.mean.head<2>(); }
+  Eigen::Vector2d velocity() const noexcept { return kalman_.mean.tail<2>(); }
   const ObjectCluster& seen() const noexcept { return seen_; }
   /// Whether motion along the face was observed since the feature was last another.
   bool is_fully_observed() const noexcept { return follows_ends_ > 0; }
@@ -52,8 +53,7 @@ class ObjectFilter {
   void update_along(const Eigen::Vector2d& axis, double innovation, double variance) noexcept;
   void anchor_along(const Eigen::Vector2d& axis, double offset, double variance) noexcept;
 
-  State x_ = State::Zero();
-  Covariance p_ = Covariance::Zero();
+  KalmanState<4> kalman_{State::Zero(), Covariance::Zero()};
   double dt_s_ = 0.0;
   // What the innovations showed: fading means of their squares over what was expected, and of the
   // products of two in a row; and what was learnt from them.
