@@ -34,6 +34,7 @@ void add_diff(CLI::App& striper, Action& action);
 void add_measure(CLI::App& striper, Action& action);
 void add_curb(CLI::App& striper, Action& action);
 void add_objects(CLI::App& striper, Action& action);
+void add_guide(CLI::App& striper, Action& action);
 void add_convert(CLI::App& striper, Action& action);
 void add_info(CLI::App& striper, Action& action);
 void add_compare(CLI::App& striper, Action& action);

@@ -27,9 +27,10 @@ constexpr std::array kCommands{
     striper::program::add_board,     striper::program::add_diff,
 #endif
     striper::program::add_convert,   striper::program::add_info,    striper::program::add_measure,
-    striper::program::add_curb,      striper::program::add_objects, striper::program::add_compare,
-    striper::program::add_design,    striper::program::add_eyesafe, striper::program::add_simulate,
-    striper::program::add_devices,   striper::program::add_bench,   striper::program::add_doctor,
+    striper::program::add_curb,      striper::program::add_objects, striper::program::add_guide,
+    striper::program::add_compare,   striper::program::add_design,  striper::program::add_eyesafe,
+    striper::program::add_simulate,  striper::program::add_devices, striper::program::add_bench,
+    striper::program::add_doctor,
 };
 
 constexpr const char* kDescription =

@@ -36,10 +36,11 @@ OF_SDK = {"capture/simulator": {"core", "model"}, "capture": {"core", "model", "
           "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "connect/ros2": None, "connect/web": None, "apps": None}
 # ... and folders of theirs that may include more.
 OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"},
-             ("capture", "recording"): OF_SDK["capture"] | {"stream"}}
+             ("capture", "recording"): OF_SDK["capture"] | {"stream"},
+             ("capture/simulator", "road"): OF_SDK["capture/simulator"] | {"motion", "guidance"}}
 # Folder of another module -> its other folders that it may include; "" is what lies in none, and sees all.
 INSIDE = {
-    "capture/simulator": {"simulator": set(), "scene": {"simulator"}, "light": {"simulator", "scene"},
+    "capture/simulator": {"simulator": set(), "road": {"light"}, "scene": {"simulator"}, "light": {"simulator", "scene"},
                           "view": {"simulator", "scene", "light"}},
     "capture": {"capture": set(), "images": {"capture"}, "live": {"capture"},
                 "v4l2": {"capture", "images", "live"}, "gige": {"capture", "live"}, "scans": {"capture"},

@@ -52,6 +52,9 @@ class PaintFinder {
   ///         right); valid until the next call. Empty where a sample is no number.
   std::span<const PaintLine> find(std::span<const double> sweep) noexcept;
 
+  /// What of the last sweep was above the threshold and has the width of no line; valid as long.
+  std::span<const PaintLine> others() const noexcept { return others_; }
+
  private:
   struct Road {
     double level = 0.0;
@@ -65,6 +68,7 @@ class PaintFinder {
   PaintFinderOptions options_;
   std::vector<double> sorted_;
   std::vector<PaintLine> lines_;
+  std::vector<PaintLine> others_;
 };
 
 }  // namespace striper

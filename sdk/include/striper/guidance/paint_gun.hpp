@@ -43,6 +43,13 @@ class PaintGun {
   void see_paint(double at_m) noexcept;  ///< The newest dash, not ended yet, reaches so far.
   void end_dash(double at_m) noexcept;
 
+  /// What another beam sees later of dashes that are known: an end within `near_m` of a place is
+  /// where it says instead. @return whether there was such an end, not acted upon yet
+  bool move_begin(double at_m, double near_m, double to_m) noexcept;
+  bool move_end(double at_m, double near_m, double to_m) noexcept;
+  /// Adds a whole dash that the first beam has missed, in its place.
+  bool add_dash(double from_m, double to_m) noexcept;
+
   /// Decides the gun's signal. It is late by up to the travel between two calls: call it at each
   /// odometer reading, not only at each scan.
   /// @param distance_m where the reference is on the road

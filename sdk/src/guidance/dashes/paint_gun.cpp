@@ -67,6 +67,38 @@ void PaintGun::end_dash(double at_m) noexcept {
   last.is_ended = true;
 }
 
+bool PaintGun::move_begin(double at_m, double near_m, double to_m) noexcept {
+  for (std::size_t i = is_on_ ? 1 : 0; i < size_; ++i) {
+    Dash& one = dash(i);
+    if (!(std::abs(one.from_m - at_m) <= near_m) || !(to_m < one.to_m)) continue;
+    one.from_m = to_m;
+    return true;
+  }
+  return false;
+}
+
+bool PaintGun::move_end(double at_m, double near_m, double to_m) noexcept {
+  for (std::size_t i = 0; i < size_; ++i) {
+    Dash& one = dash(i);
+    if (!one.is_ended || !(std::abs(one.to_m - at_m) <= near_m) || !(to_m > one.from_m)) continue;
+    one.to_m = to_m;
+    return true;
+  }
+  return false;
+}
+
+bool PaintGun::add_dash(double from_m, double to_m) noexcept {
+  if (!(to_m > from_m)) return false;
+  if (size_ == ring_.size()) {
+    ++lost_;
+    return false;
+  }
+  std::size_t place = size_++;
+  for (; place > 0 && dash(place - 1).from_m > from_m; --place) dash(place) = dash(place - 1);
+  dash(place) = {from_m, to_m, true};
+  return true;
+}
+
 bool PaintGun::wants_on(const Dash& dash, double on_m, double off_m) const noexcept {
   const bool is_long_enough =
       dash.to_m > dash.from_m && dash.to_m - dash.from_m >= options_.dash_min_m;

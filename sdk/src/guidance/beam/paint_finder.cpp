@@ -62,6 +62,7 @@ PaintFinder::PaintFinder(const PaintFinderOptions& options) : options_(options) 
   options_.validate();
   sorted_.reserve(options_.samples);
   lines_.reserve(options_.samples / 2 + 1);
+  others_.reserve(options_.samples / 2 + 1);
 }
 
 double PaintFinder::median_of(std::span<const double> values) noexcept {
@@ -83,6 +84,7 @@ PaintFinder::Road PaintFinder::measure_road(std::span<const double> sweep) noexc
 
 std::span<const PaintLine> PaintFinder::find(std::span<const double> sweep) noexcept {
   lines_.clear();
+  others_.clear();
   sweep = sweep.first(std::min(sweep.size(), options_.samples));
   const auto is_number = [](double value) { return std::isfinite(value); };
   if (sweep.empty() || !std::all_of(sweep.begin(), sweep.end(), is_number)) return {};
@@ -115,10 +117,11 @@ void PaintFinder::add_line(std::span<const double> sweep, std::size_t first, std
   const Edge begin = edge_between(sweep, first - 1, first, half, height, road.noise);
   const Edge end = edge_between(sweep, last + 1, last, half, height, road.noise);
   const double misfit = std::abs(end.at - begin.at - options_.width_samples);
-  if (misfit > options_.width_tolerance * options_.width_samples) return;
-  // Two pieces above a high threshold can be one line at half height.
-  if (!lines_.empty() && begin.at <= lines_.back().end) return;
-  lines_.push_back({begin.at, end.at, begin.sigma, end.sigma, height});
+  const bool is_line = misfit <= options_.width_tolerance * options_.width_samples;
+  std::vector<PaintLine>& found = is_line ? lines_ : others_;
+  // Two pieces above a high threshold can be one at half height.
+  if (!found.empty() && begin.at <= found.back().end) return;
+  found.push_back({begin.at, end.at, begin.sigma, end.sigma, height});
 }
 
 }  // namespace striper

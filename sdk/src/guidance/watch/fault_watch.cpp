@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guidance/watch/fault_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace striper::detail {
+namespace {
+
+// A sweep or a reading is missed so long after it was due.
+constexpr double kLate_s = 0.002;
+// A mirror's rate is held by a crystal; this much off, its motor has lost it.
+constexpr double kMirrorShare = 0.05;
+constexpr double kLearn = 0.1;
+
+}  // namespace
+
+FaultWatch::FaultWatch(const GuidanceConfig& config) : actions_(config.faults) {
+  for (const GuidanceBeam& beam : config.beams) {
+    beams_.push_back({std::numeric_limits<double>::quiet_NaN(), 1.0 / beam.rate_hz});
+    is_used_.push_back(beam.use == BeamUse::kOff ? 0 : 1);
+  }
+  is_blind_.assign(beams_.size(), 0);
+}
+
+double FaultWatch::Rhythm::due_s() const noexcept { return last_s + period_s; }
+
+void FaultWatch::set(GuidanceFault fault, bool is_on, double since_s) noexcept {
+  State& state = states_[static_cast<std::size_t>(fault)];
+  if (is_on == state.is_on) return;
+  state = {is_on, false, since_s};
+}
+
+void FaultWatch::sweep(std::size_t beam, double time_s, bool is_blind) noexcept {
+  beams_[beam].last_s = time_s;
+  is_blind_[beam] = is_blind && is_used_[beam] != 0 ? 1 : 0;
+  const bool is_any =
+      std::any_of(is_blind_.begin(), is_blind_.end(), [](char c) { return c != 0; });
+  set(GuidanceFault::kBeamBlind, is_any, time_s);
+  set(GuidanceFault::kTime, false, time_s);
+}
+
+void FaultWatch::odometer(double time_s, bool is_plausible) noexcept {
+  if (std::isfinite(odometer_.last_s)) {
+    const double period_s = time_s - odometer_.last_s;
+    // The first one is taken as it is; later ones move it slowly.
+    odometer_.period_s +=
+        (odometer_.period_s > 0.0 ? kLearn : 1.0) * (period_s - odometer_.period_s);
+  }
+  odometer_.last_s = time_s;
+  set(GuidanceFault::kOdometer, !is_plausible, time_s);
+}
+
+void FaultWatch::truck(const TruckState& state) noexcept {
+  set(GuidanceFault::kLaserOff, state.laser == 0, state.time_s);
+  if (std::isnan(state.mirror_hz)) return;
+  if (std::isnan(mirror_hz_) && state.mirror_hz > 0.0) mirror_hz_ = state.mirror_hz;
+  const bool is_off = !(std::abs(state.mirror_hz - mirror_hz_) <= kMirrorShare * mirror_hz_);
+  set(GuidanceFault::kMirror, is_off, state.time_s);
+}
+
+void FaultWatch::time_jumped(double time_s) noexcept { set(GuidanceFault::kTime, true, time_s); }
+void FaultWatch::stripe(bool is_missing, double time_s) noexcept {
+  set(GuidanceFault::kNoStripe, is_missing, time_s);
+}
+void FaultWatch::queue(bool is_full, double time_s) noexcept {
+  set(GuidanceFault::kQueueFull, is_full, time_s);
+}
+
+void FaultWatch::look_for_silence(double now_s) noexcept {
+  bool is_silent = false;
+  double due_s = 0.0;
+  for (std::size_t i = 0; i < beams_.size(); ++i) {
+    if (is_used_[i] == 0 || !(now_s > beams_[i].due_s() + kLate_s)) continue;
+    is_silent = true;
+    due_s = beams_[i].due_s();
+  }
+  set(GuidanceFault::kBeamSilent, is_silent, due_s);
+  if (odometer_.period_s > 0.0 && now_s > odometer_.due_s() + odometer_.period_s + kLate_s) {
+    set(GuidanceFault::kOdometer, true, odometer_.due_s() + odometer_.period_s);
+  }
+}
+
+std::optional<FaultLine> FaultWatch::take(double now_s) noexcept {
+  look_for_silence(now_s);
+  for (std::size_t i = 0; i < kGuidanceFaults; ++i) {
+    State& state = states_[i];
+    if (!state.is_on || state.is_told) continue;
+    state.is_told = true;
+    const auto fault = static_cast<GuidanceFault>(i);
+    return FaultLine{now_s, fault, actions_[i], std::max(now_s - state.since_s, 0.0)};
+  }
+  return {};
+}
+
+std::optional<FaultAction> FaultWatch::action() const noexcept {
+  std::optional<FaultAction> worst;
+  for (std::size_t i = 0; i < kGuidanceFaults; ++i) {
+    if (!states_[i].is_on || actions_[i] == FaultAction::kWarn) continue;
+    if (!worst || actions_[i] < *worst) worst = actions_[i];
+  }
+  return worst;
+}
+
+bool FaultWatch::is_on(GuidanceFault fault) const noexcept {
+  return states_[static_cast<std::size_t>(fault)].is_on;
+}
+
+}  // namespace striper::detail

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Proves what `striper guide` promises of its files and its words: a road of data/roads is simulated, guided and held against its
+truth, table by table to the letter; the same run gives the same bytes; another method another answer; and what is wrong is said with
+its place. The figures themselves are tests/sdk/guidance's.
+
+Run by ctest; by hand: STRIPER=build/release/apps/striper/striper STRIPER_SOURCE_DIR=. python3 guide_test.py
+"""
+import csv
+import json
+import os
+import shutil
+import unittest
+
+from program import InScratch, striper
+
+ROADS = os.path.join(os.environ["STRIPER_SOURCE_DIR"], "data/roads")
+TABLES = {
+    "lateral.csv": "time_s,odometer_counts,distance_m,lateral_m,sigma_m,volts,beams,state",
+    "guns.csv": "gun,state,from_counts,to_counts,from_m,to_m,length_m,total_m",
+    "seen.csv": "time_s,odometer_counts,distance_m,beam,kind,lateral_m,length_m,reason",
+    "faults.csv": "time_s,code,action,latency_s",
+}
+
+
+class Guide(InScratch):
+    def simulated(self, road):
+        run = self.path(f"run-{road}")
+        if not os.path.exists(run):
+            striper("guide", "simulate", os.path.join(ROADS, road + ".yaml"), "-o", run)
+        return run
+
+    def guided(self, road, *arguments, to="job"):
+        job = self.path(to)
+        done = striper("guide", "run", self.simulated(road), "-o", job, "--json", *arguments)
+        return job, json.loads(done.stdout), done.stderr
+
+    def table(self, job, name):
+        with open(os.path.join(job, name), encoding="utf-8", newline="") as file:
+            self.assertEqual(file.readline().rstrip("\n"), TABLES[name])
+            file.seek(0)
+            return list(csv.DictReader(file))
+
+    def evaluated(self, job, road, *arguments):
+        truth = os.path.join(self.simulated(road), "truth.csv")
+        return json.loads(striper("guide", "evaluate", job, "--truth", truth, "--json", *arguments).stdout)
+
+    def test_dashes_from_the_road_to_table_1(self):
+        job, summary, stderr = self.guided("dashes")
+        lateral = self.table(job, "lateral.csv")
+        self.assertEqual(summary["scans"], len(lateral))
+        self.assertEqual({row["state"] for row in lateral}, {"tracking", "bridging", "lost"})
+        guns = self.table(job, "guns.csv")
+        self.assertEqual([row["state"] for row in guns], ["OFF", "ON"] * (len(guns) // 2) + ["OFF"] * (len(guns) % 2))
+        for before, row in zip(guns, guns[1:]):
+            self.assertEqual(before["to_counts"], row["from_counts"])
+            self.assertAlmostEqual(float(row["total_m"]), float(row["length_m"]) + float(before["length_m"]), places=9)
+        seen = self.table(job, "seen.csv")
+        kinds = {row["kind"] for row in seen}
+        self.assertLessEqual({"start", "end", "line"}, kinds)
+        self.assertEqual(self.table(job, "faults.csv"), [])
+        self.assertIn("a pattern of", stderr)
+        self.assertAlmostEqual(summary["guns"][0]["pattern"]["dash_m"], 3.0, delta=0.1)
+        found = self.evaluated(job, "dashes", "--from", "25")
+        self.assertLess(found["lateral"]["rms_m"], 0.003)
+        self.assertEqual(found["ends"]["missed"], 0)
+        self.assertEqual(found["ends"]["invented"], 0)
+        self.assertGreaterEqual(found["ends"]["within_4_in"], 0.97 * found["ends"]["counted"])
+        words = striper("guide", "evaluate", job, "--truth", os.path.join(self.simulated("dashes"), "truth.csv")).stdout
+        self.assertIn("ends within 4 in:", words)
+        self.assertIn("begin", words)
+
+    def test_the_same_run_gives_the_same_bytes(self):
+        one, _, _ = self.guided("double", to="one")
+        two, _, _ = self.guided("double", to="two")
+        again, _, _ = self.guided("double", "--config", os.path.join(one, "guidance.yaml"), to="again")
+        for name in TABLES:
+            with open(os.path.join(one, name), "rb") as file:
+                first = file.read()
+            for other in (two, again):
+                with open(os.path.join(other, name), "rb") as file:
+                    self.assertEqual(first, file.read(), name)
+
+    def test_the_report_s_method_is_worse(self):
+        ours = self.evaluated(self.guided("solid", to="ours")[0], "solid", "--from", "25")
+        job, _, _ = self.guided("solid", "--method", "report", to="theirs")
+        theirs = self.evaluated(job, "solid", "--from", "25")
+        self.assertLess(ours["lateral"]["rms_m"], theirs["lateral"]["rms_m"] / 3)
+        self.assertTrue(all(row["sigma_m"] == "" for row in self.table(job, "lateral.csv")))
+        self.assertIsNone(theirs["lateral"]["pull"])
+        integer, _, _ = self.guided("solid", "--method", "integer", to="integer")
+        self.assertLess(self.evaluated(integer, "solid", "--from", "25")["lateral"]["rms_m"], 0.02)
+
+    def test_every_road_is_followed(self):
+        for road, most_m in (("nuisance", 0.0025), ("double", 0.0025), ("yellow_diffuse", 0.0025), ("bend", 0.006)):
+            job, summary, _ = self.guided(road, to="job-" + road)
+            found = self.evaluated(job, road, "--from", "25")
+            self.assertLess(found["lateral"]["rms_m"], most_m, road)
+            self.assertEqual(found["ends"]["invented"], 0, road)
+            if road == "nuisance":
+                self.assertLessEqual({"marker", "tape", "spot", "cross", "letter"},
+                                     {kind for kind, number in summary["seen"].items() if number})
+
+    def test_what_is_wrong_is_said(self):
+        run = self.simulated("dashes")
+        broken = self.path("broken")
+        shutil.copytree(run, broken)
+        with open(os.path.join(broken, "guidance.yaml"), encoding="utf-8") as file:
+            text = file.read()
+        self.write("broken/guidance.yaml", text.replace("kind: retro", "kind: radar", 1))
+        said = striper("guide", "run", broken, "-o", self.path("x"), code=1).stderr
+        self.assertIn("guidance.yaml:3", said)
+        self.assertIn("retro or diffuse", said)
+        self.write("broken/guidance.yaml", text.replace('name: "', 'name: "another '))
+        said = striper("guide", "run", broken, "-o", self.path("x"), code=1).stderr
+        self.assertIn("has no sweeps of the beams", said)
+        self.write("broken/guidance.yaml", text)
+        with open(os.path.join(broken, "sweeps.csv"), "a", encoding="utf-8") as file:
+            file.write("99,1,front,x\n")
+        said = striper("guide", "run", broken, "-o", self.path("x"), code=1).stderr
+        self.assertIn("sweeps.csv", said)
+        self.assertIn("s0", said)
+        self.assertIn("names the run itself", striper("guide", "run", run, "-o", run, code=2).stderr)
+        self.assertIn("guidance.yaml", striper("guide", "run", self.path("nowhere"), "-o", self.path("x"), code=1).stderr)
+        road = self.write("road.yaml", "striper_road: 1\nlength_m: 10\nobjects: [{kind: cat, at_m: 3}]\n")
+        self.assertIn("road.yaml:3", striper("guide", "simulate", road, "-o", self.path("x"), code=1).stderr)
+        striper("guide", code=2)
+
+    def test_a_cut_run_is_guided_to_its_end(self):
+        run = self.path("cut")
+        shutil.copytree(self.simulated("dashes"), run)
+        with open(os.path.join(run, "sweeps.csv"), "rb+") as file:
+            file.truncate(os.path.getsize(os.path.join(run, "sweeps.csv")) // 2 + 11)
+        striper("guide", "run", run, "-o", self.path("cut-job"))
+        self.assertGreater(len(self.table(self.path("cut-job"), "lateral.csv")), 1000)
+
+
+if __name__ == "__main__":
+    unittest.main()
