@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper guide run: a recorded run through guidance, to tables.
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -195,6 +197,10 @@ void say_totals(const GuidanceTotals& totals) {
       seen += fmt::format("{}{} {}", seen.empty() ? "" : ", ", number, to_string(kind));
   }
   if (!seen.empty()) say("no stripe: " + seen);
+  constexpr double kBackwards_m = -1.0;
+  if (totals.way_m < kBackwards_m) {
+    say("by its odometer the truck went backwards: is the sign of counts_per_m right?");
+  }
   if (totals.unknown_sweeps > 0) {
     say(fmt::format("{} of beams that guidance.yaml does not name",
                     count(totals.unknown_sweeps, "sweep")));
@@ -207,6 +213,12 @@ ExitCode guide_run(const RunArguments& arguments) {
   const fs::path output = arguments.output;
   if (fs::exists(output) && fs::equivalent(output, arguments.run)) {
     throw Error(ErrorKind::kUsage, "-o names the run itself: its guidance.yaml would be replaced");
+  }
+  const auto used = std::count_if(config.beams.begin(), config.beams.end(),
+                                  [](const GuidanceBeam& b) { return b.use != BeamUse::kOff; });
+  if (used < 2) {
+    say("warning: one beam alone tells neither the direction of the stripe nor its bend; lateral_m "
+        "may be off by a foot, and sigma_m does not say so");
   }
   RunInputs inputs(arguments.run, config, events.port());
   fs::create_directories(output);

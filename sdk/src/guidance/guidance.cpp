@@ -41,6 +41,7 @@ constexpr double kTracking_m = 1.0;
 // A sweep's time may be off by a tenth of its period; further back, or a second ahead, it jumped.
 constexpr double kEarlyShare = 0.5;
 constexpr double kJump_s = 1.0;
+constexpr double kClockStep_s = 1e-3;
 // Speed is the way of the last moments: a count more or less matters little, brakes show soon.
 constexpr double kSpeedOver_s = 0.2;
 // What lies wholly within so many widths of the stripe's middle is of the stripe.
@@ -81,6 +82,7 @@ struct Guidance::Impl {
   // The clock.
   GunMoment moment_at(double time_s) const;
   void run_guns(double until_s);
+  void close_guns(double now_s);
   void run_faults(double now_s);
 
   // Sweeps.
@@ -109,6 +111,7 @@ struct Guidance::Impl {
   std::vector<GunPost> guns;
   std::vector<DashBook> books;  // Of line 0 and, of a double line, line 1.
   double apart_m = 0.0;         // The other line of a double one, to the left of the followed.
+  GunMoment known;              // Where it was last known.
   double clock_s = kUnknown;
   double scan_s = kUnknown;  // Of the scan that is under way.
   int beams_seen = 0;        // Of it, that saw the stripe.
@@ -179,8 +182,12 @@ void Guidance::Impl::run_guns(double until_s) {
   const GunMoment from = moment_at(clock_s);
   const GunMoment to = moment_at(until_s);
   const double passed_s = until_s - clock_s;
-  if (!std::isfinite(to.distance_m) || !std::isfinite(from.distance_m) || !(passed_s > 0.0)) return;
+  if (!std::isfinite(to.distance_m) || !std::isfinite(from.distance_m)) return close_guns(until_s);
   const bool is_allowed = !faults.action();
+  if (!is_allowed) {
+    for (DashBook& book : books) book.forget();
+  }
+  known = to;
   const auto steps = static_cast<int>(std::ceil(passed_s / kGunStep_s));
   for (int step = 1; step <= steps; ++step) {
     const double share = static_cast<double>(step) / steps;
@@ -203,6 +210,18 @@ void Guidance::Impl::run_guns(double until_s) {
   }
 }
 
+// Where nobody knows where the truck is, no gun paints. The stretch ends where it was known last.
+void Guidance::Impl::close_guns(double now_s) {
+  for (DashBook& book : books) book.forget();
+  for (std::size_t i = 0; i < guns.size(); ++i) {
+    guns[i].gun().stop();
+    if (!guns[i].is_on()) continue;
+    const auto ended = guns[i].update(known, false);
+    listener.switch_gun(i, false, now_s);
+    if (ended) listener.gun(*ended);
+  }
+}
+
 void Guidance::Impl::run_faults(double now_s) {
   while (const auto fault = faults.take(now_s)) {
     ++totals.faults[static_cast<std::size_t>(fault->code)];
@@ -218,17 +237,20 @@ void Guidance::go_to(double time_s) {
   if (!std::isfinite(time_s)) return;
   if (std::isnan(m.clock_s)) m.clock_s = time_s;
   if (time_s <= m.clock_s) return;
-  // What is silent is found in time, however long the next input takes.
-  while (m.clock_s < time_s) {
-    const double next_s = std::min(time_s, m.clock_s + 1e-3);
+  // What is silent is found in time, however long the next input takes; after a second all is said.
+  const double until_s = std::min(time_s, m.clock_s + kJump_s);
+  while (m.clock_s < until_s) {
+    const double next_s = std::min(until_s, m.clock_s + kClockStep_s);
     m.run_faults(next_s);
     m.run_guns(next_s);
     m.clock_s = next_s;
   }
+  m.clock_s = time_s;
 }
 
 void Guidance::take(const OdometerReading& reading) {
   Impl& m = *impl_;
+  go_to(reading.time_s);  // By what was known until now.
   m.has_odometer = true;
   if (!m.has_counts) m.first_counts = reading.counts;
   m.has_counts = true;
@@ -242,7 +264,6 @@ void Guidance::take(const OdometerReading& reading) {
     m.path.see_yaw_rate(reading.yaw_rate_rad_s, std::isfinite(given) ? given : kYawRateSigma_rad_s,
                         m.moment_at(reading.time_s).speed_m_s);
   }
-  go_to(reading.time_s);
 }
 
 void Guidance::take(const TruckState& state) {
@@ -462,10 +483,9 @@ void Guidance::Impl::end_scan(double now_s) {
 void Guidance::finish() {
   Impl& m = *impl_;
   if (std::isnan(m.clock_s)) return;
-  const GunMoment here = m.moment_at(m.clock_s);
-  for (GunPost& gun : m.guns) {
-    if (std::isfinite(here.distance_m)) m.listener.gun(gun.stretch_to(here));
-  }
+  GunMoment here = m.moment_at(m.clock_s);
+  if (!std::isfinite(here.distance_m)) here = m.known;
+  for (GunPost& gun : m.guns) m.listener.gun(gun.stretch_to(here));
 }
 
 double Guidance::lateral_after(double way_m) const noexcept { return impl_->path.after(way_m); }

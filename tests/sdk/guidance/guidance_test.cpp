@@ -66,6 +66,13 @@ bool is_any_on(const RoadRun& run, double from_m, double to_m) {
   });
 }
 
+struct Recorder : GuidanceListener {
+  void fault(const FaultLine& line) override { faults.push_back(line); }
+  void switch_laser_off(double time_s) override { off_s = time_s; }
+  std::vector<FaultLine> faults;
+  double off_s = -1.0;
+};
+
 TEST(GuidanceFaults, ASoundRunHasNone) {
   EXPECT_TRUE(guide_road(plain_road(), report_truck()).faults.empty());
 }
@@ -101,11 +108,33 @@ TEST(GuidanceFaults, ASilentOdometerStopsTheGuns) {
   EXPECT_GE(count_of(run, GuidanceFault::kOdometer), 1U);
   EXPECT_LE(latency_s(run, GuidanceFault::kOdometer, 5.0), kSweep_s + 0.006);
   EXPECT_FALSE(is_any_on(run, 51.0, 59.5));
+  EXPECT_TRUE(is_any_on(run, 64.0, 70.0));  // The line goes on, and so does the gun.
   const auto in_fault = std::find_if(run.points.begin(), run.points.end(), [](const auto& p) {
     return p.line.state == PathState::kFault;
   });
   ASSERT_NE(in_fault, run.points.end());
   EXPECT_EQ(in_fault->line.volts, 0.0);
+}
+
+TEST(GuidanceFaults, ARunThatStopsForSecondsHasItsGunsOff) {
+  RoadFaults stops;
+  stops.odometer = [](OdometerReading& r) { return r.time_s < 5.0 || r.time_s > 9.0; };
+  stops.sweep = [](BeamSweep& s) { return s.time_s < 5.0 || s.time_s > 9.0; };
+  const RoadRun run = guide_road(plain_road(), report_truck(), stops);
+  EXPECT_LE(latency_s(run, GuidanceFault::kOdometer, 5.0), 0.01);
+  EXPECT_FALSE(is_any_on(run, 51.0, 91.0));  // Nothing was seen of what lies there.
+  EXPECT_TRUE(is_any_on(run, 95.0, 110.0));
+}
+
+TEST(GuidanceFaults, ATimeOfAnotherWorldDoesNotHoldItUp) {
+  Recorder recorder;
+  Guidance guidance(report_truck(), recorder);
+  guidance.take(OdometerReading{0.0, 0, std::numeric_limits<double>::quiet_NaN()});
+  guidance.take(BeamSweep{0.0, 0, "front", std::vector<double>(142, 60.0)});
+  guidance.take(BeamSweep{1e12, 0, "front", std::vector<double>(142, 60.0)});
+  guidance.take(OdometerReading{2e12, 0, std::numeric_limits<double>::quiet_NaN()});
+  guidance.finish();
+  EXPECT_FALSE(recorder.faults.empty());
 }
 
 TEST(GuidanceFaults, AnOdometerThatJumpsIsOne) {
@@ -145,13 +174,6 @@ TEST(GuidanceFaults, TimeThatGoesBackIsSaidAndSurvived) {
   EXPECT_GE(count_of(run, GuidanceFault::kTime), 1U);
   EXPECT_TRUE(is_any_on(run, 60.0, 110.0));
 }
-
-struct Recorder : GuidanceListener {
-  void fault(const FaultLine& line) override { faults.push_back(line); }
-  void switch_laser_off(double time_s) override { off_s = time_s; }
-  std::vector<FaultLine> faults;
-  double off_s = -1.0;
-};
 
 TEST(GuidanceFaults, AMirrorThatStandsSwitchesTheLaserOff) {
   Recorder recorder;

@@ -88,13 +88,18 @@ void DashBook::begin(std::size_t beam, double at_m) {
     ++unpainted_;
     return;
   }
+  is_forgotten_ = false;
   for (PaintGun* gun : guns_) gun->begin_dash(at_m);
 }
 
 void DashBook::reach(double at_m) {
   if (dashes_.empty() || dashes_.back().is_ended || at_m <= dashes_.back().to.at_m) return;
   dashes_.back().to.at_m = at_m;
+  const bool is_forgotten = std::exchange(is_forgotten_, false);
   if (!dashes_.back().is_allowed) return;
+  if (is_forgotten) {
+    for (PaintGun* gun : guns_) gun->begin_dash(at_m);
+  }
   for (PaintGun* gun : guns_) gun->see_paint(at_m);
 }
 

@@ -32,6 +32,10 @@ class DashBook {
   /// One look of one beam. @param is_known false where the line's place could not be seen.
   PaintLook look(std::size_t beam, bool is_paint, double at_m);
 
+  /// The guns have forgotten all dashes: one that goes on is told to them anew, from the next look
+  /// on.
+  void forget() noexcept { is_forgotten_ = true; }
+
   const DashPattern& pattern() const noexcept { return pattern_; }
   DashPattern& pattern() noexcept { return pattern_; }
 
@@ -60,6 +64,7 @@ class DashBook {
   std::vector<Dash> dashes_;     // In the order of the road.
   std::vector<double> begun_m_;  // Of each beam: where its paint began; NaN on bare road.
   std::size_t unpainted_ = 0;
+  bool is_forgotten_ = false;
 };
 
 }  // namespace striper::detail

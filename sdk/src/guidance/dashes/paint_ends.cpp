@@ -2,6 +2,12 @@
 #include "guidance/dashes/paint_ends.hpp"
 
 namespace striper::detail {
+namespace {
+
+// Over more than this without a look nobody knows whether the paint goes on.
+constexpr double kLongestUnseen_m = 1.0;
+
+}  // namespace
 
 using News = PaintLook::News;
 
@@ -10,7 +16,17 @@ PaintLook PaintEnds::begin(double at_m) noexcept {
   return {News::kBegin, at_m, 0.0};
 }
 
+// What was paint ends where it was seen last.
+PaintLook PaintEnds::lose(double at_m) noexcept {
+  const bool was_on_paint = is_on_paint();
+  const double seen_m = phase_ == Phase::kHole ? turn_m_ : last_m_;
+  phase_ = Phase::kUnknown;
+  last_m_ = at_m;
+  return was_on_paint ? PaintLook{News::kEnd, seen_m, 0.0} : PaintLook{};
+}
+
 PaintLook PaintEnds::look(bool is_paint, double at_m) noexcept {
+  if (phase_ != Phase::kUnknown && at_m - last_m_ > kLongestUnseen_m) return lose(at_m);
   const double between_m = 0.5 * (last_m_ + at_m);
   last_m_ = at_m;
   switch (phase_) {

@@ -40,6 +40,7 @@ class PaintEnds {
     kHole,  // A gap that is too short yet.
   };
   PaintLook begin(double at_m) noexcept;
+  PaintLook lose(double at_m) noexcept;
 
   PaintEndsOptions options_;
   Phase phase_ = Phase::kUnknown;
