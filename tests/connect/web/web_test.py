@@ -336,6 +336,7 @@ class Clients(Served):
         self.start("--name", "wide", fps=10, to="web:0?frames=10")
         lazy = [Viewer(self.port).subscribe("/wide/points", "/wide/image_raw") for _ in range(5)]
         keen = Viewer(self.port).subscribe("/wide/points")
+        keen.hear(30, lambda: "/wide/points" in keen.messages)
         keen.hear(1)
         memory, heard = self.memory_kb(), len(keen.messages["/wide/points"])
         begin = time.monotonic()
