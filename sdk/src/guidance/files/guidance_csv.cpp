@@ -6,27 +6,28 @@
 namespace striper {
 namespace {
 
-constexpr std::array kStateWords{
-    CsvWord{PathState::kTracking, "tracking"}, CsvWord{PathState::kBridging, "bridging"},
-    CsvWord{PathState::kLost, "lost"}, CsvWord{PathState::kFault, "fault"}};
-constexpr std::array kSignalWords{CsvWord{true, "ON"}, CsvWord{false, "OFF"}};
+constexpr std::array kStateWords{CsvWord<PathState>{PathState::kTracking, "tracking"},
+                                 CsvWord<PathState>{PathState::kBridging, "bridging"},
+                                 CsvWord<PathState>{PathState::kLost, "lost"},
+                                 CsvWord<PathState>{PathState::kFault, "fault"}};
+constexpr std::array kSignalWords{CsvWord<bool>{true, "ON"}, CsvWord<bool>{false, "OFF"}};
 constexpr std::array kSeenWords{
-    CsvWord{SeenKind::kStart, "start"},   CsvWord{SeenKind::kEnd, "end"},
-    CsvWord{SeenKind::kMarker, "marker"}, CsvWord{SeenKind::kTape, "tape"},
-    CsvWord{SeenKind::kSpot, "spot"},     CsvWord{SeenKind::kCross, "cross"},
-    CsvWord{SeenKind::kLetter, "letter"}, CsvWord{SeenKind::kWet, "wet"},
-    CsvWord{SeenKind::kLine, "line"}};
-constexpr std::array kActionWords{CsvWord{FaultAction::kStop, "stop"},
-                                  CsvWord{FaultAction::kHold, "hold"},
-                                  CsvWord{FaultAction::kWarn, "warn"}};
-constexpr std::array kFaultWords{CsvWord{GuidanceFault::kNoStripe, "no_stripe"},
-                                 CsvWord{GuidanceFault::kBeamSilent, "beam_silent"},
-                                 CsvWord{GuidanceFault::kBeamBlind, "beam_blind"},
-                                 CsvWord{GuidanceFault::kOdometer, "odometer"},
-                                 CsvWord{GuidanceFault::kMirror, "mirror"},
-                                 CsvWord{GuidanceFault::kLaserOff, "laser_off"},
-                                 CsvWord{GuidanceFault::kTime, "time"},
-                                 CsvWord{GuidanceFault::kQueueFull, "queue_full"}};
+    CsvWord<SeenKind>{SeenKind::kStart, "start"},   CsvWord<SeenKind>{SeenKind::kEnd, "end"},
+    CsvWord<SeenKind>{SeenKind::kMarker, "marker"}, CsvWord<SeenKind>{SeenKind::kTape, "tape"},
+    CsvWord<SeenKind>{SeenKind::kSpot, "spot"},     CsvWord<SeenKind>{SeenKind::kCross, "cross"},
+    CsvWord<SeenKind>{SeenKind::kLetter, "letter"}, CsvWord<SeenKind>{SeenKind::kWet, "wet"},
+    CsvWord<SeenKind>{SeenKind::kLine, "line"}};
+constexpr std::array kActionWords{CsvWord<FaultAction>{FaultAction::kStop, "stop"},
+                                  CsvWord<FaultAction>{FaultAction::kHold, "hold"},
+                                  CsvWord<FaultAction>{FaultAction::kWarn, "warn"}};
+constexpr std::array kFaultWords{CsvWord<GuidanceFault>{GuidanceFault::kNoStripe, "no_stripe"},
+                                 CsvWord<GuidanceFault>{GuidanceFault::kBeamSilent, "beam_silent"},
+                                 CsvWord<GuidanceFault>{GuidanceFault::kBeamBlind, "beam_blind"},
+                                 CsvWord<GuidanceFault>{GuidanceFault::kOdometer, "odometer"},
+                                 CsvWord<GuidanceFault>{GuidanceFault::kMirror, "mirror"},
+                                 CsvWord<GuidanceFault>{GuidanceFault::kLaserOff, "laser_off"},
+                                 CsvWord<GuidanceFault>{GuidanceFault::kTime, "time"},
+                                 CsvWord<GuidanceFault>{GuidanceFault::kQueueFull, "queue_full"}};
 
 #define STRIPER_CELL(member) \
   [](auto& r) -> auto& { return r.member; }

@@ -29,6 +29,8 @@ struct Word {
   Value value;
   std::string_view text;
 };
+template <typename Value>
+Word(Value, const char*) -> Word<Value>;
 
 constexpr std::array kKinds{Word{BeamKind::kRetro, "retro"}, Word{BeamKind::kDiffuse, "diffuse"}};
 constexpr std::array kUses{Word{BeamUse::kOff, "off"}, Word{BeamUse::kOldOnly, "old-only"},

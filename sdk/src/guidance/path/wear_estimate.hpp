@@ -34,10 +34,9 @@ class WearEstimate {
   double start_variance_;  // Of the middle.
   double length_m_;
   double width_m_;
-  double way_m_ = 0.0;           // That widths were learnt over.
-  double variance_ = 0.0;        // Of widths, without noise.
-  double noise_variance_ = 0.0;  // Of widths, from noise.
-  double together_ = 0.0;        // Products of two widths in a row, where they are near each other.
+  double way_m_ = 0.0;     // That widths were learnt over.
+  double variance_ = 0.0;  // Of widths, without noise.
+  double together_ = 0.0;  // Products of two widths in a row, where they are near each other.
   double near_variance_ = 0.0;
   double near_m_ = 0.0;
 };
