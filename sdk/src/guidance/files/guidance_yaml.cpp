@@ -209,21 +209,37 @@ GuidanceConfig read_config(const YamlField& root) {
   return config;
 }
 
+// A name as YAML's double quotes hold it.
+std::string in_quotes(std::string_view name) {
+  std::string out = "\"";
+  for (const char c : name) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
 std::string number_or_auto(double value) {
   return std::isnan(value) ? std::string(kAuto) : fmt::format("{}", value);
 }
 
 void format_beam(std::string& out, const GuidanceBeam& beam) {
   auto to = std::back_inserter(out);
-  fmt::format_to(to, "  - {{name: \"{}\", kind: {}, x_m: {}, y_left_m: {}, y_right_m: {},\n",
-                 beam.name, text_of(kKinds, beam.kind), beam.x_m, beam.y_left_m, beam.y_right_m);
-  fmt::format_to(to, "     height_m: {}, fan_deg: {}, sweep_s: {}, rate_hz: {}, samples: {},\n",
+  fmt::format_to(to, "  - {{name: {}, kind: {}, x_m: {}, y_left_m: {}, y_right_m: {},\n",
+                 in_quotes(beam.name), text_of(kKinds, beam.kind), beam.x_m, beam.y_left_m,
+                 beam.y_right_m);
+  fmt::format_to(to,
+                 "     height_m: {}, fan_deg: {:.12g}, sweep_s: {}, rate_hz: {}, samples: {},\n",
                  beam.height_m, beam.fan_rad / kDegree, beam.sweep_s, beam.rate_hz, beam.samples);
   fmt::format_to(to, "     bits: {}, threshold: {}, response: {},", beam.bits,
                  number_or_auto(beam.threshold),
                  beam.response.empty() ? std::string(kAuto)
                                        : fmt::format("[{}]", fmt::join(beam.response, ", ")));
-  if (!beam.head.empty()) fmt::format_to(to, " head: \"{}\",", beam.head);
+  if (!beam.head.empty()) fmt::format_to(to, " head: {},", in_quotes(beam.head));
   fmt::format_to(to, " laser: {}, use: {}}}\n", beam.laser, text_of(kUses, beam.use));
 }
 
@@ -251,17 +267,17 @@ std::string format_guidance(const GuidanceConfig& config) {
   fmt::format_to(to, "odometer: {{counts_per_m: {}, bits: {}", config.odometer.counts_per_m,
                  config.odometer.bits);
   if (!config.odometer_source.empty()) {
-    fmt::format_to(to, ", source: \"{}\"", config.odometer_source);
+    fmt::format_to(to, ", source: {}", in_quotes(config.odometer_source));
   }
   out += "}\n";
   if (!config.guns.empty()) out += "guns:\n";
   for (const GuidanceGun& gun : config.guns) {
     fmt::format_to(to,
-                   "  - {{name: \"{}\", line: {}, x_m: {}, on_delay_s: {}, off_delay_s: {},\n"
+                   "  - {{name: {}, line: {}, x_m: {}, on_delay_s: {}, off_delay_s: {},\n"
                    "     on_delay_sd_s: {}, off_delay_sd_s: {}, on_advance_m: {}, "
                    "off_advance_m: {}}}\n",
-                   gun.name, gun.line, gun.gun.x_m, gun.gun.on_delay_s, gun.gun.off_delay_s,
-                   gun.on_delay_sd_s, gun.off_delay_sd_s, gun.gun.on_advance_m,
+                   in_quotes(gun.name), gun.line, gun.gun.x_m, gun.gun.on_delay_s,
+                   gun.gun.off_delay_s, gun.on_delay_sd_s, gun.off_delay_sd_s, gun.gun.on_advance_m,
                    gun.gun.off_advance_m);
   }
   const GuidanceStripe& stripe = config.stripe;
