@@ -49,7 +49,7 @@ INSIDE = {
     "calibration": {"board": set(), "intrinsics": {"board"}, "laser_plane": {"board"},
                     "adjust": {"board", "intrinsics", "laser_plane"}, "validate": {"board", "intrinsics", "adjust"}},
     "connect/ros2": {},
-    "connect/web": {},
+    "connect/web": {"rules": set()},
     "apps": {"examples": set(), "bench": set(), "striper": {"bench"}},
 }
 INSIDE["calibration"]["session"] = set(INSIDE["calibration"])
