@@ -18,6 +18,7 @@ import { WhyView } from "./why_view.js";
  */
 
 const PAINT_MS = 30; // More is not seen, and takes from the scanner.
+const HIDDEN_MS = 1000; // Of a window that is hidden browsers ask for no frames: it is of now all the same when it is looked at.
 const PIECES_MS = 500;
 const CHART_MS = 500;
 const ALL = "all";
@@ -96,10 +97,15 @@ function shownScans() {
 
 // ---- What is drawn.
 
-function paint() {
-  requestAnimationFrame(paint);
+function paintOnTime() {
+  requestAnimationFrame(paintOnTime);
+  paint(PAINT_MS);
+}
+
+/** @param {number} every_ms */
+function paint(every_ms) {
   const now = performance.now();
-  if (!page.isDirty || now - page.painted_ms < PAINT_MS) return;
+  if (!page.isDirty || now - page.painted_ms < every_ms) return;
   page.isDirty = false;
   page.painted_ms = now;
   takeScans();
@@ -372,6 +378,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
   page.isDirty = true;
 });
 offerLasers();
-paint();
+paintOnTime();
+setInterval(() => paint(HIDDEN_MS), HIDDEN_MS);
 setInterval(chart, CHART_MS);
 setInterval(askForPieces, PIECES_MS);

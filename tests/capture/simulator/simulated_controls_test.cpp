@@ -122,6 +122,24 @@ TEST(SimulatedControls, ExposureAndGainScaleTheDaylight) {
   EXPECT_NEAR(level_dn(next(source)), 20.0 * level_dn(before), 20.0);
 }
 
+TEST(SimulatedControls, ExposureScalesALaserThatShinesOnAndNoPulse) {
+  for (const bool is_continuous : {true, false}) {
+    Scene scene = named_wall();
+    scene.imager.bit_depth = 16;
+    scene.lasers.at(0).is_continuous = is_continuous;
+    SimulatedSource source{Simulator(scene)};
+    source.start();
+    const auto stripe_dn = [&](const Frame& frame) {
+      return cv::sum(frame.image)[0] -
+             scene.imager.black_level_dn * static_cast<double>(frame.image.total());
+    };
+    const double before_dn = stripe_dn(next(source));
+    const double exposure_us = source.controls().get("exposure_us").state.value[0];
+    source.controls().set("exposure_us", {3.0 * exposure_us});
+    EXPECT_NEAR(stripe_dn(next(source)) / before_dn, is_continuous ? 3.0 : 1.0, 0.02);
+  }
+}
+
 TEST(SimulatedControls, EncoderCountsThePathOfTheDevice) {
   Scene scene = named_wall();
   scene.device_motion.velocity_m_s = Eigen::Vector3d(0.0, 3.0, 0.0);

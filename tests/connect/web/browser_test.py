@@ -298,7 +298,8 @@ class Person(Browsed):
         self.press(f"Info {name}")
         self.wait_for_text("recordings", "it is whole")
         lasts = float(re.search(r"lasts([\d.]+) s", self.text("recordings"))[1])
-        self.assertAlmostEqual(lasts, 10, delta=1)
+        self.assertGreater(lasts, 9)
+        self.assertLess(lasts, 14)  # Of the frames' clock: what a busy machine was late with is caught up on.
         status, body, headers = self.get_bytes(f"/api/v1/recordings/{name}")
         self.assertEqual((status, headers["Content-Length"]), (200, str(len(body))))
         with open(self.path("state", "recordings", name), "rb") as file:

@@ -555,6 +555,33 @@ class Asked(Served):
             return
         self.assertIn("striper_scans", {family.name for family in parse(metrics)})
 
+    def test_what_a_console_asks(self):
+        self.wait_until_ready()
+        for page in ("calibrate", "health", "settings", "recordings"):
+            status, text, headers = self.get("/" + page)
+            self.assertEqual((status, headers["Content-Type"]), (200, "text/html; charset=utf-8"))
+            self.assertIn(f'data-page="{page}"', text)
+            self.assertNotIn("@", text)
+        of_head = "/api/v1/heads/striper/"
+        forms = json.loads(self.get(of_head + "settings")[1])
+        self.assertEqual({form["name"]: form["value"] for form in forms}, json.loads(self.get(of_head + "parameters")[1]))
+        (gain,) = [form for form in forms if form["name"] == "gain_db"]
+        self.assertEqual((gain["of"], gain["type"], gain["unit"], gain["minimum"], gain["at_start"]), ("camera", "number", "dB", [0], 0))
+        self.assertEqual(json.loads(self.get("/api/v1/login")[1]), {"may_change": False})
+        end = time.monotonic() + 20
+        while "stripe_seen" not in (found := {one["code"]: one for one in json.loads(self.get(of_head + "findings")[1])}):
+            self.assertLess(time.monotonic(), end, found)
+            time.sleep(0.2)
+        self.assertEqual(found["source_opened"]["severity"], "info")
+        pieces = {"sequence": None}
+        while pieces["sequence"] is None:
+            pieces = json.loads(self.get("/api/v1/pieces?head=striper&laser=0")[1])
+        (wall,) = pieces["pieces"]  # 2 m in front.
+        self.assertAlmostEqual(wall["x1_m"], 2, delta=0.05)
+        for path in ("settings", "findings"):
+            self.assertEqual(self.get("/api/v1/heads/other/" + path)[0], 404)
+            self.assertEqual(self.get(of_head + path, "POST")[0], 405)
+
     def test_readiness_says_that_no_scans_come(self):
         self.end()
         self.start(fps=0.2)
@@ -679,6 +706,39 @@ class Changes(Served):
         self.assertEqual((codes[0], codes[-1]), (401, 429))
         self.assertEqual(self.get("/readyz")[0], 200)
         self.assertIn("showed a wrong secret", "".join(self.log))
+
+    def test_a_recording_is_played_back_beside_what_is_measured(self):
+        self.assertEqual(self.post("record", self.right, '{"seconds": 1}')[0], 200)
+        self.wait_for_event("recording_made")
+        (one,) = json.loads(self.get("/api/v1/recordings")[1])
+        address = "/api/v1/recordings/" + one["name"]
+        info = json.loads(self.get(address + "/info")[1])
+        self.assertGreater(info["frames"], 10)
+        self.assertIsNone(info["damage"])
+        status, data, _ = self.get_bytes(address)
+        self.assertEqual((status, len(data)), (200, one["bytes"]))
+        for path in ("/api/v1/recordings/..%2Ftoken", "/api/v1/recordings/none.mcap", address + "/fly"):
+            self.assertEqual(self.get(path)[0], 404, path)
+        self.assertEqual(self.get(address + "/play", "POST")[0], 401)
+        viewer = Viewer(self.port)
+        self.assertEqual(self.get(address + "/play", "POST", self.right)[0], 200)
+        viewer.subscribe("/playback/points").hear(10, lambda: len(viewer.messages.get("/playback/points", [])) > 5)
+        self.assertGreater(len(viewer.messages["/playback/points"]), 5)
+        heads = json.loads(self.get("/api/v1/status")[1])["heads"]
+        self.assertEqual([(head["name"], head["plays"]) for head in heads], [("striper", None), ("playback", one["name"])])
+        self.assertEqual(self.get("/api/v1/heads/playback/record", "POST", self.right, '{"seconds": 1}')[0], 403)
+        self.wait_until_ready()
+        self.assertEqual(self.get("/api/v1/playback/stop", "POST", self.right)[0], 200)
+        self.assertEqual(len(json.loads(self.get("/api/v1/status")[1])["heads"]), 1)
+        self.end()
+        times = self.scan_times()
+        self.assertEqual(times, sorted(times))  # Nothing of what was played is in the CSV.
+
+    def wait_for_event(self, code):
+        end = time.monotonic() + 20
+        while code not in (codes := [one["code"] for one in json.loads(self.get("/api/v1/events")[1])]):
+            self.assertLess(time.monotonic(), end, codes)
+            time.sleep(0.1)
 
     def test_the_model_is_there(self):
         code, text, headers = self.get("/api/v1/model?head=striper")
