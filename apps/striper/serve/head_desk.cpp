@@ -107,6 +107,7 @@ std::vector<ParameterForm> HeadDesk::forms(std::string_view head) const {
   check_head(head);
   std::vector<ParameterForm> all;
   for (const Control& control : controls()) {
+    if (ScannerSettings::has(control.name)) continue;  // What is set by that name is the scanner's.
     ParameterForm form;
     form.name = control.name;
     form.is_control = true;

@@ -47,7 +47,8 @@ function rangeText({ type, unit, minimum, maximum }) {
 function fieldOf(setting, id) {
   const about = { id, name: setting.name, "aria-describedby": `${id}_about` };
   if (setting.type === "switch") return make("input", { ...about, type: "checkbox" });
-  if (setting.type === "word") return make("select", about, ...setting.words.map((word) => new Option(word, word)));
+  if (setting.words.length > 0) return make("select", about, ...setting.words.map((word) => new Option(word, word)));
+  if (setting.type === "word") return make("input", { ...about, type: "text", placeholder: setting.if_not_given });
   if (setting.type !== "number") return make("input", { ...about, type: "text", inputmode: "decimal", title: PARTS[setting.type].join(", ") });
   const limits = Object.entries({ min: setting.minimum[0], max: setting.maximum[0] }).filter(([, limit]) => typeof limit === "number");
   return make("input", { ...about, type: "number", step: "any", placeholder: setting.if_not_given, ...Object.fromEntries(limits.map(([key, limit]) => [key, String(limit)])) });
