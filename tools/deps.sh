@@ -15,6 +15,7 @@ packages_to_test=(
   libgtest-dev libgmock-dev libbenchmark-dev git python3 gnuplot-nox
   systemd python3-prometheus-client                        # what checks the service's unit and its metrics
   qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
+  can-utils                                     # candump, in that machine
   aravis-tools aravis-tools-cli iproute2        # other GenICam programs for tests/end_to_end/gige_test.py
 )
 packages_to_test_fully=(clang clang-format clang-tidy pcl-tools libfastrtps-dev fastddsgen chromium chromium-driver python3-selenium)
