@@ -23,7 +23,7 @@ build_program() {
   mkdir -p "$build"
   cmake -S . -B "$build/demo" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSTRIPER_TESTS=OFF \
     >"$build/demo.log" 2>&1 || { cat "$build/demo.log" >&2; return 1; }
-  cmake --build "$build/demo" --target striper --parallel "$(nproc)"
+  cmake --build "$build/demo" --target striper striper_web --parallel "$(nproc)"
 }
 
 scan_room() {
@@ -55,6 +55,9 @@ The cluttered room, scanned by the simulated striper:
   $results/scan.svg    the room from above with its error bars (also scan.png)
   $results/camera.png  what the camera saw, and the stripe that was found in it
   $results/room        the pictures, their model and their exact truth
+
+Live in a browser, at http://127.0.0.1:8765/:
+  $build/demo/apps/striper/striper serve 'sim:data/scenes/room.yaml?realtime=yes' -m $results/room/model.yaml --to web:8765
 TXT
     ;;
   -h | --help) usage ;;

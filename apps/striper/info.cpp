@@ -11,6 +11,7 @@
 
 #include <striper/stream/recording_info.hpp>
 
+#include "info_json.hpp"
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
@@ -40,38 +41,6 @@ void define(CLI::App& command, InfoArguments& arguments) {
       ->required();
   command.add_flag("--json", arguments.json, "The same for programs");
   command.footer(kExamples);
-}
-
-nlohmann::json json_of(const TopicInfo& topic) {
-  return {{"name", topic.name},
-          {"type", topic.type},
-          {"count", topic.count},
-          {"rate_hz", topic.rate_hz()},
-          {"largest_gap_s", topic.largest_gap_s}};
-}
-
-template <typename Number>
-nlohmann::json or_null(const std::optional<Number>& number) {
-  return number ? nlohmann::json(*number) : nlohmann::json(nullptr);
-}
-
-nlohmann::json json_of(const RecordingInfo& info) {
-  nlohmann::json json{{"format", info.format}, {"bytes", info.bytes},
-                      {"heads", info.heads},   {"frames", info.frames},
-                      {"scans", info.scans},   {"lasers", info.lasers},
-                      {"damage", nullptr},     {"duration_s", info.duration_s}};
-  json["start_s"] = or_null(info.start_s);
-  json["topics"] = nlohmann::json::array();
-  for (const TopicInfo& topic : info.topics) json["topics"].push_back(json_of(topic));
-  json["model"] = nullptr;
-  for (const auto& [head, attachment] : info.models) json["model"][head] = attachment;
-  if (info.damages.empty()) return json;
-  const RecordingDamage& first = info.damages.front();
-  json["damage"] = {{"offset", or_null(first.offset)},
-                    {"reason", first.reason},
-                    {"lost_bytes", or_null(info.lost_bytes())},
-                    {"places", info.damages.size()}};
-  return json;
 }
 
 std::string size_text(std::uint64_t bytes) {
@@ -137,7 +106,7 @@ ExitCode info(const InfoArguments& arguments) {
   progress.reset();
   if (is_interrupted) say("interrupted: what follows is of the part that was read");
   if (arguments.json)
-    print_json(json_of(info));
+    print_json(to_json(info));
   else
     print_info(info, arguments.file);
   if (info.damages.empty()) return is_interrupted ? ExitCode::kFailed : ExitCode::kDone;

@@ -14,20 +14,25 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <striper/capture/open_source.hpp>
 #include <striper/capture/source_uri.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/stream/head.hpp>
 #include <striper/stream/open_sink.hpp>
+#include <striper/stream/recording_info.hpp>
 #include <striper/stream/sink_services.hpp>
 
 #include "frame_loop.hpp"
+#include "info_json.hpp"
 #include "program.hpp"
 #include "scanner_arguments.hpp"
 #include "serve/access_token.hpp"
 #include "serve/head_desk.hpp"
+#include "serve/head_exam.hpp"
 #include "serve/head_recorder.hpp"
+#include "serve/playback.hpp"
 #include "serve/scanner_settings.hpp"
 #include "serve/state_folder.hpp"
 #include "service.hpp"
@@ -142,11 +147,13 @@ std::filesystem::path recordings_folder(const ServeArguments& arguments) {
   return state.empty() ? state : state / "recordings";
 }
 
+// Those that show scans to people, who ask back.
+bool is_screen(const SinkUri& uri) { return uri.scheme() == "web"; }
+
 // Keeping what an explanation needs takes .03 ms a picture.
 bool is_asked_why(const ServeArguments& arguments) {
-  const auto is_web = [](const SinkUri& uri) { return uri.scheme() == "web"; };
   const std::vector<SinkUri> sinks = parse_sinks(arguments.sinks);
-  return std::any_of(sinks.begin(), sinks.end(), is_web);
+  return std::any_of(sinks.begin(), sinks.end(), is_screen);
 }
 
 // A camera may come later, or back; a file that is not there is a wrong name.
@@ -182,9 +189,11 @@ class Server {
         events_(EventPort([this](const Event& event) { hear(event); }).of_head(arguments.name)),
         bus_(events_),
         settings_(arguments.scanner, arguments.name, is_asked_why(arguments)),
+        exam_(settings_),
+        playback_(EventPort([this](const Event& event) { hear(event); })),
         head_(parts(), options(), bus_),
         recorder_(recordings_folder(arguments), arguments.name, bus_, events_),
-        desk_(arguments.name, {head_, settings_, recorder_, events_}, arguments.allow_lasers_on) {
+        desk_(arguments.name, {head_, settings_, &recorder_, events_}, arguments.allow_lasers_on) {
     for (const SinkUri& uri : parse_sinks(arguments.sinks)) add_sink(uri);
   }
   Server(const Server&) = delete;
@@ -207,24 +216,71 @@ class Server {
  private:
   void add_sink(const SinkUri& uri) {
     std::unique_ptr<ScanSink> sink = open_sink(uri);
+    sink->set_services(services());
+    if (!is_screen(uri)) return bus_.add(uri.text(), std::move(sink));
+    screens_.emplace_back(uri.text(), SharedSink(std::move(sink)));
+    bus_.add(uri.text(), screens_.back().second.owner());
+  }
+
+  template <typename Do>
+  auto at_desk(std::string_view head, Do what) {
+    const bool is_played = head == Playback::kHead && head != arguments_.name;
+    return is_played ? playback_.with_desk(what) : what(desk_);
+  }
+
+  SinkServices services() {
     SinkServices services;
-    services.heads = [this] {
-      return std::vector<ServedHead>{{arguments_.name, arguments_.source,
-                                      arguments_.scanner.model.value_or(""), head_.health()}};
-    };
+    services.heads = [this] { return served(); };
     services.sinks = [this] { return bus_.sinks(); };
+    services.token = [this] { return token(); };
     services.recordings = [this] { return recorder_.list(); };
-    services.parameters = [this](std::string_view head) { return desk_.parameters(head); };
+    services.recording_path = [this](std::string_view name) {
+      return recorder_.path_of(name).string();
+    };
+    services.recording_info = [this](std::string_view name) {
+      return to_json(inspect_recording(recorder_.path_of(name))).dump();
+    };
+    services.play = [this](std::string_view name) { return play(name); };
+    services.findings = [this](std::string_view head) { return findings(head); };
+    add_desk(services);
+    return services;
+  }
+
+  void add_desk(SinkServices& services) {
+    services.parameters = [this](std::string_view head) {
+      return at_desk(head, [&](const HeadDesk& desk) { return desk.parameters(head); });
+    };
+    services.parameter_forms = [this](std::string_view head) {
+      return at_desk(head, [&](const HeadDesk& desk) { return desk.forms(head); });
+    };
     services.set_parameter = [this](std::string_view head, const Parameter& wanted) {
-      desk_.set(head, wanted);
+      at_desk(head, [&](HeadDesk& desk) { desk.set(head, wanted); });
     };
     services.command = [this](std::string_view head, HeadCommand command, double seconds) {
-      return desk_.command(head, command, seconds);
+      return at_desk(head, [&](HeadDesk& desk) { return desk.command(head, command, seconds); });
     };
-    services.why = [this](std::string_view head, int line) { return desk_.why(head, line); };
-    services.token = [this] { return token(); };
-    sink->set_services(services);
-    bus_.add(uri.text(), std::move(sink));
+    services.why = [this](std::string_view head, int line) {
+      return at_desk(head, [&](const HeadDesk& desk) { return desk.why(head, line); });
+    };
+  }
+
+  std::vector<ServedHead> served() const {
+    std::vector<ServedHead> all{{arguments_.name, arguments_.source,
+                                 arguments_.scanner.model.value_or(""), head_.health(), ""}};
+    if (auto played = playback_.served()) all.push_back(std::move(*played));
+    return all;
+  }
+
+  std::string play(std::string_view name) {
+    if (name.empty()) return playback_.stop() ? "playback ended" : "nothing was played back";
+    playback_.play(recorder_.path_of(name), settings_.arguments(), screens_);
+    return fmt::format("playing {} back, as head {}", name, Playback::kHead);
+  }
+
+  std::vector<Event> findings(std::string_view head) {
+    if (head == arguments_.name) return exam_.findings(head_.health(), bus_.sinks());
+    if (head == Playback::kHead && playback_.served()) return {};
+    throw Error(ErrorKind::kNotFound, fmt::format("there is no head '{}'", head));
   }
 
   // Of all sinks that want one.
@@ -238,8 +294,10 @@ class Server {
     parts.open = [this](const EventPort& port) { return open_source(arguments_.source, port); };
     parts.make_scanner =
         parts.remake_scanner = [this](const SourceInfo& source, const EventPort& port) {
+          exam_.note(source);
           return settings_.make(source, port);
         };
+    parts.before_scan = [this](const Frame& frame) { exam_.keep(frame); };
     return parts;
   }
 
@@ -254,6 +312,7 @@ class Server {
   // Each to the log and to the sinks; the bus never sends what it is given.
   void hear(const Event& event) {
     if (said_.lets_through(event)) say(fmt::format("{}: {}", event.code.word(), sentence(event)));
+    if (event.head == arguments_.name) exam_.hear(event);
     bus_.event(event);
   }
 
@@ -262,6 +321,7 @@ class Server {
     if (reload_flag.exchange(false)) head_.reload();
     recorder_.look();
     const HeadHealth health = head_.health();
+    exam_.look(health);
     const Clock::time_point now = Clock::now();
     if (now - health.time < kHeadAsleep) service_.say_alive();
     if (!health_flag.exchange(false) && now - last_health_ < kHealthEvery) return;
@@ -272,6 +332,7 @@ class Server {
   }
 
   ExitCode conclude() {
+    playback_.stop();
     const FrameReport report = head_.wait();
     bus_.finish();
     say(fmt::format("read {}", program::describe(report)));
@@ -290,6 +351,9 @@ class Server {
   EventPort events_;
   ScanBus bus_;
   ScannerSettings settings_;
+  HeadExam exam_;
+  Playback::Screens screens_;
+  Playback playback_;
   Head head_;
   HeadRecorder recorder_;
   HeadDesk desk_;

@@ -10,10 +10,10 @@
 
 #include <striper/core/error.hpp>
 
-#include "access.hpp"
 #include "foxglove.hpp"
 #include "head_watch.hpp"
-#include "http_rules.hpp"
+#include "rules/access.hpp"
+#include "rules/http_rules.hpp"
 #include "web_api.hpp"
 
 namespace {

@@ -51,7 +51,7 @@ INSIDE = {
                     "adjust": {"board", "intrinsics", "laser_plane"}, "validate": {"board", "intrinsics", "adjust"}},
     "connect/can": {"can": set()},
     "connect/ros2": {},
-    "connect/web": {},
+    "connect/web": {"rules": set()},
     "apps": {"examples": set(), "bench": set(), "striper": {"bench"}},
 }
 INSIDE["calibration"]["session"] = set(INSIDE["calibration"])

@@ -24,6 +24,20 @@ ParameterValue value_of(const Control& control) {
   return value;
 }
 
+const char* type_of(ControlType type) {
+  switch (type) {
+    case ControlType::kNumber:
+      return "number";
+    case ControlType::kSwitch:
+      return "switch";
+    case ControlType::kRegion:
+      return "region";
+    case ControlType::kPose:
+      break;
+  }
+  return "pose";
+}
+
 ControlValue control_value(const Parameter& wanted) {
   if (const auto* const is_on = std::get_if<bool>(&wanted.value)) return {*is_on ? 1.0 : 0.0};
   if (const auto* const number = std::get_if<double>(&wanted.value)) return {*number};
@@ -66,22 +80,58 @@ void HeadDesk::check_lasers_on(std::string_view what) const {
 
 void HeadDesk::note(const std::string& what) const { behind_.events.send({"command_taken", what}); }
 
+bool HeadDesk::is_open() const {
+  const SourceState state = behind_.head.health().state;
+  return state == SourceState::kStreaming || state == SourceState::kSilent;
+}
+
+// A source that is not open has none.
+std::vector<Control> HeadDesk::controls() const {
+  return is_open() ? behind_.head.controls() : std::vector<Control>();
+}
+
 std::vector<Parameter> HeadDesk::parameters(std::string_view head) const {
   check_head(head);
   std::vector<Parameter> all;
-  const SourceState state = behind_.head.health().state;
-  const bool is_open = state == SourceState::kStreaming || state == SourceState::kSilent;
-  if (is_open) {
-    for (const Control& control : behind_.head.controls()) {
-      all.push_back({control.name, value_of(control)});
-    }
-  }
+  for (const Control& control : controls()) all.push_back({control.name, value_of(control)});
   for (Parameter& option : behind_.settings.list()) all.push_back(std::move(option));
   return all;
 }
 
-void HeadDesk::set(std::string_view head, const Parameter& wanted) {
+void HeadDesk::remember(const std::string& name, const ParameterValue& value) const {
+  const std::lock_guard lock(mutex_);
+  at_start_.try_emplace(name, value);
+}
+
+std::vector<ParameterForm> HeadDesk::forms(std::string_view head) const {
   check_head(head);
+  std::vector<ParameterForm> all;
+  for (const Control& control : controls()) {
+    ParameterForm form;
+    form.name = control.name;
+    form.is_control = true;
+    form.type = type_of(control.type);
+    form.unit = control.unit;
+    form.minimum = control.state.minimum;
+    form.maximum = control.state.maximum;
+    form.is_writable = control.state.is_writable;
+    form.value = value_of(control);
+    all.push_back(std::move(form));
+  }
+  for (ParameterForm& form : behind_.settings.forms()) all.push_back(std::move(form));
+  for (ParameterForm& form : all) {
+    if (is_open()) remember(form.name, form.value);
+    const std::lock_guard lock(mutex_);
+    const auto first = at_start_.find(form.name);
+    form.at_start = first == at_start_.end() ? form.value : first->second;
+  }
+  return all;
+}
+
+void HeadDesk::set(std::string_view head, const Parameter& wanted) {
+  for (const Parameter& now : parameters(head)) {
+    if (now.name == wanted.name) remember(now.name, now.value);
+  }
   if (ScannerSettings::has(wanted.name)) {
     behind_.settings.set(wanted);
     behind_.head.remake_scanner();
@@ -119,6 +169,13 @@ void HeadDesk::start() {
   behind_.head.resume();
 }
 
+std::string HeadDesk::record(double seconds) {
+  if (behind_.recorder == nullptr) {
+    throw Error(ErrorKind::kUnsupported, fmt::format("{} is a recording already", name_));
+  }
+  return fmt::format("recording {} s to '{}'", seconds, behind_.recorder->begin(seconds).string());
+}
+
 std::string HeadDesk::command(std::string_view head, HeadCommand command, double seconds) {
   check_head(head);
   std::string done;
@@ -141,8 +198,7 @@ std::string HeadDesk::command(std::string_view head, HeadCommand command, double
       done = "lasers on";
       break;
     case HeadCommand::kRecord:
-      done =
-          fmt::format("recording {} s to '{}'", seconds, behind_.recorder.begin(seconds).string());
+      done = record(seconds);
       break;
   }
   note(done);

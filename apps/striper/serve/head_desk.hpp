@@ -2,6 +2,8 @@
 #pragma once
 
 #include <atomic>
+#include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,7 +24,7 @@ class HeadDesk {
   struct Behind {
     Head& head;
     ScannerSettings& settings;
-    HeadRecorder& recorder;
+    HeadRecorder* recorder;  ///< Null where nothing can be recorded.
     EventPort events;
   };
 
@@ -30,6 +32,8 @@ class HeadDesk {
 
   /// @throws Error{kNotFound} for another head's name, as all of these.
   std::vector<Parameter> parameters(std::string_view head) const;
+  /// What they are and may be, and what they were before anybody changed them.
+  std::vector<ParameterForm> forms(std::string_view head) const;
   /// @throws as `Head::set_control` and `ScannerSettings::set`; Error{kNotFound} for a name that
   ///         nothing has, Error{kUnsupported} for what is not allowed.
   void set(std::string_view head, const Parameter& wanted);
@@ -40,6 +44,10 @@ class HeadDesk {
   std::string why(std::string_view head, int line) const;
 
  private:
+  bool is_open() const;
+  std::vector<Control> controls() const;
+  void remember(const std::string& name, const ParameterValue& value) const;
+  std::string record(double seconds);
   void check_head(std::string_view head) const;
   void check_lasers_on(std::string_view what) const;
   bool fires_lasers() const;
@@ -52,6 +60,8 @@ class HeadDesk {
   const bool may_switch_lasers_on_;
   std::atomic<bool> is_stopped_ = false;
   std::atomic<bool> fired_lasers_ = true;  // The source, when it was stopped.
+  mutable std::mutex mutex_;
+  mutable std::map<std::string, ParameterValue, std::less<>> at_start_;  // As they were first seen.
 };
 
 }  // namespace striper::program

@@ -95,4 +95,12 @@ std::vector<RecordingFile> HeadRecorder::list() const {
   return files;
 }
 
+// Of the list, so that no name leads anywhere else.
+std::filesystem::path HeadRecorder::path_of(std::string_view name) const {
+  for (const RecordingFile& one : list()) {
+    if (one.name == name) return folder_ / one.name;
+  }
+  throw Error(ErrorKind::kNotFound, fmt::format("there is no recording '{}'", name));
+}
+
 }  // namespace striper::program

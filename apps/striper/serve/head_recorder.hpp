@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <striper/stream/scan_bus.hpp>
@@ -31,6 +32,9 @@ class HeadRecorder {
 
   /// Those in the folder, the newest first.
   std::vector<RecordingFile> list() const;
+
+  /// Where one of them lies. @throws Error{kNotFound} for a name that is none of them.
+  std::filesystem::path path_of(std::string_view name) const;
 
  private:
   using Clock = std::chrono::steady_clock;

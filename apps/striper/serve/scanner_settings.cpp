@@ -67,6 +67,33 @@ std::vector<Parameter> ScannerSettings::list() const {
   return all;
 }
 
+std::vector<ParameterForm> ScannerSettings::forms() const {
+  std::vector<ParameterForm> all;
+  const std::vector<Parameter> now = list();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const ScannerOption& option = scanner_options()[i];
+    ParameterForm form;
+    form.name = now[i].name;
+    form.type = option.is_number() ? "number" : "word";
+    form.unit = option.unit;
+    form.words.assign(option.words.begin(), option.words.end());
+    if (option.is_number()) {
+      form.minimum = {option.low};
+      form.maximum = {option.high};
+    }
+    form.if_not_given = option.what_if_not_given;
+    form.help = option.help;
+    form.value = now[i].value;
+    all.push_back(std::move(form));
+  }
+  return all;
+}
+
+ScannerArguments ScannerSettings::arguments() const {
+  const std::lock_guard lock(mutex_);
+  return arguments_;
+}
+
 bool ScannerSettings::has(std::string_view name) { return find_scanner_option(name) != nullptr; }
 
 void ScannerSettings::set(const Parameter& wanted) {

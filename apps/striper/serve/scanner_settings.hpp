@@ -25,6 +25,12 @@ class ScannerSettings {
   /// Every option of `scanner_options()`, as the scanner has it.
   std::vector<Parameter> list() const;
 
+  /// The same with what each may be; `at_start` is left to who knows it.
+  std::vector<ParameterForm> forms() const;
+
+  /// The arguments as they are now.
+  ScannerArguments arguments() const;
+
   /// Whether there is such an option.
   static bool has(std::string_view name);
 

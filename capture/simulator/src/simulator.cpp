@@ -69,13 +69,17 @@ class Simulator::Impl {
         rays_(scene_.camera, lit_region(scene_)),
         is_static_(scene_.is_static()),
         gains_(detail::pixel_gains(picture_size(), scene_.imager, scene_.seed)) {
-    for (const SimulatedLaser& laser : scene_.lasers) beams_.emplace_back(laser, scene_);
+    make_beams();
   }
 
   const Scene& scene() const noexcept { return scene_; }
 
   void apply(const SceneSettings& settings) {
     Scene changed = scene_;
+    for (SimulatedLaser& laser : changed.lasers) {
+      const double longer = settings.shutter_s / changed.imager.shutter_s;
+      if (laser.is_continuous) laser.pulse_energy_j *= longer;
+    }
     changed.imager.shutter_s = settings.shutter_s;
     changed.imager.dn_per_electron = settings.dn_per_electron;
     for (std::size_t i = 0; i < changed.objects.size(); ++i) {
@@ -83,6 +87,7 @@ class Simulator::Impl {
     }
     changed.validate();
     scene_ = std::move(changed);
+    make_beams();
     lasers_on_ = settings.lasers_on;
     model_.reset();
     for (auto& [number, moment] : moments_) moment.reset();
@@ -138,6 +143,11 @@ class Simulator::Impl {
   }
 
  private:
+  void make_beams() {
+    beams_.clear();
+    for (const SimulatedLaser& laser : scene_.lasers) beams_.emplace_back(laser, scene_);
+  }
+
   StriperModel make_model() const {
     StriperModel model;
     model.camera = scene_.camera;

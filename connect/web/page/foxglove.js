@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client of the Foxglove WebSocket, as far as this page needs one: it finds channels by their topics, and comes back by itself.
+// A client of the Foxglove WebSocket, as far as these pages need one: it finds channels by their topics, decodes by their schemas, and comes
+// back by itself.
+import { readMessage } from "./cdr.js";
+import { parseSchema } from "./ros_schema.js";
 
-/** @typedef {{id: number, topic: string, schemaName: string}} Channel */
+/**
+ * @typedef {import("./ros_schema.js").Field} Field
+ * @typedef {{id: number, topic: string, fields: Field[]}} Channel
+ * @typedef {{onOpen: () => void, onClose: () => void, onSession: (id: string) => void, onTopics: (topics: string[]) => void,
+ *   onMessage: (topic: string, decode: () => any) => void, onStatus: (text: string) => void}} Listener
+ */
+
+const MESSAGE = 1; // Opcode; then come subscription and time.
+const HEADER = 13;
 
 export class FoxgloveClient {
-  /**
-   * @param {string} url
-   * @param {{onChannels: (topics: string[]) => void, onMessage: (topic: string, cdr: DataView) => void, onOpen: () => void,
-   *   onClose: () => void, onStatus: (text: string) => void}} listener
-   */
+  /** @param {string} url @param {Listener} listener */
   constructor(url, listener) {
     this.url = url;
     this.listener = listener;
@@ -19,7 +26,6 @@ export class FoxgloveClient {
     /** @type {Set<string>} */
     this.wanted = new Set();
     this.nextId = 1;
-    this.wait_ms = 250;
     this.connect();
   }
 
@@ -27,17 +33,22 @@ export class FoxgloveClient {
     const socket = new WebSocket(this.url, ["foxglove.websocket.v1", "foxglove.sdk.v1"]);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
-      this.wait_ms = 250;
-      this.listener.onOpen();
-    };
-    socket.onmessage = ({ data }) => (typeof data === "string" ? this.hearText(JSON.parse(data)) : this.hearBytes(new DataView(data)));
+    socket.onopen = () => this.listener.onOpen();
+    socket.onmessage = ({ data }) => (typeof data === "string" ? this.hearText(JSON.parse(data)) : this.hearBytes(data));
     socket.onclose = () => {
       this.channels.clear();
       this.topics.clear();
       this.listener.onClose();
-      setTimeout(() => this.connect(), this.wait_ms);
-      this.wait_ms = Math.min(5000, 2 * this.wait_ms);
+      this.waitForServer();
+    };
+  }
+
+  /** By a worker, so that waiting for a server that is away fills nobody's log. */
+  waitForServer() {
+    const probe = new Worker("probe.js");
+    probe.onmessage = () => {
+      probe.terminate();
+      this.connect();
     };
   }
 
@@ -51,12 +62,12 @@ export class FoxgloveClient {
   agree() {
     const have = new Map([...this.topics].map(([id, topic]) => [topic, id]));
     const gone = [...have].filter(([topic]) => !this.wanted.has(topic)).map(([, id]) => id);
-    const fresh = [...this.wanted].filter((topic) => this.channels.has(topic) && !have.has(topic));
+    const fresh = [...this.wanted].flatMap((topic) => (have.has(topic) ? [] : (this.channels.get(topic) ?? [])));
     for (const id of gone) this.topics.delete(id);
-    const subscriptions = fresh.map((topic) => {
+    const subscriptions = fresh.map((channel) => {
       const id = this.nextId++;
-      this.topics.set(id, topic);
-      return { id, channelId: /** @type {Channel} */ (this.channels.get(topic)).id };
+      this.topics.set(id, channel.topic);
+      return { id, channelId: channel.id };
     });
     if (gone.length > 0) this.say({ op: "unsubscribe", subscriptionIds: gone });
     if (subscriptions.length > 0) this.say({ op: "subscribe", subscriptions });
@@ -69,9 +80,11 @@ export class FoxgloveClient {
 
   /** @param {any} message */
   hearText(message) {
-    if (message.op === "advertise") {
-      for (const channel of message.channels) this.channels.set(channel.topic, channel);
-      this.listener.onChannels([...this.channels.keys()]);
+    if (message.op === "serverInfo") {
+      this.listener.onSession(message.sessionId);
+    } else if (message.op === "advertise") {
+      for (const { id, topic, schema } of message.channels) this.channels.set(topic, { id, topic, fields: parseSchema(schema) });
+      this.listener.onTopics([...this.channels.keys()]);
       this.agree();
     } else if (message.op === "status") {
       this.listener.onStatus(message.message);
@@ -80,11 +93,12 @@ export class FoxgloveClient {
     }
   }
 
-  /** @param {DataView} data */
-  hearBytes(data) {
-    const header = 13;
-    if (data.byteLength < header || data.getUint8(0) !== 1) return;
+  /** @param {ArrayBuffer} bytes */
+  hearBytes(bytes) {
+    const data = new DataView(bytes);
+    if (data.byteLength < HEADER || data.getUint8(0) !== MESSAGE) return;
     const topic = this.topics.get(data.getUint32(1, true));
-    if (topic !== undefined) this.listener.onMessage(topic, new DataView(data.buffer, data.byteOffset + header));
+    const channel = topic === undefined ? undefined : this.channels.get(topic);
+    if (channel) this.listener.onMessage(channel.topic, () => readMessage(new DataView(bytes, HEADER), channel.fields));
   }
 }

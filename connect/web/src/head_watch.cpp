@@ -88,11 +88,22 @@ void HeadWatch::set_services(const SinkServices& services) {
   services_ = services;
 }
 
+HeadWatch::Head& HeadWatch::head_of(std::string_view name) {
+  const auto found = heads_.find(name);
+  if (found != heads_.end()) return found->second;
+  Head& added = heads_.emplace(std::string(name), Head{}).first->second;
+  added.last = Clock::now();
+  return added;
+}
+
+void HeadWatch::see(const HeadInfo& head) {
+  const std::lock_guard lock(mutex_);
+  head_of(head.head).lasers = head.frames.size();
+}
+
 void HeadWatch::see(const PolarScan& scan) {
   const std::lock_guard lock(mutex_);
-  auto found = heads_.find(scan.head());
-  if (found == heads_.end()) found = heads_.emplace(std::string(scan.head()), Head{}).first;
-  Head& head = found->second;
+  Head& head = head_of(scan.head());
   sigmas_m_.clear();
   std::size_t good = 0;
   for (const Return& one : scan.returns) {
@@ -176,8 +187,9 @@ std::string HeadWatch::status_json() const {
   for (const ServedHead& one : all) {
     const SourceStatistics& source = one.health.read.statistics;
     const auto seen = heads_.find(one.name);
-    const bool is_seen = seen != heads_.end();
-    const auto latency = is_seen ? latency_s(seen->second) : std::nullopt;
+    const bool is_seen = seen != heads_.end() && seen->second.scans > 0;
+    const bool is_now = is_seen && one.plays.empty();  // What is played back was seen long ago.
+    const auto latency = is_now ? latency_s(seen->second) : std::nullopt;
     heads.push_back({{"name", one.name},
                      {"state", to_string(one.health.state)},
                      {"source", one.source},
@@ -188,7 +200,9 @@ std::string HeadWatch::status_json() const {
                      {"reconnects", reconnects(one.health)},
                      {"scans", one.health.scanner.counts.scans},
                      {"last_scan_s", is_seen ? json(age_s(seen->second)) : json()},
-                     {"laser", is_seen ? json(seen->second.laser) : json()}});
+                     {"laser", is_seen ? json(seen->second.laser) : json()},
+                     {"lasers", is_seen ? seen->second.lasers : 1},
+                     {"plays", one.plays.empty() ? json() : json(one.plays)}});
   }
   json reports = json::array();
   for (const SinkReport& one : all_sinks) {
@@ -217,8 +231,9 @@ HttpAnswer HeadWatch::readiness() const {
   const std::lock_guard lock(mutex_);
   json reasons = json::array();
   for (const ServedHead& one : all) {
+    if (!one.plays.empty()) continue;  // It measures nothing.
     const auto seen = heads_.find(one.name);
-    if (seen == heads_.end()) {
+    if (seen == heads_.end() || seen->second.scans == 0) {
       reasons.push_back(fmt::format("{}: no scan yet, {}", one.name, to_string(one.health.state)));
     } else if (Clock::now() - seen->second.last > kReadyWithin) {
       reasons.push_back(fmt::format("{}: no scan for {:.1f} s, {}", one.name, age_s(seen->second),

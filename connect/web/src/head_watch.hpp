@@ -25,6 +25,7 @@ class HeadWatch {
   using Clock = std::chrono::steady_clock;
 
   void set_services(const SinkServices& services);
+  void see(const HeadInfo& head);
   void see(const PolarScan& scan);
   void see(const Event& event);
 
@@ -48,6 +49,7 @@ class HeadWatch {
     double good_part = 0.0;       // Of the last scan.
     double median_sigma_m = 0.0;  // Of its good returns; NaN without any.
     int laser = 0;
+    std::size_t lasers = 1;           // That its model has.
     std::vector<double> latencies_s;  // From the middle of the exposure to here: the last of them.
     std::size_t next_latency = 0;
     double latency_sum_s = 0.0;
@@ -60,6 +62,7 @@ class HeadWatch {
     Event event;
   };
 
+  Head& head_of(std::string_view name);
   std::vector<ServedHead> served() const;
   std::vector<SinkReport> sinks() const;
   static void note_latency(Head& head, const FrameTime& time);

@@ -44,13 +44,13 @@ WebAddress WebAddress::parse(SinkUri uri) {
   const bool has_address = colon != std::string::npos;
   if (has_address) address.address = take_address(uri, uri.path().substr(0, colon));
   address.port = take_port(uri, has_address ? uri.path().substr(colon + 1) : uri.path());
-  address.frames_hz = uri.take_number("frames", 0.0, kMostFrames_hz).value_or(0.0);
-  const std::string images = uri.take("images").value_or("raw");
+  address.frames_hz = uri.take_number("frames", 0.0, kMostFrames_hz).value_or(address.frames_hz);
+  const std::string images = uri.take("images").value_or("both");
   const std::optional<TopicImages> kind = topic_images_from_string(images);
   if (!kind) {
     refuse(uri, fmt::format("images is '{}' where raw, compressed or both is expected", images));
   }
-  if (address.frames_hz > 0.0) address.images = *kind;
+  address.images = address.frames_hz > 0.0 ? *kind : TopicImages::kNone;
   if (const auto origin = uri.take("origin")) {
     if (!origin->starts_with("http://") && !origin->starts_with("https://")) {
       refuse(uri,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,10 +13,10 @@
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
 
-#include "access.hpp"
-#include "http_rules.hpp"
 #include "page.hpp"
 #include "parameter_json.hpp"
+#include "rules/access.hpp"
+#include "rules/http_rules.hpp"
 
 namespace striper::detail {
 namespace {
@@ -24,6 +25,8 @@ using nlohmann::json;
 
 constexpr std::string_view kHeads = "/api/v1/heads/";
 constexpr std::string_view kWhy = "/api/v1/why";
+constexpr std::string_view kRecordings = "/api/v1/recordings/";
+constexpr std::string_view kStopPlaying = "/api/v1/playback/stop";
 constexpr const char* kText = "text/plain; charset=utf-8";
 
 /// A command, as it stands in addresses and services.
@@ -113,6 +116,42 @@ double seconds_of(const json& request) {
   throw Error(ErrorKind::kBadValue, R"(how long is said as {"seconds": 10})");
 }
 
+// A limit that there is not is null.
+json limits(const std::vector<double>& numbers) {
+  json all = json::array();
+  for (const double one : numbers) all.push_back(std::isfinite(one) ? json(one) : json());
+  return all;
+}
+
+json json_of(const ParameterForm& form) {
+  return {{"name", form.name},
+          {"of", form.is_control ? "camera" : "scanner"},
+          {"type", form.type},
+          {"unit", form.unit},
+          {"words", form.words},
+          {"minimum", limits(form.minimum)},
+          {"maximum", limits(form.maximum)},
+          {"writable", form.is_writable},
+          {"if_not_given", form.if_not_given},
+          {"help", form.help},
+          {"value", to_json(form.value)},
+          {"at_start", to_json(form.at_start)}};
+}
+
+json json_of(const Event& finding) {
+  return {{"code", finding.code.word()},
+          {"severity", to_string(finding.severity)},
+          {"what", finding.message},
+          {"cure", finding.advice}};
+}
+
+template <typename Things>
+json list_of(const Things& things) {
+  json all = json::array();
+  for (const auto& one : things) all.push_back(json_of(one));
+  return all;
+}
+
 json object_of(const std::vector<Parameter>& parameters) {
   json all = json::object();
   for (const Parameter& one : parameters) all[one.name] = to_json(one.value);
@@ -127,8 +166,8 @@ auto& required(Call& call) {
 
 }  // namespace
 
-WebApi::WebApi(const HeadWatch& watch, std::function<WebCounts()> counts)
-    : watch_(watch), counts_(std::move(counts)) {}
+WebApi::WebApi(const HeadWatch& watch, ScanPieces& pieces, std::function<WebCounts()> counts)
+    : watch_(watch), pieces_(pieces), counts_(std::move(counts)) {}
 
 void WebApi::set_services(const SinkServices& services) {
   const std::string token = services.token ? services.token() : std::string();
@@ -176,13 +215,18 @@ std::vector<std::string> WebApi::heads() const {
 }
 
 bool WebApi::is_slow(const HttpAsk& ask) const {
-  return ask.target.starts_with(kHeads) || Target(ask.target).path == kWhy;
+  const std::string_view path = Target(ask.target).path;
+  return path.starts_with(kHeads) || path.starts_with(kRecordings) || path == kWhy ||
+         path == kStopPlaying;
 }
 
 HttpAnswer WebApi::answer(const HttpAsk& ask) {
   try {
-    if (ask.target.starts_with(kHeads)) return answer_of_head(ask);
-    if (Target(ask.target).path == kWhy) return why(ask);
+    const std::string_view path = Target(ask.target).path;
+    if (path.starts_with(kHeads)) return answer_of_head(ask);
+    if (path.starts_with(kRecordings)) return recording(ask);
+    if (path == kStopPlaying) return play(ask, {});
+    if (path == kWhy) return why(ask);
     return ask.method == "GET" || ask.method == "HEAD" ? look(ask) : change(ask);
   } catch (const Error& error) {
     return failure(status_of(error.kind()), error.what());
@@ -210,6 +254,10 @@ HttpAnswer WebApi::look(const HttpAsk& ask) {
     answer = model(decoded(target.value("head")));
   } else if (target.path == "/api/v1/recordings") {
     answer = recordings();
+  } else if (target.path == "/api/v1/pieces") {
+    answer = pieces(target.value("head"), target.value("laser"));
+  } else if (target.path == "/api/v1/login") {
+    answer = done({{"may_change", ask.has_token}});
   } else if (const PageFile* const file = find_page_file(target.path)) {
     answer.type = file->type;
     answer.body = file->content;
@@ -225,7 +273,7 @@ HttpAnswer WebApi::change(const HttpAsk& ask) {
     const unsigned status = look({"GET", ask.target, {}, false}).status;
     return status == 404 ? failure(404, "there is nothing here") : not_allowed("GET, HEAD");
   }
-  return ask.method == "POST" ? login(ask) : not_allowed("POST");
+  return ask.method == "POST" ? login(ask) : not_allowed("GET, HEAD, POST");
 }
 
 HttpAnswer WebApi::login(const HttpAsk& ask) const {
@@ -262,6 +310,41 @@ HttpAnswer WebApi::recordings() const {
   return done(all);
 }
 
+HttpAnswer WebApi::pieces(std::string_view head, std::string_view laser) {
+  const std::vector<std::string> all = heads();
+  const std::string name = head.empty() && !all.empty() ? all[0] : decoded(head);
+  HttpAnswer answer;
+  answer.body = pieces_.json(name, static_cast<int>(number(laser) % 256));
+  return answer;
+}
+
+// "/api/v1/recordings/NAME", ".../NAME/info", ".../NAME/play".
+HttpAnswer WebApi::recording(const HttpAsk& ask) const {
+  const std::string_view rest = Target(ask.target).path.substr(kRecordings.size());
+  const std::size_t slash = std::min(rest.find('/'), rest.size());
+  const std::string name = decoded(rest.substr(0, slash));
+  const std::string_view word = rest.substr(slash);
+  if (word == "/play") return play(ask, name);
+  if (!word.empty() && word != "/info") return failure(404, "there is nothing here");
+  if (ask.method != "GET" && ask.method != "HEAD") return not_allowed("GET, HEAD");
+  const SinkServices services = asked();
+  HttpAnswer answer;
+  if (word == "/info") {
+    answer.body = required(services.recording_info)(name) + "\n";
+  } else {
+    answer.file = required(services.recording_path)(name);
+    answer.type = "application/octet-stream";
+  }
+  return answer;
+}
+
+HttpAnswer WebApi::play(const HttpAsk& ask, const std::string& name) const {
+  if (ask.method != "POST") return not_allowed("POST");
+  if (!ask.has_token) return needs_token();
+  const SinkServices services = asked();
+  return done({{"message", required(services.play)(name)}});
+}
+
 HttpAnswer WebApi::why(const HttpAsk& ask) const {
   if (ask.method != "GET" && ask.method != "HEAD") return not_allowed("GET, HEAD");
   const Target target(ask.target);
@@ -287,7 +370,15 @@ HttpAnswer WebApi::answer_of_head(const HttpAsk& ask) {
   const std::string head = decoded(rest.substr(0, slash));
   const std::string_view word = rest.substr(slash + 1);
   if (word == "parameters") return parameters_of(ask, head);
-  return command_of(ask, head, word);
+  if (word != "settings" && word != "findings") return command_of(ask, head, word);
+  if (ask.method != "GET" && ask.method != "HEAD") return not_allowed("GET, HEAD");
+  return look_at_head(head, word);
+}
+
+HttpAnswer WebApi::look_at_head(const std::string& head, std::string_view word) const {
+  const SinkServices services = asked();
+  if (word == "settings") return done(list_of(required(services.parameter_forms)(head)));
+  return done(list_of(required(services.findings)(head)));
 }
 
 HttpAnswer WebApi::parameters_of(const HttpAsk& ask, const std::string& head) {

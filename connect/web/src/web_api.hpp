@@ -13,6 +13,7 @@
 #include <striper/stream/sink_services.hpp>
 
 #include "head_watch.hpp"
+#include "scan_pieces.hpp"
 #include "web_desk.hpp"
 
 namespace striper::detail {
@@ -24,8 +25,8 @@ namespace striper::detail {
 /// what the program does not allow is refused even then.
 class WebApi : public WebDesk {
  public:
-  /// @param watch outlives this. @param counts how the server's clients are.
-  WebApi(const HeadWatch& watch, std::function<WebCounts()> counts);
+  /// @param watch outlives this, as do the pieces. @param counts how the server's clients are.
+  WebApi(const HeadWatch& watch, ScanPieces& pieces, std::function<WebCounts()> counts);
 
   /// Asks for the secret. @throws Error where it cannot be had.
   void set_services(const SinkServices& services);
@@ -46,15 +47,20 @@ class WebApi : public WebDesk {
   HttpAnswer change(const HttpAsk& ask);
   HttpAnswer login(const HttpAsk& ask) const;
   HttpAnswer answer_of_head(const HttpAsk& ask);
+  HttpAnswer look_at_head(const std::string& head, std::string_view word) const;
   HttpAnswer parameters_of(const HttpAsk& ask, const std::string& head);
   HttpAnswer command_of(const HttpAsk& ask, const std::string& head, std::string_view word);
   HttpAnswer model(const std::string& head) const;
   HttpAnswer recordings() const;
+  HttpAnswer recording(const HttpAsk& ask) const;
+  HttpAnswer play(const HttpAsk& ask, const std::string& name) const;
+  HttpAnswer pieces(std::string_view head, std::string_view laser);
   HttpAnswer why(const HttpAsk& ask) const;
   SinkServices asked() const;
   std::vector<std::string> heads() const;
 
   const HeadWatch& watch_;
+  ScanPieces& pieces_;
   const std::function<WebCounts()> counts_;
   mutable std::mutex mutex_;  // Guards what follows.
   SinkServices services_;

@@ -23,6 +23,7 @@ struct HttpAnswer {
   unsigned status = 200;
   std::string type = "application/json";
   std::string body;
+  std::string file{};    ///< Where the body is, in place of `body`; empty for none.
   std::string cookie{};  ///< Set-Cookie; empty for none.
   std::string allow{};   ///< Of 405: the methods that there are.
 };

@@ -25,7 +25,7 @@
 
 #include <striper/core/error.hpp>
 
-#include "access.hpp"
+#include "rules/access.hpp"
 
 namespace striper::detail {
 namespace {
@@ -60,7 +60,7 @@ using Response = http::response<http::string_body>;
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
-void add_guards(Response& response) {
+void add_guards(http::response_header<>& response) {
   response.set(http::field::server, "striper");
   response.set(http::field::cache_control, "no-store");
   response.set("X-Content-Type-Options", "nosniff");
@@ -560,6 +560,7 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
     const auto give = [self = shared_from_this(), version = request.version(), is_head,
                        is_change = is_change(request),
                        is_kept = request.keep_alive()](HttpAnswer&& made) {
+      if (!made.file.empty()) return self->send_file(made, version, is_head, is_kept);
       self->send(response_of(std::move(made), version, is_head, is_kept));
       if (is_change) self->server_.tell_parameters();
     };
@@ -585,6 +586,51 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
     return response;
   }
 
+  // A recording may be large: it is read as it is sent, and each piece has its time.
+  void send_file(const HttpAnswer& made, unsigned version, bool is_head, bool is_kept) {
+    error_code error;
+    http::file_body::value_type body;
+    body.open(made.file.c_str(), beast::file_mode::scan, error);
+    if (error) return send(refusal({}, http::status::not_found, "this file is gone"));
+    const std::uint64_t size = body.size();
+    if (is_head) body = {};
+    file_.emplace(std::piecewise_construct, std::make_tuple(std::move(body)),
+                  std::make_tuple(http::status::ok, version));
+    file_->set(http::field::content_type, made.type);
+    file_->set(http::field::content_disposition, "attachment");
+    add_guards(*file_);
+    file_->keep_alive(is_kept);
+    file_->content_length(size);
+    serializer_.emplace(*file_);
+    serializer_->split(is_head);
+    is_head ? send_header() : send_piece();
+  }
+
+  void send_header() {
+    stream_.expires_after(kRequestTime);
+    http::async_write_header(
+        stream_, *serializer_,
+        [self = shared_from_this()](error_code error, std::size_t) { self->conclude_file(error); });
+  }
+
+  void send_piece() {
+    stream_.expires_after(kRequestTime);
+    http::async_write_some(stream_, *serializer_,
+                           [self = shared_from_this()](error_code error, std::size_t) {
+                             if (error || self->serializer_->is_done())
+                               return self->conclude_file(error);
+                             self->send_piece();
+                           });
+  }
+
+  void conclude_file(error_code error) {
+    const bool is_kept = !error && file_->keep_alive();
+    serializer_.reset();
+    file_.reset();
+    if (is_kept) return read_next();
+    stream_.socket().shutdown(tcp::socket::shutdown_send, error);
+  }
+
   void send(Response response) {
     if (response.result_int() >= 400) ++server_.refused_;
     add_guards(response);
@@ -606,6 +652,8 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
   beast::flat_buffer buffer_{kMostHeader + kMostBody};
   std::optional<http::request_parser<http::string_body>> parser_;
   Response response_;
+  std::optional<http::response<http::file_body>> file_;
+  std::optional<http::response_serializer<http::file_body>> serializer_;
 };
 
 void WebServer::Impl::listen() {
@@ -677,7 +725,7 @@ WebServer::Impl::Shown WebServer::Impl::look_at_token(const Request& request,
   const bool is_upgrade = websocket::is_upgrade(request);
   ShownToken shown{view(request[http::field::authorization]), view(request[http::field::cookie]),
                    is_upgrade ? target.value("token") : std::string_view()};
-  const bool is_login = target.path == kLoginPath;
+  const bool is_login = target.path == kLoginPath && is_change(request);
   if (is_login)
     return wrong_tokens_.take(address, RateLimit::Clock::now()) ? Shown::kNothing
                                                                 : Shown::kTooOften;

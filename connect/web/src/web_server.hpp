@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "client_outbox.hpp"
-#include "http_rules.hpp"
+#include "rules/http_rules.hpp"
 #include "web_address.hpp"
 #include "web_desk.hpp"
 

@@ -10,6 +10,7 @@
 #include <striper/stream/scan_topics.hpp>
 
 #include "head_watch.hpp"
+#include "scan_pieces.hpp"
 #include "web_api.hpp"
 #include "web_server.hpp"
 
@@ -19,6 +20,7 @@ namespace {
 ScanTopics::Options topics_of(const WebAddress& address) {
   ScanTopics::Options options;
   options.images = address.images;
+  options.has_own_messages = true;
   return options;
 }
 
@@ -52,7 +54,7 @@ class WebSink : public ScanSink {
  public:
   explicit WebSink(const WebAddress& address)
       : frames_hz_(address.frames_hz),
-        api_(watch_, [this] { return server_.counts(); }),
+        api_(watch_, pieces_, [this] { return server_.counts(); }),
         server_(address, api_),
         topics_(server_),
         scans_(topics_, topics_of(address)) {}
@@ -78,10 +80,12 @@ class WebSink : public ScanSink {
 
   void open(const HeadInfo& head) override {
     api_.see(head);
+    watch_.see(head);
     scans_.open(head);
   }
   void write(const PolarScan& scan) override {
     watch_.see(scan);
+    pieces_.see(scan);
     scans_.write(scan);
   }
   void write(const Frame& frame) override { scans_.write(frame); }
@@ -92,6 +96,7 @@ class WebSink : public ScanSink {
  private:
   const double frames_hz_;
   HeadWatch watch_;
+  ScanPieces pieces_;
   WebApi api_;
   WebServer server_;
   WebTopics topics_;

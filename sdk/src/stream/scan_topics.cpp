@@ -36,6 +36,7 @@ struct HeadTopics {
   FrameTime last_time;
   int points = kNoTopic, scan = kNoTopic, camera_info = kNoTopic;
   int image = kNoTopic, compressed = kNoTopic;
+  int polar_scan = kNoTopic, frame_info = kNoTopic;
 
   void set(const HeadInfo& head) {
     info = head;
@@ -58,6 +59,8 @@ struct ScanTopics::Impl {
   wire::CameraInfo camera_info;
   wire::Image image;
   wire::CompressedImage compressed;
+  wire::PolarScan polar_scan;
+  wire::FrameInfo frame_info;
 
   Impl(TopicPort& to, Options wanted) : port(to), options(std::move(wanted)) {
     tf_static = offer<wire::TFMessage>("/tf_static", RosQos::kLatched);
@@ -103,6 +106,10 @@ struct ScanTopics::Impl {
     if (images == TopicImages::kCompressed || images == TopicImages::kBoth) {
       head->compressed =
           offer<wire::CompressedImage>(prefix + "/image_raw/compressed", options.qos);
+    }
+    if (options.has_own_messages) {
+      head->polar_scan = offer<wire::PolarScan>(prefix + "/polar_scan", options.qos);
+      head->frame_info = offer<wire::FrameInfo>(prefix + "/frame_info", options.qos);
     }
     heads.push_back(std::move(head));
   }
@@ -153,6 +160,9 @@ void ScanTopics::write(const PolarScan& scan) {
   if (impl_->is_wanted(head.scan) && head.scans.to_message(scan, impl_->scan)) {
     impl_->send(head.scan, impl_->scan, impl_->scan.header.stamp);
   }
+  if (!impl_->is_wanted(head.polar_scan)) return;
+  to_message(scan, impl_->polar_scan);
+  impl_->send(head.polar_scan, impl_->polar_scan, impl_->polar_scan.header.stamp);
 }
 
 void ScanTopics::write(const Frame& frame) {
@@ -160,6 +170,10 @@ void ScanTopics::write(const Frame& frame) {
       impl_->head_of(frame.head.empty() ? kDefaultHead : std::string_view(frame.head));
   impl_->send_camera(head, frame.grid, frame.time);
   const std::string frame_id = head.info.head + "_camera_optical";
+  if (impl_->is_wanted(head.frame_info)) {
+    to_message(frame, head.info.source.cadence, impl_->frame_info);
+    impl_->send(head.frame_info, impl_->frame_info, to_stamp(frame.time));
+  }
   if (impl_->is_wanted(head.image)) {
     to_message(frame, frame_id, impl_->image);
     impl_->send(head.image, impl_->image, impl_->image.header.stamp);

@@ -8,12 +8,12 @@
 
 #include <striper/core/error.hpp>
 
-#include "access.hpp"
 #include "client_outbox.hpp"
 #include "foxglove.hpp"
-#include "http_rules.hpp"
 #include "page.hpp"
 #include "parameter_json.hpp"
+#include "rules/access.hpp"
+#include "rules/http_rules.hpp"
 #include "web_address.hpp"
 
 namespace striper::detail {
@@ -32,9 +32,11 @@ TEST(WebAddress, IsLoopbackUnlessAnAddressIsGiven) {
   EXPECT_EQ(parse("web:[::1]:80").address, "::1");
   EXPECT_EQ(parse("web:localhost:80").address, "127.0.0.1");
   EXPECT_EQ(parse("web:0?frames=5").frames_hz, 5.0);
-  EXPECT_EQ(parse("web:0?frames=5").images, TopicImages::kRaw);
+  EXPECT_EQ(parse("web:0?frames=5&images=raw").images, TopicImages::kRaw);
   EXPECT_EQ(parse("web:0?frames=5&images=both").images, TopicImages::kBoth);
-  EXPECT_EQ(parse("web:0").images, TopicImages::kNone);
+  EXPECT_EQ(parse("web:0").images, TopicImages::kBoth);
+  EXPECT_EQ(parse("web:0").frames_hz, 10.0);
+  EXPECT_EQ(parse("web:0?frames=0").images, TopicImages::kNone);
 }
 
 TEST(WebAddress, RefusesWhatIsNone) {

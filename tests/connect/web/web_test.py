@@ -8,6 +8,7 @@ Run by ctest; by hand: STRIPER=... STRIPER_SOURCE_DIR=... python3 web_test.py
 """
 import base64
 import csv
+import fcntl
 import http.client
 import json
 import math
@@ -203,7 +204,7 @@ class Served(InScratch):
         # pylint: disable=consider-using-with
         source = source or f"sim:{self.scene}?realtime=yes&fps={fps}"
         self.server = subprocess.Popen(
-            [STRIPER, "serve", source, "-m", self.model, "--to", to,
+            [STRIPER, "serve", source, *(["-m", self.model] if self.model else []), "--to", to,
              "--to", "csv:" + self.path("a.csv") + "?missing=yes&doubtful=yes", *options],
             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
             env={**os.environ, "STATE_DIRECTORY": self.path("state")})
@@ -239,12 +240,16 @@ class Served(InScratch):
         return "".join(self.log)
 
     def get(self, path, method="GET", headers=None, body=None):
+        status, data, headers = self.get_bytes(path, method, headers, body)
+        return status, data.decode(), headers
+
+    def get_bytes(self, path, method="GET", headers=None, body=None):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=15)
         connection.request(method, path, headers=headers or {}, body=body)
         answer = connection.getresponse()
-        body = answer.read().decode()
+        data = answer.read()
         connection.close()
-        return answer.status, body, answer.headers
+        return answer.status, data, answer.headers
 
     def memory_kb(self):
         with open(f"/proc/{self.server.pid}/status", encoding="ascii") as file:
@@ -735,6 +740,23 @@ class Changes(Served):
         self.assertIn("cut off", writer.statuses[0]["message"])
 
 
+def judges(test, otherwise):
+    """The folder with the packages of npm that judge us; where they cannot be had the test is skipped, and says so."""
+    here = os.path.dirname(os.path.abspath(__file__))
+    work = os.environ["WEB_JUDGE_WORK"]
+    os.makedirs(work, exist_ok=True)
+    for name in ("package.json", "package-lock.json", "foxglove_client.mjs", "../../foreign/.npmrc"):
+        shutil.copy(os.path.join(here, name), work)
+    if shutil.which("npm") is None:
+        test.skipTest(f"{otherwise}: npm is not installed")
+    with open(os.path.join(work, ".lock"), "w", encoding="ascii") as lock:  # Tests run beside each other.
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        done = subprocess.run(["npm", "ci", "--no-audit"], cwd=work, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        test.skipTest(f"{otherwise}: {done.stderr}")
+    return work
+
+
 class FoxgloveClient:
     """Foxglove's own client, @foxglove/ws-protocol of npm, which is told what to do and says what it hears."""
 
@@ -782,16 +804,7 @@ class WsProtocol(Served):
     """What Foxglove's own client makes of us."""
 
     def setUp(self):
-        self.work = os.environ["WEB_JUDGE_WORK"]
-        os.makedirs(self.work, exist_ok=True)
-        here = os.path.dirname(os.path.abspath(__file__))
-        for name in ("package.json", "package-lock.json", "foxglove_client.mjs", "../../foreign/.npmrc"):
-            shutil.copy(os.path.join(here, name), self.work)
-        if shutil.which("npm") is None:
-            self.skipTest("FOXGLOVE'S CLIENT HAS NOT HEARD US: npm is not installed")
-        done = subprocess.run(["npm", "ci", "--no-audit"], cwd=self.work, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            self.skipTest(f"FOXGLOVE'S CLIENT HAS NOT HEARD US: {done.stderr}")
+        self.work = judges(self, "FOXGLOVE'S CLIENT HAS NOT HEARD US")
         super().setUp()
 
     def test_hears_the_csv_by_both_subprotocols(self):

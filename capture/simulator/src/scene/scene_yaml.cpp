@@ -190,6 +190,7 @@ SimulatedLaser read_laser(const YamlField& field, const Imager& imager) {
     const double power_mw = power->number();
     if (!(power_mw >= 0.0 && power_mw <= kMostPowerMw)) power->refuse("a number from 0 to 1e9");
     laser.pulse_energy_j = 1e-3 * power_mw * imager.shutter_s;
+    laser.is_continuous = true;
   }
   return laser;
 }

@@ -39,14 +39,16 @@ std::optional<TopicImages> topic_images_from_string(std::string_view word) noexc
 
 /// Scans, images and how heads are as ROS 2's messages, each topic to a TopicPort: for each head
 /// `points`, `scan`, `camera_info` (once a second, or with each image), `image_raw`,
-/// `image_raw/compressed`; of all heads `/tf_static` and `/diagnostics`. What a sink does with
-/// them, call by call as ScanSink says. No allocation in steady state but what the port makes.
+/// `image_raw/compressed`; where they are wanted `polar_scan` and, beside each image, `frame_info`;
+/// of all heads `/tf_static` and `/diagnostics`. What a sink does with them, call by call as
+/// ScanSink says. No allocation in steady state but what the port makes.
 class ScanTopics {
  public:
   struct Options {
     std::string prefix;  ///< In front of the heads' names: "/truck"; may be empty.
     wire::RosQos qos = wire::RosQos::kReliable;  ///< Of what streams.
     TopicImages images = TopicImages::kNone;
+    bool has_own_messages = false;  ///< striper_msgs too, of which ROS 2 has no package.
   };
 
   /// @param port outlives it.

@@ -29,6 +29,7 @@ struct SimulatedLaser {
   double focus_m = 0.0;  ///< Distance of the waist from the origin.
   double wavelength_nm = 900.0;
   double pulse_energy_j = 10.4e-6;  ///< Emitted during every exposure that this laser lights.
+  bool is_continuous = false;  ///< It shines on: the energy goes with the time of the exposure.
 
   /// Thickness (energy over peak) to standard deviation, metres or radians.
   static constexpr double thickness_to_sigma(double thickness) noexcept {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "http_rules.hpp"
+#include "rules/http_rules.hpp"
 
 #include <algorithm>
 #include <charconv>

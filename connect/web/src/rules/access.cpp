@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "access.hpp"
+#include "rules/access.hpp"
 
 #include <algorithm>
 
