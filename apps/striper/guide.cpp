@@ -21,9 +21,9 @@ constexpr const char* kHelp =
 
 }  // namespace
 
-void add_guide(CLI::App& striper, Action& action) {
-  CLI::App& guide = *striper.add_subcommand("guide", kDescription);
-  guide.require_subcommand(1);
+void add_guide(Command& striper, Action& action) {
+  Command& guide = striper.add_subcommand("guide", kDescription);
+  guide.require_subcommand();
   guide.footer(kHelp);
   add_guide_run(guide, action);
   add_guide_simulate(guide, action);

@@ -42,7 +42,7 @@ constexpr const char* kHelp =
     "  striper guide plan\n"
     "  striper guide plan truck.yaml --speed 13.4 --radius 131 --json";
 
-void define(CLI::App& command, PlanArguments& arguments) {
+void define(Command& command, PlanArguments& arguments) {
   TruckPlanOptions& options = arguments.options;
   command.add_option("TRUCK.yaml", arguments.truck, "The truck, a guidance.yaml");
   command.add_option("--speed", options.speed_m_s, "That is asked of it, m/s; default 40 mph")
@@ -201,7 +201,7 @@ ExitCode guide_plan(const PlanArguments& arguments) {
 
 }  // namespace
 
-void add_guide_plan(CLI::App& guide, Action& action) {
+void add_guide_plan(Command& guide, Action& action) {
   add_command<PlanArguments>(guide, action, "plan", kDescription, define, guide_plan);
 }
 

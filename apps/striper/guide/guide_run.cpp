@@ -20,6 +20,7 @@
 #include "guide/guidance_outputs.hpp"
 #include "guide/guide_commands.hpp"
 #include "guide/run_inputs.hpp"
+#include "option_bounds.hpp"
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
@@ -67,7 +68,7 @@ constexpr const char* kHelp =
     "  striper guide run run --config other.yaml -o other --json\n"
     "  striper guide run run -o job --to can:can0";
 
-void define(CLI::App& command, RunArguments& arguments) {
+void define(Command& command, RunArguments& arguments) {
   command.add_option("RUN", arguments.run, "The directory of the recorded run")->required();
   command.add_option("-o,--output", arguments.output, "The directory for the results; it is made")
       ->type_name("DIR")
@@ -84,11 +85,10 @@ void define(CLI::App& command, RunArguments& arguments) {
       ->check(one_of({"filter", "report", "exponential", "integer"}));
   command.add_option("--alpha", arguments.alpha, "Smoothing of the method report, 0 to below 1")
       ->type_name("A")
-      ->check(CLI::Range(0.0, 0.999));
+      ->check(between(0.0, 0.999));
   command.add_option("--to", arguments.to, kGuidanceOutputsHelp)
       ->type_name("OUTPUT")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->one_word_each();
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
   command.footer(kHelp);
 }
@@ -295,7 +295,7 @@ ExitCode guide_run(const RunArguments& arguments) {
 
 }  // namespace
 
-void add_guide_run(CLI::App& guide, Action& action) {
+void add_guide_run(Command& guide, Action& action) {
   add_command<RunArguments>(guide, action, "run", kDescription, define, guide_run);
 }
 
