@@ -26,6 +26,9 @@ export class FoxgloveClient {
     /** @type {Set<string>} */
     this.wanted = new Set();
     this.nextId = 1;
+    /** Is there before striper may be gone, so that waiting for it fills nobody's log. */
+    this.probe = new Worker("probe.js");
+    this.probe.onmessage = () => this.connect();
     this.connect();
   }
 
@@ -36,20 +39,22 @@ export class FoxgloveClient {
     socket.onopen = () => this.listener.onOpen();
     socket.onmessage = ({ data }) => (typeof data === "string" ? this.hearText(JSON.parse(data)) : this.hearBytes(data));
     socket.onclose = () => {
-      this.channels.clear();
-      this.topics.clear();
+      this.forget();
       this.listener.onClose();
-      this.waitForServer();
+      this.probe.postMessage("begin");
     };
   }
 
-  /** By a worker, so that waiting for a server that is away fills nobody's log. */
-  waitForServer() {
-    const probe = new Worker("probe.js");
-    probe.onmessage = () => {
-      probe.terminate();
-      this.connect();
-    };
+  forget() {
+    this.channels.clear();
+    this.topics.clear();
+  }
+
+  /** Until `connect`: a window that is frozen cannot keep a connection. */
+  sleep() {
+    if (this.socket) this.socket.onclose = null;
+    this.socket?.close();
+    this.forget();
   }
 
   /** @param {string[]} topics */

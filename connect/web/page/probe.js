@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A worker that asks until the server answers, says so, and ends.
+// A worker that, when it is told to, asks until the server answers, and says so.
 const wait = (/** @type {number} */ ms) => new Promise((done) => setTimeout(done, ms));
 
 async function probe() {
@@ -10,4 +10,4 @@ async function probe() {
   }
 }
 
-probe();
+onmessage = probe;

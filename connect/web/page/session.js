@@ -33,13 +33,14 @@ export class Session extends EventTarget {
     this.scans = 0;
     this.arrived_ms = 0;
     this.isOpen = false;
-    this.wasOpen = false;
+    this.isLost = false;
     this.warning = "";
     this.lost_ms = 0;
     this.lastEvent = 0;
     this.sessionId = "";
     this.last_tick_ms = performance.now();
     this.slept_ms = 0;
+    this.frozen_ms = 0;
     /** @type {Happening[]} */
     this.happened = [];
     /** @type {string[]} topics within the chosen head */
@@ -48,6 +49,22 @@ export class Session extends EventTarget {
     setInterval(() => this.tick(), TICK_MS);
     setInterval(() => this.ask(), ASK_MS);
     document.addEventListener("visibilitychange", () => this.sayThatItSlept());
+    document.addEventListener("freeze", () => this.sleep());
+    document.addEventListener("resume", () => this.wake());
+  }
+
+  /** The browser puts this window to sleep. */
+  sleep() {
+    this.client.sleep();
+    this.isOpen = false;
+    this.frozen_ms = performance.now();
+  }
+
+  wake() {
+    this.slept_ms = performance.now() - this.frozen_ms;
+    this.last_tick_ms = performance.now();
+    this.client.connect();
+    this.sayThatItSlept(true);
   }
 
   /** @returns {import("./foxglove.js").Listener} */
@@ -66,14 +83,15 @@ export class Session extends EventTarget {
 
   opened() {
     this.isOpen = true;
-    if (this.wasOpen) this.note("connection_back", "info", `striper is there again, after ${this.seconds(performance.now() - this.lost_ms)}`);
-    this.wasOpen = true;
+    if (this.isLost) this.note("connection_back", "info", `striper is there again, after ${this.seconds(performance.now() - this.lost_ms)}`);
+    this.isLost = false;
     this.ask();
   }
 
   closed() {
     if (!this.isOpen) return;
     this.isOpen = false;
+    this.isLost = true;
     this.lost_ms = performance.now();
     const ended = this.happened.some((one) => one.code === "source_ended") ? "; its source had ended" : "";
     this.note("connection_lost", "warning", `striper does not answer any more${ended}: what is shown is the last that came`, "this page tries again by itself");
@@ -170,8 +188,9 @@ export class Session extends EventTarget {
     this.dispatchEvent(new Event("state"));
   }
 
-  sayThatItSlept() {
-    if (this.slept_ms === 0 || document.visibilityState !== "visible") return;
+  /** When somebody can see it. @param {boolean} isAwake */
+  sayThatItSlept(isAwake = document.visibilityState === "visible") {
+    if (this.slept_ms === 0 || !isAwake) return;
     this.note("window_slept", "info", `this window slept for ${this.seconds(this.slept_ms)}: what is shown is of now`);
     this.slept_ms = 0;
   }

@@ -12,6 +12,7 @@ import { attempt, chooseHeads, notice, session } from "./frame.js";
  */
 
 const ASK_MS = 2000;
+const WRITING_MS = 4000; // Who emptied a field is about to write.
 const TITLES = { camera: "Camera", scanner: "Scanner" };
 const PARTS = { region: ["left", "top", "width", "height"], pose: ["x", "y", "z", "roll", "pitch", "yaw"] };
 
@@ -77,7 +78,8 @@ function build() {
 
 /** @param {Setting} setting @param {any} field */
 function fill(setting, field) {
-  if (document.activeElement === field) return; // Somebody is writing.
+  const isBeingWritten = document.activeElement === field || (field.value === "" && performance.now() - Number(field.dataset.emptied ?? -Infinity) < WRITING_MS);
+  if (isBeingWritten) return;
   if (setting.type === "switch") field.checked = setting.value === true;
   else field.value = setting.value === null ? "" : String(setting.value);
 }
@@ -161,6 +163,9 @@ function valueIn(setting, field) {
 
 /** @param {Setting} setting @param {any} field */
 function change(setting, field) {
+  const isEmpty = setting.type !== "switch" && field.value.trim() === "";
+  if (isEmpty) field.dataset.emptied = String(performance.now());
+  if (isEmpty && setting.of === "camera") return; // A camera's control always has a value.
   if (field.validity && !field.validity.valid && !field.validity.stepMismatch) {
     notice(`${setting.name}: ${field.validationMessage}`, "error");
     return;
