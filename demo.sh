@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds the program, scans the simulated cluttered room and draws it.
+# Installs what is missing, builds of the program what this needs, scans the simulated cluttered room and draws it.
 set -euo pipefail
 cd "$(dirname "$0")"
 . tools/deps.sh
@@ -9,7 +9,8 @@ usage() {
   cat <<'TXT'
 usage: ./demo.sh [--deps]
 
-  (nothing)   build the striper program, scan the simulated room, draw the scan
+  (nothing)   build the striper program without cameras and calibration, scan the simulated room,
+              draw the scan
   --deps      only install the Debian packages that this needs
 
 Set STRIPER_BUILD to build somewhere else than in ./build.
@@ -17,11 +18,13 @@ TXT
 }
 
 build=${STRIPER_BUILD:-build}
+export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
 results=$build/demo-results
 
 build_program() {
   mkdir -p "$build"
-  cmake -S . -B "$build/demo" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSTRIPER_TESTS=OFF \
+  cmake -S . -B "$build/demo" -G Ninja -DCMAKE_BUILD_TYPE=Release -DSTRIPER_TESTS=OFF -DSTRIPER_CALIBRATION=OFF \
+    -DSTRIPER_WITH_ARAVIS=OFF -DSTRIPER_WITH_V4L2=OFF -DSTRIPER_WITH_ROS2=OFF -DSTRIPER_PYTHON=OFF \
     >"$build/demo.log" 2>&1 || { cat "$build/demo.log" >&2; return 1; }
   cmake --build "$build/demo" --target striper striper_web --parallel "$(nproc)"
 }
@@ -41,9 +44,9 @@ draw() {
 }
 
 case "${1:-}" in
-  --deps) install_packages "${packages_to_build[@]}" "${packages_to_demo[@]}" ;;
+  --deps) install_packages "${packages_to_demo[@]}" ;;
   "")
-    install_packages "${packages_to_build[@]}" "${packages_to_demo[@]}"
+    install_packages "${packages_to_demo[@]}"
     build_program
     scan_room
     draw

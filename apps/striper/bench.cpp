@@ -11,6 +11,7 @@
 
 #include "bench/speed_table.hpp"
 #include "bench/speed_text.hpp"
+#include "option_bounds.hpp"
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
@@ -40,17 +41,17 @@ constexpr const char* kFooter =
     "leaves alone. All are medians of 5 to 31 runs. Rows of one table can be compared, on a quiet\n"
     "machine.";
 
-void define(CLI::App& command, BenchArguments& arguments) {
+void define(Command& command, BenchArguments& arguments) {
   command.add_option("--size", arguments.sizes, "Pictures of this size, one or more")
       ->type_name("WxH")
       ->capture_default_str();
   command.add_option("--bits", arguments.bits, "Bits of a pixel: 8, or 16 (12 of them used)")
       ->type_name("N")
-      ->check(CLI::IsMember({8, 16}))
+      ->check(one_of({"8", "16"}))
       ->capture_default_str();
   command.add_option("--memory", arguments.memory_mb, "Memory for the streamed pictures")
       ->type_name("MB")
-      ->check(CLI::Range(1, 100000))
+      ->check(between(1, 100000))
       ->capture_default_str();
   command.add_flag("--quick", arguments.quick, "Rough figures in a tenth of the time");
   command.add_flag("--json", arguments.json, "The tables for programs on the standard output");
@@ -103,7 +104,7 @@ ExitCode bench(const BenchArguments& arguments) {
 
 }  // namespace
 
-void add_bench(CLI::App& striper, Action& action) {
+void add_bench(Command& striper, Action& action) {
   add_command<BenchArguments>(striper, action, "bench", kDescription, define, bench);
 }
 

@@ -40,7 +40,7 @@ constexpr const char* kExamples =
     "Print at 100 % (no fitting to the page), measure the ruler on the print, and glue it to\n"
     "something flat. One side of the size odd and the other even lets the ends be told apart.";
 
-void define(CLI::App& command, BoardArguments& arguments) {
+void define(Command& command, BoardArguments& arguments) {
   command.add_option("--size", arguments.size, "Inner corners, columns x rows, or circles:7x7")
       ->type_name("SIZE")
       ->capture_default_str();
@@ -135,7 +135,7 @@ ExitCode write_board(const BoardArguments& arguments) {
 
 }  // namespace
 
-void add_board(CLI::App& striper, Action& action) {
+void add_board(Command& striper, Action& action) {
   add_command<BoardArguments>(striper, action, "board", kDescription, define, write_board);
 }
 

@@ -68,7 +68,7 @@ constexpr const char* kExamples =
     "Exit code 3: the pictures cannot give a model that is to be trusted; nothing is written\n"
     "(--force writes it all the same, marked).";
 
-void define(CLI::App& command, CalibrateArguments& arguments) {
+void define(Command& command, CalibrateArguments& arguments) {
   command.add_option("--board", arguments.board, "Inner corners, 8x6, or circles:7x7")
       ->type_name("SIZE")
       ->required();
@@ -368,7 +368,7 @@ ExitCode run_calibration(const CalibrateArguments& arguments) {
 
 }  // namespace
 
-void add_calibrate(CLI::App& striper, Action& action) {
+void add_calibrate(Command& striper, Action& action) {
   add_command<CalibrateArguments>(striper, action, "calibrate", kDescription, define,
                                   run_calibration);
 }

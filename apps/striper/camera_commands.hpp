@@ -6,6 +6,6 @@
 namespace striper::program {
 
 // The subcommand that is there only where GigE Vision cameras can be opened (Aravis).
-void add_virtual_camera(CLI::App& striper, Action& action);
+void add_virtual_camera(Command& striper, Action& action);
 
 }  // namespace striper::program

@@ -62,7 +62,7 @@ constexpr const char* kExamples =
     "picture was corrupt or of wrong size; the others are scanned all the same. A FILE that holds\n"
     "anything but scans is not overwritten.";
 
-void define(CLI::App& command, CaptureArguments& arguments) {
+void define(Command& command, CaptureArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
   command
@@ -71,7 +71,7 @@ void define(CLI::App& command, CaptureArguments& arguments) {
                   "times if you "
                   "like; '-', the default, is CSV on the standard output")
       ->type_name("FILE")
-      ->allow_extra_args(false);
+      ->one_word_each();
   add_frame_limits(command, arguments.limits);
   command.add_flag("--doubtful", arguments.doubtful,
                    "Also write returns that are not to be trusted");
@@ -258,7 +258,8 @@ class CaptureRun {
     watch_.emplace(arguments_.scanner, setup);
     if (source.is_live) say(source.description);  // What was chosen where the address is silent.
     progress_.emplace("pictures", total_pictures(arguments_.limits, source));
-    return {std::move(scanner), shared_model(setup), setup.options.stripe.axis};
+    return {std::move(scanner), shared_model(setup), setup.options.stripe.axis,
+            setup.options.adapts_exposure};
   }
 
   void look_at(ScanSpan scans) {
@@ -314,7 +315,7 @@ ExitCode capture(const CaptureArguments& arguments) {
 
 }  // namespace
 
-void add_capture(CLI::App& striper, Action& action) {
+void add_capture(Command& striper, Action& action) {
   add_command<CaptureArguments>(striper, action, "capture", kDescription, define, capture);
 }
 

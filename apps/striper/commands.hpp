@@ -3,11 +3,9 @@
 
 #include <functional>
 
-namespace CLI {  // NOLINT: as CLI11 calls it.
-class App;
-}
-
 namespace striper::program {
+
+class Command;
 
 /// How the program ends, for scripts.
 enum class ExitCode {
@@ -22,27 +20,27 @@ using Action = std::function<ExitCode()>;
 
 // Each adds its subcommand to the program and, when that is chosen, sets `action`. One line here
 // and one in main.cpp per subcommand, in the order of `striper --help`.
-void add_capture(CLI::App& striper, Action& action);
-void add_serve(CLI::App& striper, Action& action);
-void add_record(CLI::App& striper, Action& action);
-void add_calibrate(CLI::App& striper, Action& action);
-void add_verify(CLI::App& striper, Action& action);
-void add_why(CLI::App& striper, Action& action);
-void add_noise(CLI::App& striper, Action& action);
-void add_board(CLI::App& striper, Action& action);
-void add_diff(CLI::App& striper, Action& action);
-void add_measure(CLI::App& striper, Action& action);
-void add_curb(CLI::App& striper, Action& action);
-void add_objects(CLI::App& striper, Action& action);
-void add_guide(CLI::App& striper, Action& action);
-void add_convert(CLI::App& striper, Action& action);
-void add_info(CLI::App& striper, Action& action);
-void add_compare(CLI::App& striper, Action& action);
-void add_design(CLI::App& striper, Action& action);
-void add_eyesafe(CLI::App& striper, Action& action);
-void add_simulate(CLI::App& striper, Action& action);
-void add_devices(CLI::App& striper, Action& action);
-void add_bench(CLI::App& striper, Action& action);
-void add_doctor(CLI::App& striper, Action& action);
+void add_capture(Command& striper, Action& action);
+void add_serve(Command& striper, Action& action);
+void add_record(Command& striper, Action& action);
+void add_calibrate(Command& striper, Action& action);
+void add_verify(Command& striper, Action& action);
+void add_why(Command& striper, Action& action);
+void add_noise(Command& striper, Action& action);
+void add_board(Command& striper, Action& action);
+void add_diff(Command& striper, Action& action);
+void add_measure(Command& striper, Action& action);
+void add_curb(Command& striper, Action& action);
+void add_objects(Command& striper, Action& action);
+void add_guide(Command& striper, Action& action);
+void add_convert(Command& striper, Action& action);
+void add_info(Command& striper, Action& action);
+void add_compare(Command& striper, Action& action);
+void add_design(Command& striper, Action& action);
+void add_eyesafe(Command& striper, Action& action);
+void add_simulate(Command& striper, Action& action);
+void add_devices(Command& striper, Action& action);
+void add_bench(Command& striper, Action& action);
+void add_doctor(Command& striper, Action& action);
 
 }  // namespace striper::program

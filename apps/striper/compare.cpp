@@ -62,7 +62,7 @@ constexpr const char* kExamples =
     "stand 0.6 m and 20 degrees away.\n"
     "Exit code 3 where what both see does not determine that.";
 
-void define(CLI::App& command, CompareArguments& arguments) {
+void define(Command& command, CompareArguments& arguments) {
   command
       .add_option("SCANS", arguments.scans,
                   "Scans of the striper: a recording, or a source and --model")
@@ -73,7 +73,7 @@ void define(CLI::App& command, CompareArguments& arguments) {
       ->type_name("FILE");
   command.add_option("--frames", arguments.frames, "How many scans of a source that does not end")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
       ->type_name("M")
       ->check(between(0.0, 1.0));
@@ -307,7 +307,7 @@ ExitCode run_compare(const CompareArguments& arguments) {
 
 }  // namespace
 
-void add_compare(CLI::App& striper, Action& action) {
+void add_compare(Command& striper, Action& action) {
   add_command<CompareArguments>(striper, action, "compare", kDescription, define, run_compare);
 }
 

@@ -72,7 +72,7 @@ constexpr const char* kExamples =
     "or resampled. --start and --end count from the first scan, or message, in seconds. The exit\n"
     "code is 0 where anything was saved of a damaged file: what was lost is said.";
 
-void define_motion(CLI::App& command, ConvertArguments& arguments) {
+void define_motion(Command& command, ConvertArguments& arguments) {
   auto* const speed =
       command
           .add_option("--speed", arguments.speed_m_s,
@@ -92,11 +92,11 @@ void define_motion(CLI::App& command, ConvertArguments& arguments) {
   odometer->needs(counts);
   command.add_option("--bits", arguments.bits, "The counter starts again at 2^8, 2^16 or 2^32")
       ->type_name("8|16|32")
-      ->check(CLI::IsMember({8, 16, 32}))
+      ->check(one_of({"8", "16", "32"}))
       ->needs(odometer);
 }
 
-void define(CLI::App& command, ConvertArguments& arguments) {
+void define(Command& command, ConvertArguments& arguments) {
   command
       .add_option("SCANS", arguments.scans,
                   "Scans: a file .csv, .jsonl or .mcap, or any source and --model")
@@ -107,7 +107,7 @@ void define(CLI::App& command, ConvertArguments& arguments) {
                   "you like")
       ->type_name("FILE")
       ->required()
-      ->allow_extra_args(false);
+      ->one_word_each();
   command
       .add_option("-m,--model", arguments.model,
                   "The calibrated striper, for files that do not hold it")
@@ -387,7 +387,7 @@ ExitCode convert(const ConvertArguments& arguments) {
 
 }  // namespace
 
-void add_convert(CLI::App& striper, Action& action) {
+void add_convert(Command& striper, Action& action) {
   add_command<ConvertArguments>(striper, action, "convert", kDescription, define, convert);
 }
 

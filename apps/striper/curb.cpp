@@ -60,8 +60,8 @@ constexpr const char* kHelp =
     "  striper curb gige:STRIPER1 -m striper.yaml --up 118 --json -o curbs.csv\n"
     "      live; 118 degrees in the scan frame are up, within 20";
 
-void define(CLI::App& command, CurbArguments& arguments) {
-  CLI::Option* const odometer = add_follow_arguments(command, arguments.follow);
+void define(Command& command, CurbArguments& arguments) {
+  CommandOption* const odometer = add_follow_arguments(command, arguments.follow);
   command
       .add_option("--min-height", arguments.min_height_m, "Lower is no curb, metres; default 0.03")
       ->type_name("M")
@@ -185,7 +185,7 @@ ExitCode curb(const CurbArguments& arguments) {
 
 }  // namespace
 
-void add_curb(CLI::App& striper, Action& action) {
+void add_curb(Command& striper, Action& action) {
   add_command<CurbArguments>(striper, action, "curb", kDescription, define, curb);
 }
 

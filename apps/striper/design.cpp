@@ -70,12 +70,12 @@ constexpr const char* kExamples =
 
 using Number = std::optional<double>;
 
-void add_number(CLI::App& command, const char* name, Number& number, const char* help,
-                const char* unit, const CLI::Validator& bounds) {
+void add_number(Command& command, const char* name, Number& number, const char* help,
+                const char* unit, const WordCheck& bounds) {
   command.add_option(name, number, help)->type_name(unit)->check(bounds);
 }
 
-void define_geometry(CLI::App& command, DesignArguments& arguments) {
+void define_geometry(Command& command, DesignArguments& arguments) {
   add_number(command, "--fov", arguments.fov_deg, "Field of view across the columns", "DEG",
              between(0.1, 177.0));
   add_number(command, "--focal", arguments.focal_mm, "Focal length instead", "MM",
@@ -102,7 +102,7 @@ void define_geometry(CLI::App& command, DesignArguments& arguments) {
       ->take_all();
 }
 
-void define_light(CLI::App& command, DesignArguments& arguments) {
+void define_light(Command& command, DesignArguments& arguments) {
   add_number(command, "--energy", arguments.energy_uj, "Of a pulse, microjoule", "UJ",
              at_least(0.0));
   add_number(command, "--power", arguments.power_mw, "Of a steady laser instead", "MW",
@@ -129,7 +129,7 @@ void define_light(CLI::App& command, DesignArguments& arguments) {
              "How much the filter takes of the sun, instead of its own", "X", between(1.0, 1e9));
 }
 
-void define(CLI::App& command, DesignArguments& arguments) {
+void define(Command& command, DesignArguments& arguments) {
   define_geometry(command, arguments);
   define_light(command, arguments);
   command.add_option("--from", arguments.from, "A model or a scene to begin with")
@@ -222,7 +222,7 @@ ExitCode run_design(const DesignArguments& arguments) {
 
 }  // namespace
 
-void add_design(CLI::App& striper, Action& action) {
+void add_design(Command& striper, Action& action) {
   add_command<DesignArguments>(striper, action, "design", kDescription, define, run_design);
 }
 

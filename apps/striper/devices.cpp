@@ -47,7 +47,7 @@ constexpr const char* kExamples =
     "stripe\n"
     "      on something plain and still. Exit code 3 where they do not run together.";
 
-void define(CLI::App& command, DevicesArguments& arguments) {
+void define(Command& command, DevicesArguments& arguments) {
   command
       .add_option("--check-sync", arguments.check_sync,
                   "Watch this source: laser and shutter together?")
@@ -314,7 +314,7 @@ ExitCode devices(const DevicesArguments& arguments) {
 
 }  // namespace
 
-void add_devices(CLI::App& striper, Action& action) {
+void add_devices(Command& striper, Action& action) {
   add_command<DevicesArguments>(striper, action, "devices", kDescription, define, devices);
 }
 

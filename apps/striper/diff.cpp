@@ -35,7 +35,7 @@ constexpr const char* kExamples =
     "      has the striper drifted since March?\n\n"
     "Exit code 1 where the models differ by more than twice what their own error bars explain.";
 
-void define(CLI::App& command, DiffArguments& arguments) {
+void define(Command& command, DiffArguments& arguments) {
   command.add_option("A", arguments.first, "The first model")->required();
   command.add_option("B", arguments.second, "The second model")->required();
   command.add_option("--laser", arguments.laser, "Which laser")->capture_default_str();
@@ -102,7 +102,7 @@ ExitCode compare(const DiffArguments& arguments) {
 
 }  // namespace
 
-void add_diff(CLI::App& striper, Action& action) {
+void add_diff(Command& striper, Action& action) {
   add_command<DiffArguments>(striper, action, "diff", kDescription, define, compare);
 }
 

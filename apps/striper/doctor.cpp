@@ -51,14 +51,14 @@ constexpr const char* kExamples =
     "      who is heard of ROS 2 programs, and why those do not hear a head\n\n"
     "Exit code 0 where all is well or only doubtful, 1 where something is bad.";
 
-void define(CLI::App& command, DoctorArguments& arguments) {
-  CLI::Option* source = add_source(command, arguments.source)->required(false);
+void define(Command& command, DoctorArguments& arguments) {
+  CommandOption* source = add_source(command, arguments.source)->required(false);
   command
       .add_option("--ros2", arguments.ros2,
                   "What keeps ROS 2 programs from hearing the scans, and who is heard; as --to "
                   "would say it: ros2:?interface=eth0")
       ->type_name("[ros2:...]")
-      ->expected(0, 1)
+      ->word_or_none()
       ->default_str("ros2:")
       ->excludes(source);
   add_scanner_arguments(command, arguments.scanner);
@@ -175,7 +175,7 @@ ExitCode doctor(const DoctorArguments& arguments) {
 
 }  // namespace
 
-void add_doctor(CLI::App& striper, Action& action) {
+void add_doctor(Command& striper, Action& action) {
   add_command<DoctorArguments>(striper, action, "doctor", kDescription, define, doctor);
 }
 

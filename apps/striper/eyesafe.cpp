@@ -52,7 +52,7 @@ constexpr const char* kExamples =
     "This is no certificate: what was not checked is said at the end (`not_checked`). Exit code 0\n"
     "whatever the class.";
 
-void define_emission(CLI::App& command, EyesafeArguments& arguments) {
+void define_emission(Command& command, EyesafeArguments& arguments) {
   command.add_option("--wavelength", arguments.wavelength_nm, "400 to 1050 nanometres")
       ->type_name("NM")
       ->required();
@@ -67,7 +67,7 @@ void define_emission(CLI::App& command, EyesafeArguments& arguments) {
   auto* const rate = command.add_option("--rate", arguments.rate_hz, "Pulses a second")
                          ->type_name("HZ")
                          ->check(between(1e-6, 1e9));
-  energy->needs(pulse, rate);
+  energy->needs(pulse)->needs(rate);
   pulse->needs(energy);
   rate->needs(energy);
   command.add_option("--power", arguments.power_mw, "Of a steady beam instead, milliwatt")
@@ -76,7 +76,7 @@ void define_emission(CLI::App& command, EyesafeArguments& arguments) {
       ->excludes(energy);
 }
 
-void define_beam(CLI::App& command, EyesafeArguments& arguments) {
+void define_beam(Command& command, EyesafeArguments& arguments) {
   auto* const fan =
       command.add_option("--fan", arguments.fan_deg, "Full angle of the line, degrees")
           ->type_name("DEG")
@@ -100,7 +100,7 @@ void define_beam(CLI::App& command, EyesafeArguments& arguments) {
   beam->needs(command.get_option("--divergence"));
 }
 
-void define(CLI::App& command, EyesafeArguments& arguments) {
+void define(Command& command, EyesafeArguments& arguments) {
   define_emission(command, arguments);
   define_beam(command, arguments);
   command.add_option("--closest", arguments.closest_m, "How near a person can come, metres")
@@ -220,7 +220,7 @@ ExitCode eyesafe(const EyesafeArguments& arguments) {
 
 }  // namespace
 
-void add_eyesafe(CLI::App& striper, Action& action) {
+void add_eyesafe(Command& striper, Action& action) {
   add_command<EyesafeArguments>(striper, action, "eyesafe", kDescription, define, eyesafe);
 }
 

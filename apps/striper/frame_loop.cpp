@@ -10,7 +10,7 @@
 
 namespace striper::program {
 
-void add_frame_limits(CLI::App& command, FrameLimits& limits) {
+void add_frame_limits(Command& command, FrameLimits& limits) {
   command.add_option("--frames", limits.pictures, "Stop after so many pictures")
       ->type_name("N")
       ->check(above_zero());

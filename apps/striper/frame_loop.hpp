@@ -5,15 +5,15 @@
 #include <memory>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <striper/core/error.hpp>
 #include <striper/stream/frame_reader.hpp>
+
+#include "command.hpp"
 
 namespace striper::program {
 
 /// `--frames` and `--seconds`.
-void add_frame_limits(CLI::App& command, FrameLimits& limits);
+void add_frame_limits(Command& command, FrameLimits& limits);
 
 /// A source that opened and then gave nothing.
 class NoPicture : public Error {

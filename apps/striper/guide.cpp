@@ -11,6 +11,7 @@ constexpr const char* kDescription =
 
 constexpr const char* kHelp =
     "Examples:\n"
+    "  striper guide plan\n"
     "  striper guide simulate data/roads/dashes.yaml -o run\n"
     "  striper guide run run -o job\n"
     "  striper guide evaluate job --truth run/truth.csv\n\n"
@@ -20,13 +21,14 @@ constexpr const char* kHelp =
 
 }  // namespace
 
-void add_guide(CLI::App& striper, Action& action) {
-  CLI::App& guide = *striper.add_subcommand("guide", kDescription);
-  guide.require_subcommand(1);
+void add_guide(Command& striper, Action& action) {
+  Command& guide = striper.add_subcommand("guide", kDescription);
+  guide.require_subcommand();
   guide.footer(kHelp);
   add_guide_run(guide, action);
   add_guide_simulate(guide, action);
   add_guide_evaluate(guide, action);
+  add_guide_plan(guide, action);
 }
 
 }  // namespace striper::program

@@ -36,7 +36,7 @@ constexpr const char* kExamples =
     "The file is read from end to end, every checksum with it. Exit code 1 where it is damaged:\n"
     "'striper convert FILE -o WHOLE' saves what is left.";
 
-void define(CLI::App& command, InfoArguments& arguments) {
+void define(Command& command, InfoArguments& arguments) {
   command.add_option("FILE", arguments.file, "A recording (.mcap) or scans (.csv, .jsonl)")
       ->required();
   command.add_flag("--json", arguments.json, "The same for programs");
@@ -116,7 +116,7 @@ ExitCode info(const InfoArguments& arguments) {
 
 }  // namespace
 
-void add_info(CLI::App& striper, Action& action) {
+void add_info(Command& striper, Action& action) {
   add_command<InfoArguments>(striper, action, "info", kDescription, define, info);
 }
 

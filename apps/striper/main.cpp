@@ -14,6 +14,7 @@
 namespace {
 
 using striper::program::Action;
+using striper::program::Command;
 using striper::program::ExitCode;
 
 // One line per subcommand, in the order of `striper --help`.
@@ -53,10 +54,11 @@ int main(int argc, char** argv) {
   striper.set_version_flag("--version", "striper " STRIPER_VERSION);
   striper.require_subcommand(1);
 
+  Command commands(striper);
   Action action;
-  for (const auto add_command : kCommands) add_command(striper, action);
+  for (const auto add_command : kCommands) add_command(commands, action);
 #ifdef STRIPER_HAS_ARAVIS
-  striper::program::add_virtual_camera(striper, action);
+  striper::program::add_virtual_camera(commands, action);
 #endif
   return static_cast<int>(striper::program::run(striper, argc, argv, action));
 }

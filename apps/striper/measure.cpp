@@ -81,7 +81,7 @@ constexpr const char* kHelp =
     "      until Ctrl-C; the summary for programs\n\n"
     "Exit code 1 where a limit was broken, or what it is of could never be measured.";
 
-void define(CLI::App& command, MeasureArguments& arguments) {
+void define(Command& command, MeasureArguments& arguments) {
   command
       .add_option("SCANS", arguments.scans,
                   "Scans: a recording (.csv, .jsonl, .mcap), or any source and --model")
@@ -89,12 +89,12 @@ void define(CLI::App& command, MeasureArguments& arguments) {
   command.add_option("--tool", arguments.tools, "What to measure, and where; several times")
       ->type_name("NAME:TOOL[:REGION[;REGION]]")
       ->required()
-      ->allow_extra_args(false);
+      ->one_word_each();
   command
       .add_option("--limit", arguments.limits,
                   "What a row has to be: NAME.step=A..B; NAME alone where the tool has one row")
       ->type_name("NAME=A..B")
-      ->allow_extra_args(false);
+      ->one_word_each();
   command
       .add_option("-m,--model", arguments.model,
                   "The calibrated striper; for a source of frames, and for sigma_cal")
@@ -110,7 +110,7 @@ void define(CLI::App& command, MeasureArguments& arguments) {
       ->type_name("FILE.svg");
   command.add_option("--frames", arguments.frames, "Stop after so many scans")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
       ->type_name("M")
       ->check(between(1e-6, 1.0));
@@ -296,7 +296,7 @@ ExitCode measure(const MeasureArguments& arguments) {
 
 }  // namespace
 
-void add_measure(CLI::App& striper, Action& action) {
+void add_measure(Command& striper, Action& action) {
   add_command<MeasureArguments>(striper, action, "measure", kDescription, define, measure);
 }
 

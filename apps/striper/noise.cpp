@@ -54,7 +54,7 @@ constexpr const char* kExamples =
     "--covered, --black or the model, and is 0 otherwise. Exit code 3 where the pictures do not\n"
     "tell: the laser is on, too few, all the same, too even, compressed.";
 
-void define(CLI::App& command, NoiseArguments& arguments) {
+void define(Command& command, NoiseArguments& arguments) {
   add_source(command, arguments.source);
   command
       .add_option("-m,--model", arguments.model,
@@ -63,7 +63,7 @@ void define(CLI::App& command, NoiseArguments& arguments) {
   command.add_option("-o,--output", arguments.out, "Write the model here instead")
       ->type_name("FILE")
       ->needs("--model");
-  CLI::Option* const covered =
+  CommandOption* const covered =
       command
           .add_option("--covered", arguments.covered,
                       "Pictures of the same camera with the lens covered: the black level")
@@ -236,7 +236,7 @@ ExitCode noise(const NoiseArguments& arguments) {
 
 }  // namespace
 
-void add_noise(CLI::App& striper, Action& action) {
+void add_noise(Command& striper, Action& action) {
   add_command<NoiseArguments>(striper, action, "noise", kDescription, define, noise);
 }
 

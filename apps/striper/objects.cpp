@@ -66,8 +66,8 @@ constexpr const char* kHelp =
     "  striper objects lidar.csv --sigma 0.01 --json -o objects.csv\n"
     "      a table made elsewhere: frame,time_s,bearing_rad,range_m";
 
-void define(CLI::App& command, ObjectsArguments& arguments) {
-  CLI::Option* const odometer = add_follow_arguments(command, arguments.follow);
+void define(Command& command, ObjectsArguments& arguments) {
+  CommandOption* const odometer = add_follow_arguments(command, arguments.follow);
   command
       .add_option("--forward", arguments.forward_deg,
                   "The way ahead in the scan frame, degrees from x to y; default 0")
@@ -202,7 +202,7 @@ ExitCode objects(const ObjectsArguments& arguments) {
 
 }  // namespace
 
-void add_objects(CLI::App& striper, Action& action) {
+void add_objects(Command& striper, Action& action) {
   add_command<ObjectsArguments>(striper, action, "objects", kDescription, define, objects);
 }
 

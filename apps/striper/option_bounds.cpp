@@ -21,24 +21,20 @@ double number_of(const std::string& word) {
 
 }  // namespace
 
-CLI::Validator between(double low, double high) {
-  CLI::Validator validator;
-  validator.operation([=](const std::string& word) -> std::string {
+WordCheck between(double low, double high) {
+  return [=](const std::string& word) -> std::string {
     const double number = number_of(word);
     if (number >= low && number <= high) return {};
     return fmt::format("'{}' is no number from {:g} to {:g}", word, low, high);
-  });
-  return validator;
+  };
 }
 
-CLI::Validator at_least(double low) {
-  CLI::Validator validator;
-  validator.operation([=](const std::string& word) -> std::string {
+WordCheck at_least(double low) {
+  return [=](const std::string& word) -> std::string {
     const double number = number_of(word);
     if (number >= low && std::isfinite(number)) return {};
     return fmt::format("'{}' is no number of {:g} or more", word, low);
-  });
-  return validator;
+  };
 }
 
 }  // namespace striper::program

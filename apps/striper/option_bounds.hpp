@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "command.hpp"
 
 namespace striper::program {
 
 /// Accepts finite numbers from `low` to `high`, both included; NaN is none. The message quotes the
 /// word and the bounds.
-CLI::Validator between(double low, double high);
+WordCheck between(double low, double high);
 
 /// Accepts finite numbers from `low` on.
-CLI::Validator at_least(double low);
+WordCheck at_least(double low);
 
 }  // namespace striper::program

@@ -13,6 +13,7 @@
 #include <system_error>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -144,16 +145,14 @@ ExitCode execute(const CLI::App& striper, const Action& action) {
   }
 }
 
-CLI::Validator number_that(bool (*is_fit)(double), const char* otherwise) {
-  CLI::Validator validator;
-  validator.operation([=](const std::string& word) -> std::string {
+WordCheck number_that(bool (*is_fit)(double), const char* otherwise) {
+  return [=](const std::string& word) -> std::string {
     double number = 0.0;
     const char* const last = word.data() + word.size();
     const auto [end, error] = std::from_chars(word.data(), last, number);
     if (error == std::errc() && end == last && is_fit(number)) return {};
     return fmt::format("'{}' is {}", word, otherwise);
-  });
-  return validator;
+  };
 }
 
 }  // namespace
@@ -212,22 +211,20 @@ void leave_threads_behind() noexcept { are_threads_left = true; }
 
 bool stop_requested() noexcept { return stop_flag; }
 
-CLI::Validator one_of(std::initializer_list<std::string_view> words) {
+WordCheck one_of(std::initializer_list<std::string_view> words) {
   const std::vector<std::string_view> known(words);
-  CLI::Validator validator;
-  validator.operation([known](const std::string& word) -> std::string {
+  return [known](const std::string& word) -> std::string {
     if (std::find(known.begin(), known.end(), word) != known.end()) return {};
     return fmt::format("'{}' is none of {}", word, fmt::join(known, ", "));
-  });
-  return validator;
+  };
 }
 
-CLI::Validator above_zero() {
+WordCheck above_zero() {
   return number_that([](double number) { return number > 0.0 && std::isfinite(number); },
                      "no number above 0");
 }
 
-CLI::Option* add_source(CLI::App& command, std::string& source) {
+CommandOption* add_source(Command& command, std::string& source) {
   return command.add_option("SOURCE", source, "Where the pictures come from, see below")
       ->required();
 }

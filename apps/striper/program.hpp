@@ -7,8 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include <CLI/CLI.hpp>
-
+#include "command.hpp"
 #include "commands.hpp"
 
 namespace striper::program {
@@ -37,11 +36,11 @@ bool stop_requested() noexcept;
 /// @param define adds the options that fill it in.
 /// @param execute runs when this subcommand was chosen.
 template <typename Arguments>
-CLI::App& add_command(CLI::App& striper, Action& action, const std::string& name,
-                      const std::string& description,
-                      const std::function<void(CLI::App&, Arguments&)>& define,
-                      ExitCode (*execute)(const Arguments&)) {
-  CLI::App& command = *striper.add_subcommand(name, description);
+Command& add_command(Command& striper, Action& action, const std::string& name,
+                     const std::string& description,
+                     const std::function<void(Command&, Arguments&)>& define,
+                     ExitCode (*execute)(const Arguments&)) {
+  Command& command = striper.add_subcommand(name, description);
   const auto arguments = std::make_shared<Arguments>();
   define(command, *arguments);
   command.callback([arguments, execute, &action] {
@@ -51,13 +50,13 @@ CLI::App& add_command(CLI::App& striper, Action& action, const std::string& name
 }
 
 /// Accepts these words only; the message of anything else lists them.
-CLI::Validator one_of(std::initializer_list<std::string_view> words);
+WordCheck one_of(std::initializer_list<std::string_view> words);
 
 /// Accepts numbers above zero only.
-CLI::Validator above_zero();
+WordCheck above_zero();
 
 /// Adds the positional SOURCE, with its forms explained.
-CLI::Option* add_source(CLI::App& command, std::string& source);
+CommandOption* add_source(Command& command, std::string& source);
 
 /// What `--help` says of every source's address.
 extern const char* const kSourceHelp;

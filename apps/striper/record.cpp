@@ -54,7 +54,7 @@ constexpr const char* kExamples =
     "to\n"
     "its last whole chunk, at most half a second earlier.";
 
-void define(CLI::App& command, RecordArguments& arguments) {
+void define(Command& command, RecordArguments& arguments) {
   add_source(command, arguments.source);
   command
       .add_option("-o,--output", arguments.output,
@@ -152,7 +152,7 @@ ExitCode record(const RecordArguments& arguments) {
 
 }  // namespace
 
-void add_record(CLI::App& striper, Action& action) {
+void add_record(Command& striper, Action& action) {
   add_command<RecordArguments>(striper, action, "record", kDescription, define, record);
 }
 

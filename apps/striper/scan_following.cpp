@@ -94,7 +94,7 @@ std::optional<std::string> FollowArguments::table() const {
   return json ? std::nullopt : std::optional<std::string>("-");
 }
 
-CLI::Option* add_follow_arguments(CLI::App& command, FollowArguments& arguments) {
+CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments) {
   command
       .add_option("SCANS", arguments.scans,
                   "Scans: a recording (.csv, .jsonl, .mcap), or any source and --model")
@@ -126,7 +126,7 @@ CLI::Option* add_follow_arguments(CLI::App& command, FollowArguments& arguments)
   odometer->needs(counts);
   command.add_option("--frames", arguments.frames, "Stop after so many scans")
       ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      ->check(above_zero());
   command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
       ->type_name("M")
       ->check(between(1e-6, 1.0));

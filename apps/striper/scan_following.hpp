@@ -7,11 +7,11 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <striper/core/event.hpp>
 #include <striper/motion/motion.hpp>
 #include <striper/scan/polar_scan.hpp>
+
+#include "command.hpp"
 
 namespace striper::program {
 
@@ -34,7 +34,7 @@ struct FollowArguments {
 
 /// `SCANS`, `--model`, `--output`, `--frames`, `--sigma`, `--up`, `--odometer`, `--counts-per-m`,
 /// `--json`. @return the option `--odometer`, for what needs it.
-CLI::Option* add_follow_arguments(CLI::App& command, FollowArguments& arguments);
+CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments);
 
 struct FollowCounts {
   std::uint64_t scans = 0;

@@ -22,7 +22,8 @@ std::string flag_of(std::string_view name) {
   return flag;
 }
 
-const char* type_name_of(const ScannerOption& option) {
+std::string type_name_of(const ScannerOption& option) {
+  if (!option.form.empty()) return std::string(option.form);
   if (!option.is_number()) return "NAME";
   if (option.unit == "probability") return "P";
   return option.unit == "px" ? "PX" : option.unit == "m" ? "M" : "DN";
@@ -96,9 +97,7 @@ const char* origin(bool is_asked, const ScannerSetup& setup) {
   return setup.model ? "as the model says" : "the default";
 }
 
-void add_option(CLI::App& command, const ScannerOption& option, ScannerArguments& arguments) {
-  CLI::Validator fits;
-  fits.operation([&option](const std::string& value) { return option.why_not(value); });
+void add_option(Command& command, const ScannerOption& option, ScannerArguments& arguments) {
   const std::string otherwise = option.what_if_not_given.empty()
                                     ? option.get(ScannerOptions{})
                                     : std::string(option.what_if_not_given);
@@ -106,15 +105,14 @@ void add_option(CLI::App& command, const ScannerOption& option, ScannerArguments
     arguments.given[name] = value;
   };
   command
-      .add_option_function<std::string>(flag_of(option.name), keep,
-                                        fmt::format("{}; default: {}", option.help, otherwise))
+      .add_word(flag_of(option.name), keep, fmt::format("{}; default: {}", option.help, otherwise))
       ->type_name(type_name_of(option))
-      ->check(fits);
+      ->check([&option](const std::string& value) { return option.why_not(value); });
 }
 
 }  // namespace
 
-void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments) {
+void add_scanner_arguments(Command& command, ScannerArguments& arguments) {
   command
       .add_option(
           "-m,--model", arguments.model,
@@ -130,12 +128,12 @@ ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& 
   ScannerSetup setup;
   if (arguments.model) {
     setup.model = load_model_for(source, *arguments.model, events);
-    if (arguments.has("axis")) {
-      setup.model->axis = *stripe_axis_from_string(arguments.given.find("axis")->second);
-    }
-    setup.options = ScannerOptions::for_model(*setup.model);
   }
   for (const auto& [name, value] : arguments.given) set_scanner_option(setup.options, name, value);
+  if (setup.model) {
+    setup.options = ScannerOptions::for_model(*setup.model, std::move(setup.options));
+    setup.model->axis = setup.options.stripe.axis;
+  }
   setup.options.events = events;
   setup.options.ambient.cadence = source.cadence;
   require_fields(setup.options.ambient.method, source);

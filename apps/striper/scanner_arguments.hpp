@@ -8,10 +8,10 @@
 #include <string>
 #include <string_view>
 
-#include <CLI/CLI.hpp>
-
 #include <striper/core/frame_source.hpp>
 #include <striper/pipeline/scanner.hpp>
+
+#include "command.hpp"
 
 namespace striper::program {
 
@@ -30,7 +30,7 @@ struct ScannerArguments {
 };
 
 /// `--model` and an option for each of `scanner_options()`.
-void add_scanner_arguments(CLI::App& command, ScannerArguments& arguments);
+void add_scanner_arguments(Command& command, ScannerArguments& arguments);
 
 /// What the options, and the model that they name, come to.
 struct ScannerSetup {

@@ -90,7 +90,7 @@ void take_signals() {
   on_signal([](int /*signal*/) { health_flag = true; }, SIGUSR1);
 }
 
-void define(CLI::App& command, ServeArguments& arguments) {
+void define(Command& command, ServeArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
   command
@@ -101,7 +101,7 @@ void define(CLI::App& command, ServeArguments& arguments) {
           "as you like")
       ->type_name("SINK")
       ->required()
-      ->allow_extra_args(false);
+      ->one_word_each();
   command.add_option("--name", arguments.name, "What the head is called; default striper")
       ->type_name("HEAD");
   command
@@ -369,7 +369,7 @@ ExitCode serve(const ServeArguments& arguments) {
 
 }  // namespace
 
-void add_serve(CLI::App& striper, Action& action) {
+void add_serve(Command& striper, Action& action) {
   add_command<ServeArguments>(striper, action, "serve", kDescription, define, serve);
 }
 

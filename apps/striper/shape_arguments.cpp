@@ -19,13 +19,13 @@ ShapeOptions ShapeArguments::options() const {
   return options;
 }
 
-void add_shape_arguments(CLI::App& command, ShapeArguments& arguments) {
+void add_shape_arguments(Command& command, ShapeArguments& arguments) {
   command
       .add_option("--average", arguments.average,
                   "Make one scan of N, of a sensor that stands still; what moves is refused "
                   "(status outlier)")
       ->type_name("N")
-      ->check(CLI::Range(1, 10000));
+      ->check(between(1, 10000));
   command
       .add_option("--smooth", arguments.smooth,
                   "line: estimate every range again from its surface, never across an edge; "

@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include <striper/stream/shaped_sink.hpp>
+
+#include "command.hpp"
 
 namespace striper::program {
 
@@ -21,7 +21,7 @@ struct ShapeArguments {
   ShapeOptions options() const;
 };
 
-void add_shape_arguments(CLI::App& command, ShapeArguments& arguments);
+void add_shape_arguments(Command& command, ShapeArguments& arguments);
 
 /// Says how many returns were refused because they moved; true where those are most of them: then
 /// the sensor, or all that it sees, does not stand still.

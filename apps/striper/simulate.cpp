@@ -53,7 +53,7 @@ constexpr const char* kExamples =
     "for\n"
     "every column of every lit exposure.";
 
-void define(CLI::App& command, SimulateArguments& arguments) {
+void define(Command& command, SimulateArguments& arguments) {
   command.add_option("SCENE", arguments.scene, "The scene file, see below")->required();
   command
       .add_option("-o,--output", arguments.directory,
@@ -187,7 +187,7 @@ ExitCode simulate(const SimulateArguments& arguments) {
 
 }  // namespace
 
-void add_simulate(CLI::App& striper, Action& action) {
+void add_simulate(Command& striper, Action& action) {
   add_command<SimulateArguments>(striper, action, "simulate", kDescription, define, simulate);
 }
 

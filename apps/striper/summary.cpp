@@ -91,6 +91,7 @@ nlohmann::json to_json(const ScannerStatus& status) {
             {"without_stripe", counts.without_stripe},
             {"dark", counts.dark},
             {"unpaired", counts.unpaired},
+            {"lit_s", counts.lit_s},
             {"refused", counts.refused}}}};
 }
 

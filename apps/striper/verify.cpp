@@ -246,7 +246,7 @@ class Verification {
   std::map<int, std::vector<double>> last_px_;
 };
 
-void define(CLI::App& command, VerifyArguments& arguments) {
+void define(Command& command, VerifyArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
   command.get_option("--model")->required()->description(
@@ -273,7 +273,7 @@ void define(CLI::App& command, VerifyArguments& arguments) {
                   "The same target at another known distance, in pictures of its own; with "
                   "--distance and two of these: linearity")
       ->type_name("M=SOURCE")
-      ->allow_extra_args(false);
+      ->one_word_each();
   auto* const step = command
                          .add_option("--step", arguments.step_m,
                                      "The target is a step of so many metres (surfaces alongside)")
@@ -460,7 +460,7 @@ ExitCode verify(const VerifyArguments& arguments) {
 
 }  // namespace
 
-void add_verify(CLI::App& striper, Action& action) {
+void add_verify(Command& striper, Action& action) {
   add_command<VerifyArguments>(striper, action, "verify", kDescription, define, verify);
 }
 

@@ -50,7 +50,7 @@ constexpr const char* kExamples =
     "  striper virtual-camera data/scenes/wall.yaml --loop 50 --lost-packets 0.001\n"
     "      fast, and a bad cable";
 
-void define(CLI::App& command, VirtualCameraArguments& arguments) {
+void define(Command& command, VirtualCameraArguments& arguments) {
   command
       .add_option("SCENE", arguments.scene,
                   "The scene file, with the keys of a sim: source where wanted (?noise=off)")
@@ -159,7 +159,7 @@ ExitCode serve(const VirtualCameraArguments& arguments) {
 
 }  // namespace
 
-void add_virtual_camera(CLI::App& striper, Action& action) {
+void add_virtual_camera(Command& striper, Action& action) {
   add_command<VirtualCameraArguments>(striper, action, "virtual-camera", kDescription, define,
                                       serve);
 }

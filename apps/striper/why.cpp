@@ -46,7 +46,7 @@ constexpr const char* kExamples =
     "chosen, less_probable (another one of the line is more probably the stripe), outside (where\n"
     "the model has no stripe) or not_significant (no higher than noise, or an edge).";
 
-void define(CLI::App& command, WhyArguments& arguments) {
+void define(Command& command, WhyArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
   command.add_option("--line", arguments.line, "Column of the picture, or row; from 0")
@@ -145,7 +145,7 @@ ExitCode why(const WhyArguments& arguments) {
 
 }  // namespace
 
-void add_why(CLI::App& striper, Action& action) {
+void add_why(Command& striper, Action& action) {
   add_command<WhyArguments>(striper, action, "why", kDescription, define, why);
 }
 

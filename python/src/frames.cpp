@@ -233,8 +233,7 @@ NextStatus Source::next(Frame& frame, std::optional<double> timeout_s) {
     start();
   }
   const auto next = [&](std::chrono::milliseconds time) { return frames().next(frame, time); };
-  if (!is_paced(info_)) return wait_for_next(next, timeout_s);
-  return run_interruptibly([&] { return next(kSignalPeriod); }, [&] { frames().stop(); });
+  return wait_for_next(next, timeout_s);
 }
 
 void bind_frames(py::module_& module) {

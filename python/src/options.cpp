@@ -2,6 +2,7 @@
 #include "options.hpp"
 
 #include <string>
+#include <utility>
 
 #include <striper/pipeline/scanner_option.hpp>
 
@@ -19,20 +20,11 @@ std::string text_of(const py::handle& value) {
 }  // namespace
 
 ScannerOptions scanner_options_of(const StriperModel* model, const py::dict& given) {
-  StriperModel along;
-  const bool turns = model != nullptr && given.contains("axis");
-  if (turns) {
-    along = *model;
-    ScannerOptions asked;
-    set_scanner_option(asked, "axis", text_of(given["axis"]));
-    along.axis = asked.stripe.axis;
-    model = &along;
-  }
-  ScannerOptions options = model != nullptr ? ScannerOptions::for_model(*model) : ScannerOptions{};
+  ScannerOptions options;
   for (const auto& [name, value] : given) {
     if (!value.is_none()) set_scanner_option(options, name.cast<std::string>(), text_of(value));
   }
-  return options;
+  return model != nullptr ? ScannerOptions::for_model(*model, std::move(options)) : options;
 }
 
 py::list scanner_option_table() {
@@ -45,6 +37,7 @@ py::list scanner_option_table() {
     py::list words;
     for (const std::string_view word : option.words) words.append(std::string(word));
     row["words"] = words;
+    row["form"] = std::string(option.form);
     row["low"] = option.low;
     row["high"] = option.high;
     row["default"] = option.what_if_not_given.empty() ? option.get(ScannerOptions{})

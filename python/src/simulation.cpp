@@ -70,27 +70,25 @@ class Simulation {
 
   py::tuple next() {
     auto frame = std::make_shared<Frame>();
-    std::vector<Truth> truth;
-    bool is_given = false;
-    {
-      const py::gil_scoped_release unlocked;
-      is_given = give(*frame, truth);
-    }
+    const auto next = [&](std::chrono::milliseconds time) {
+      return left_ == 0 ? NextStatus::kEnd : source_->next(*frame, time);
+    };
+    if (wait_for_next(next, std::nullopt) != NextStatus::kFrame) throw py::stop_iteration();
+    std::vector<Truth> truth = truth_of(*frame);
     handle_signals();
-    if (!is_given) throw py::stop_iteration();
     return py::make_tuple(frame, truth.empty() ? py::none() : py::cast(std::move(truth.front())),
                           truth.size() < 2 ? py::none() : py::cast(std::move(truth.back())));
   }
 
  private:
-  bool give(Frame& frame, std::vector<Truth>& truth) {
-    if (left_ == 0 || source_->next(frame, kSignalPeriod) != NextStatus::kFrame) return false;
+  std::vector<Truth> truth_of(const Frame& frame) {
+    const py::gil_scoped_release unlocked;
     left_ -= static_cast<std::uint64_t>(frame.is_interlaced() || frame.exposure_in_picture + 1 ==
                                                                      frame.exposures_per_picture);
-    truth = source_->simulator().truth(frame.sequence);
-    if (frame.is_interlaced() || frame.exposures_per_picture == 1) return true;
+    std::vector<Truth> truth = source_->simulator().truth(frame.sequence);
+    if (frame.is_interlaced() || frame.exposures_per_picture == 1) return truth;
     std::erase_if(truth, [&](const Truth& t) { return t.field != frame.field; });
-    return true;
+    return truth;
   }
 
   std::unique_ptr<SimulatedSource> source_;

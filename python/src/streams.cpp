@@ -34,9 +34,7 @@ class ScanStream {
   SharedScan next(std::optional<double> timeout_s, NextStatus& status) {
     const SharedScan scan = pool_.take();
     const auto next = [&](std::chrono::milliseconds time) { return source_->next(*scan, time); };
-    status = is_paced(info_.source)
-                 ? run_interruptibly([&] { return next(kSignalPeriod); }, [&] { source_->stop(); })
-                 : wait_for_next(next, timeout_s);
+    status = wait_for_next(next, timeout_s);
     return scan;
   }
 
@@ -153,7 +151,7 @@ void bind_scanner(py::module_& module) {
                         "frames"_a = status.counts.frames, "scans"_a = status.counts.scans,
                         "without_stripe"_a = status.counts.without_stripe,
                         "dark"_a = status.counts.dark, "unpaired"_a = status.counts.unpaired,
-                        "refused"_a = status.counts.refused);
+                        "lit_s"_a = status.counts.lit_s, "refused"_a = status.counts.refused);
       });
 }
 

@@ -75,11 +75,6 @@ auto run_interruptibly(Work work, Cancel cancel) {
   return result.get();
 }
 
-/// Whether a source gives frames when they are due, whatever the timeout of `next`.
-inline bool is_paced(const SourceInfo& source) {
-  return source.uri.find("realtime=yes") != std::string::npos;
-}
-
 /// Holds a T that is let go of without the interpreter's lock: its threads may be waiting for that
 /// in a callback.
 template <typename T>

@@ -7,7 +7,8 @@
 //         [--threads N] [--csv FILE]
 //
 // A line per scene: columns; those with a stripe of SNR 8 and more; of them those with an `ok`
-// return within max(0.5 px, 3 sigma) of it; the same of all stripes; then in percent of all
+// return within max(0.5 px, 3 sigma) of it; the same of those that stand out 8 times from noise and
+// texture together, and of all stripes; then in percent of all
 // columns, `ok` and wrong, of these those in columns without a stripe and those less than 2 px from
 // it; `ok` between the two stripes of an edge, which is not called wrong; the Brier score of the
 // confidences; scans that say that there is no stripe.
@@ -94,10 +95,11 @@ const char* word(const JudgedReturn& r) {
 void append_rows(std::string& rows, std::uint64_t seed, int frame,
                  const std::vector<JudgedReturn>& returns) {
   for (const JudgedReturn& r : returns) {
-    rows += fmt::format("{},{},{},{},{:.5f},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{},{},{}\n", seed,
-                        frame, r.line, to_string(r.status), r.confidence, r.across_px, r.error_px,
-                        r.sigma_px, r.truth_amplitude, r.truth_snr, to_string(r.truth_status),
-                        r.near_edge ? 1 : 0, word(r));
+    rows +=
+        fmt::format("{},{},{},{},{:.5f},{:.3f},{:.3f},{:.3f},{:.2f},{:.2f},{:.2f},{},{},{}\n", seed,
+                    frame, r.line, to_string(r.status), r.confidence, r.across_px, r.error_px,
+                    r.sigma_px, r.truth_amplitude, r.truth_snr, r.truth_distinctness,
+                    to_string(r.truth_status), r.near_edge ? 1 : 0, word(r));
   }
 }
 
@@ -111,11 +113,12 @@ ChoiceScore score_of(const Settings& settings, std::uint64_t seed, std::string& 
 }
 
 std::string figures(const StripeScore& s) {
-  return fmt::format("{:>8} {:>7} {:8.2f} {:8.2f} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.4f} {:>4}/{}",
-                     s.columns, s.clear, s.found_percent(),
-                     StripeScore::percent(s.found_visible, s.visible), s.wrong_percent(),
-                     s.phantom_percent(), StripeScore::percent(s.biased, s.columns),
-                     StripeScore::percent(s.mixed, s.columns), s.brier(), s.unseen, s.scans);
+  return fmt::format(
+      "{:>8} {:>7} {:8.2f} {:8.2f} {:8.2f} {:8.3f} {:8.3f} {:8.3f} {:8.3f} {:8.4f} {:>4}/{}",
+      s.columns, s.clear, s.found_percent(), s.found_distinct_percent(),
+      StripeScore::percent(s.found_visible, s.visible), s.wrong_percent(), s.phantom_percent(),
+      StripeScore::percent(s.biased, s.columns), StripeScore::percent(s.mixed, s.columns),
+      s.brier(), s.unseen, s.scans);
 }
 
 void print_reliability(const StripeScore& score) {
@@ -134,14 +137,16 @@ void print_reliability(const StripeScore& score) {
 void write_rows(const std::string& path, const std::vector<std::string>& rows) {
   std::ofstream csv(path);
   csv << "seed,frame,line,status,confidence,across_px,error_px,sigma_px,truth_amplitude,truth_snr,"
+         "truth_distinctness,"
          "truth_status,near_edge,is\n";
   for (const std::string& row : rows) csv << row;
 }
 
 void run(const Settings& settings) {
-  std::cout << fmt::format("{:5} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6}\n",
-                           "seed", "columns", "clear", "found %", "any SNR", "wrong %", "phantom%",
-                           "biased %", "mixed %", "Brier", "unseen");
+  std::cout << fmt::format(
+      "{:5} {:>7} {:>7} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6}\n", "seed", "columns",
+      "clear", "found %", "distinct", "any SNR", "wrong %", "phantom%", "biased %", "mixed %",
+      "Brier", "unseen");
   std::vector<std::string> rows(static_cast<std::size_t>(settings.count));
   std::vector<ChoiceScore> scores(static_cast<std::size_t>(settings.count));
   std::atomic<int> next = 0;

@@ -29,6 +29,7 @@ TrueLine line_with(double v_px, bool near_edge = false) {
   line.status = TruthStatus::kVisible;
   line.brightest.v_px = v_px;
   line.brightest.amplitude_dn = 40.0;
+  line.brightest.width_px = 1.2;
   line.brightest.near_edge = near_edge;
   return line;
 }
@@ -114,6 +115,20 @@ TEST(JudgedReturns, HaveTheSnrOfWhatDoesNotClip) {
   EXPECT_NEAR(example.judged()[0].truth_snr, 40.0 / noise_dn, 1e-4);
   example.expected_dn.setTo(285.0);  // 30 of the 40 are above full scale.
   EXPECT_NEAR(example.judged()[0].truth_snr, 10.0 / noise_dn, 1e-4);
+}
+
+TEST(JudgedReturns, StandOutFromNoiseAndTextureTogetherButNotFromARamp) {
+  Example example;
+  cv::Mat background(100, 12, CV_32FC1);
+  for (int v = 0; v < 100; ++v) background.row(v).setTo(0.5 * v);
+  const auto distinctness = [&] {
+    return testing::judge(example.scan, example.truth, example.expected_dn, kNoise, background)[0]
+        .truth_distinctness;
+  };
+  EXPECT_NEAR(distinctness(), example.judged()[0].truth_snr, 1e-4);
+  // Rows of +8 and -8 DN, half a period of which is what a row is compared with: rises of 16 DN.
+  for (int v = 0; v < 100; ++v) background.row(v).setTo(v % 6 < 3 ? 8.0 : -8.0);
+  EXPECT_NEAR(distinctness(), 40.0 / std::sqrt(4.0 + 1.0 / 12.0 + 16.0 * 16.0), 1e-4);
 }
 
 TEST(StripeScores, CountAndBinWhatWasJudged) {

@@ -125,6 +125,19 @@ class Guide(InScratch):
         self.assertIn("road.yaml:3", striper("guide", "simulate", road, "-o", self.path("x"), code=1).stderr)
         striper("guide", code=2)
 
+    def test_a_plan_says_what_limits(self):
+        plan = json.loads(striper("guide", "plan", "--json").stdout)
+        self.assertAlmostEqual(plan["noise_gain"], 1.8505, places=4)
+        self.assertAlmostEqual(plan["bend_error_m"] / 0.0254, -0.01955, places=5)
+        self.assertEqual({"acceleration", "feedback", "odometer"}, {one["code"] for one in plan["warnings"]})
+        self.assertEqual(plan["limits"][0]["by"], "bend")
+        words = striper("guide", "plan", os.path.join(ROADS, "diffuse_truck.yaml"), "--speed", "10", "--radius", "100").stdout
+        self.assertRegex(words, r"front +7\.9 +-?[0-9.]+ +45\.5 +90\.9")
+        self.assertRegex(words, r"what limits, the slowest first\n +bend +35\.0 mph\n +beam front +45\.5 mph")
+        self.assertNotIn("warning", words)
+        striper("guide", "plan", "--speed", "0", code=2)
+        self.assertIn("nowhere.yaml", striper("guide", "plan", "nowhere.yaml", code=1).stderr)
+
     def test_a_cut_run_is_guided_to_its_end(self):
         run = self.path("cut")
         shutil.copytree(self.simulated("dashes"), run)

@@ -96,7 +96,7 @@ def import_package(options):
 def share(options):
     installed = options.prefix / "share/striper"
     for folder, pattern, part in (("apps/examples", "*.cpp", "examples"), ("apps/plot", "*.gp", "plot"),
-                                  ("data/scenes", "*", "scenes")):
+                                  ("data/scenes", "*", "scenes"), ("data/roads", "*", "roads"), ("data/can", "*", "can")):
         files = sorted(path.relative_to(options.source / folder) for path in (options.source / folder).glob(pattern))
         if not files:
             fail(f"{folder} holds no {pattern}")

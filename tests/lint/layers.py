@@ -15,7 +15,7 @@ import sys
 import tempfile
 
 # A module inside a folder of another one comes before that.
-MODULES = ("sdk", "capture/simulator", "capture/virtual_camera", "capture", "calibration", "connect/ros2", "connect/web", "apps")
+MODULES = ("sdk", "capture/simulator", "capture/virtual_camera", "capture", "calibration", "connect/can", "connect/ros2", "connect/web", "apps")
 
 # Folder of sdk -> the folders that it may include, itself aside.
 SDK = {"core": set()}
@@ -33,7 +33,8 @@ SDK["stream"] = set(SDK)
 
 # What the folders of the other modules may include of sdk; None is everything.
 OF_SDK = {"capture/simulator": {"core", "model"}, "capture": {"core", "model", "wire"}, "capture/virtual_camera": {"core"},
-          "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "connect/ros2": None, "connect/web": None, "apps": None}
+          "calibration": SDK["stripe"] | {"model", "geometry", "stripe"}, "connect/can": None, "connect/ros2": None,
+          "connect/web": None, "apps": None}
 # ... and folders of theirs that may include more.
 OF_SDK_IN = {("capture", "scans"): OF_SDK["capture"] | {"scan", "pipeline", "stream"},
              ("capture", "recording"): OF_SDK["capture"] | {"stream"},
@@ -48,6 +49,7 @@ INSIDE = {
     "capture/virtual_camera": {"virtual_camera": set()},
     "calibration": {"board": set(), "intrinsics": {"board"}, "laser_plane": {"board"},
                     "adjust": {"board", "intrinsics", "laser_plane"}, "validate": {"board", "intrinsics", "adjust"}},
+    "connect/can": {"can": set()},
     "connect/ros2": {},
     "connect/web": {"rules": set()},
     "apps": {"examples": set(), "bench": set(), "striper": {"bench"}},
@@ -68,10 +70,11 @@ STRIPE["select"] = set(STRIPE)
 STRIPE["learn"] = STRIPE["track"] = set(STRIPE) | {"select"}
 STRIPE["report"] = set(STRIPE) | {"learn", "track"}
 OTHER_MODULES = {"sdk": set(), "capture/simulator": set(), "capture": set(), "calibration": set(),
+                 "connect/can": set(),
                  "connect/ros2": set(),
                  "connect/web": set(),
                  "capture/virtual_camera": {"capture/simulator"},
-                 "apps": {"capture/simulator", "capture", "capture/virtual_camera", "calibration"}}
+                 "apps": {"capture/simulator", "capture", "capture/virtual_camera", "calibration", "connect/can"}}
 # ... and what lies in no folder of theirs may include more.
 OTHER_MODULES_AT_TOP = {"capture": {"capture/simulator"}}
 # Module -> another module and what of its private headers it may include: there is one reader of YAML files, and the virtual
@@ -91,7 +94,7 @@ PUBLIC_LIBRARIES = re.compile(r"(Eigen/|opencv2/core)")
 NEVER_IN_LIBRARIES = re.compile(r"\bstd::(cout|cerr|clog|exit|abort|terminate)\b|(?<![\w:.])(printf|puts|exit|abort)\(")
 # Each of these is the business of one place.
 LIBRARY_HOME = {"ceres/": ("calibration",), "opencv2/calib3d": ("calibration",), "CLI/": ("apps",),
-                "arv": ("capture",), "boost/": ("connect/web",), "dds/": ("connect/ros2",), "linux/": ("capture",), "opencv2/highgui": ()}
+                "arv": ("capture",), "boost/": ("connect/web",), "dds/": ("connect/ros2",), "linux/": ("capture", "connect/can"), "opencv2/highgui": ()}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 

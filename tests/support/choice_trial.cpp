@@ -88,6 +88,11 @@ cv::Mat TrialCamera::expected_dn(std::uint64_t picture) {
                         : parts_->simulator.expected_dn(picture);
 }
 
+cv::Mat TrialCamera::background_dn(std::uint64_t picture) {
+  if (parts_->colour) return {};
+  return Simulator(without_laser(parts_->simulator.scene())).expected_dn(picture);
+}
+
 Truth TrialCamera::truth(std::uint64_t picture) {
   Truth truth = parts_->simulator.truth(picture).front();
   if (parts_->simulator.scene().lasers.front().pulse_energy_j > 0.0) return truth;
@@ -104,8 +109,10 @@ ChoiceScore run_trial(const ChoiceTrial& trial, const JudgedFrame& visit) {
     const auto picture = static_cast<std::uint64_t>(i);
     const Truth truth = camera.truth(picture);
     const cv::Mat expected_dn = camera.expected_dn(picture);
+    const cv::Mat background_dn = camera.background_dn(picture);
     for (const PolarScan& scan : scanner.process(camera.render(picture))) {
-      const std::vector<JudgedReturn> returns = judge(scan, truth, expected_dn, *model.noise);
+      const std::vector<JudgedReturn> returns =
+          judge(scan, truth, expected_dn, *model.noise, background_dn);
       score.all.add(scan, returns);
       if (i == 0) score.first.add(scan, returns);
       if (visit) visit(i, returns);

@@ -55,8 +55,9 @@ class TrialCamera {
   StriperModel model() const;  ///< As a calibration would find it.
   ScannerOptions options() const;
   Frame render(std::uint64_t picture);
-  cv::Mat expected_dn(std::uint64_t picture);  ///< Without noise.
-  Truth truth(std::uint64_t picture);          ///< Laser off: nothing is to be found.
+  cv::Mat expected_dn(std::uint64_t picture);    ///< Without noise.
+  cv::Mat background_dn(std::uint64_t picture);  ///< And without the laser; empty: a colour camera.
+  Truth truth(std::uint64_t picture);            ///< Laser off: nothing is to be found.
 
  private:
   struct Parts;

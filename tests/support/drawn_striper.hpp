@@ -79,7 +79,7 @@ class DrawnStriper {
   // The row at which a column sees the shape: Newton's steps on the bearing.
   double row_of(const std::function<double(double)>& shape, double u) const {
     double bearing = truth_.triangulate({u, 300.0}).bearing_rad();
-    for (int step = 0; step < 8; ++step) {
+    for (int step = 0; step < 40; ++step) {  // Slow where the surface is seen at a grazing angle.
       const double range = shape(bearing);
       const Eigen::Vector2d at =
           truth_.project(range * std::cos(bearing), range * std::sin(bearing)).pixel;

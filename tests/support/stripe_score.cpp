@@ -53,15 +53,47 @@ bool is_mixed(const Truth& truth, int line, double at) {
   return is_edge && nearest <= kMixedPx && at >= low - kRightPx && at <= high + kRightPx;
 }
 
+// Mean square of what the background has of a stripe's width around the stripe: each pixel over the
+// mean of those two and a half widths before and after it across, which leaves a stripe's peak as
+// it is and nothing of a ramp.
+double texture_dn2(const TrueReturn& truth, const cv::Mat& background_dn, StripeAxis axis) {
+  constexpr double kWidthsBeside = 2.5;
+  constexpr double kWidthsAround = 10.0;
+  constexpr int kLinesAround = 4;
+  const bool is_column = axis == StripeAxis::kColumns;
+  const int length = is_column ? background_dn.rows : background_dn.cols;
+  const int lines = is_column ? background_dn.cols : background_dn.rows;
+  const auto at = [&](int line, int i) {
+    return static_cast<double>(is_column ? background_dn.at<float>(i, line)
+                                         : background_dn.at<float>(line, i));
+  };
+  const int beside = std::max(2, static_cast<int>(std::lround(kWidthsBeside * truth.width_px)));
+  const int around = static_cast<int>(std::lround(kWidthsAround * truth.width_px));
+  const int middle = static_cast<int>(std::lround(across(truth, axis)));
+  const int line = static_cast<int>(std::lround(is_column ? truth.u_px : truth.v_px));
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (int l = std::max(0, line - kLinesAround); l <= std::min(lines - 1, line + kLinesAround);
+       ++l) {
+    const int last = std::min(length - 1 - beside, middle + around);
+    for (int i = std::max(beside, middle - around); i <= last; ++i, ++count) {
+      const double rise = at(l, i) - 0.5 * (at(l, i - beside) + at(l, i + beside));
+      sum += rise * rise;
+    }
+  }
+  return count == 0 ? 0.0 : sum / static_cast<double>(count);
+}
+
 // What clips does not help to see it.
-double snr(const TrueReturn& truth, const cv::Mat& expected_dn, const NoiseModel& noise) {
+double snr(const TrueReturn& truth, const cv::Mat& expected_dn, const NoiseModel& noise,
+           double more_dn2) {
   const int u = static_cast<int>(std::lround(truth.u_px));
   const int v = static_cast<int>(std::lround(truth.v_px));
   if (u < 0 || v < 0 || u >= expected_dn.cols || v >= expected_dn.rows) return 0.0;
   const double peak_dn = expected_dn.at<float>(v, u);
   const double full_dn = (1 << noise.bit_depth.value_or(8)) - 1;
   const double seen_dn = truth.amplitude_dn - std::max(0.0, peak_dn - full_dn);
-  return std::max(0.0, seen_dn) / std::sqrt(noise.variance_dn2(peak_dn));
+  return std::max(0.0, seen_dn) / std::sqrt(noise.variance_dn2(peak_dn) + more_dn2);
 }
 
 }  // namespace
@@ -82,7 +114,8 @@ JudgedPosition judge_position(const Truth& truth, int line, double across_px, do
 }
 
 std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
-                                const cv::Mat& expected_dn, const NoiseModel& noise) {
+                                const cv::Mat& expected_dn, const NoiseModel& noise,
+                                const cv::Mat& background_dn) {
   std::vector<JudgedReturn> judged(scan.returns.size());
   for (std::size_t i = 0; i < judged.size(); ++i) {
     const TrueLine& line = truth.lines[i];
@@ -92,7 +125,11 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
     r.truth_status = line.status;
     if (line.status == TruthStatus::kVisible) {
       r.truth_amplitude = line.brightest.amplitude_dn;
-      r.truth_snr = snr(line.brightest, expected_dn, noise);
+      r.truth_snr = snr(line.brightest, expected_dn, noise, 0.0);
+      r.truth_distinctness = background_dn.empty()
+                                 ? r.truth_snr
+                                 : snr(line.brightest, expected_dn, noise,
+                                       texture_dn2(line.brightest, background_dn, scan.axis));
       for_each_true(line, [&](const TrueReturn& t) { r.near_edge |= t.near_edge; });
     }
     if (!r.has_values()) continue;
@@ -118,6 +155,9 @@ void StripeScore::add(const PolarScan& scan, const std::vector<JudgedReturn>& re
     clear += is_clear ? 1 : 0;
     found += is_clear && r.is_ok() && is_right ? 1 : 0;
     found_visible += is_visible && r.is_ok() && is_right ? 1 : 0;
+    const bool is_distinct = is_visible && r.truth_distinctness >= kSnr;
+    distinct += is_distinct ? 1 : 0;
+    found_distinct += is_distinct && r.is_ok() && is_right ? 1 : 0;
     if (r.is_ok()) {
       ++ok;
       mixed += r.judgement == Judgement::kMixed ? 1 : 0;
@@ -148,6 +188,8 @@ void StripeScore::add(const StripeScore& other) {
   clear += other.clear;
   found += other.found;
   found_visible += other.found_visible;
+  distinct += other.distinct;
+  found_distinct += other.found_distinct;
   ok += other.ok;
   wrong += other.wrong;
   phantom += other.phantom;

@@ -33,7 +33,9 @@ struct JudgedReturn {
   double sigma_px = kNone;
   double error_px = kNone;         ///< From the nearest true return of the line.
   double truth_amplitude = kNone;  ///< DN, of the brightest true return.
-  double truth_snr = kNone;  ///< That, as far as it does not clip, over its peak pixel's noise.
+  double truth_snr = kNone;  ///< That, as far as it does not clip, over its peak pixel's noise,
+  /// and over that and what the background shows of a stripe's width around it, together.
+  double truth_distinctness = kNone;
   TruthStatus truth_status = TruthStatus::kNoSurface;
   bool near_edge = false;
   Judgement judgement = Judgement::kPhantom;  ///< Only where the return has values.
@@ -43,9 +45,11 @@ struct JudgedReturn {
 };
 
 /// Judges a scan line by line. @param expected_dn the exposure without noise, for the noise of a
-/// peak pixel. @param truth may have no stripe at all (laser off).
+/// peak pixel. @param background_dn the same with the laser off; empty: without texture. @param
+/// truth may have no stripe at all (laser off).
 std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
-                                const cv::Mat& expected_dn, const NoiseModel& noise);
+                                const cv::Mat& expected_dn, const NoiseModel& noise,
+                                const cv::Mat& background_dn = {});
 
 /// What a position in a line is. @param error_px from the nearest true return, as `judge` gives it.
 struct JudgedPosition {
@@ -73,6 +77,8 @@ struct StripeScore {
   std::size_t clear = 0;    ///< Of them, with an SNR of kSnr and more.
   std::size_t found = 0;    ///< Of the clear ones, `ok` and right.
   std::size_t found_visible = 0;
+  std::size_t distinct = 0;        ///< Columns with a distinctness of kSnr and more.
+  std::size_t found_distinct = 0;  ///< Of them, `ok` and right.
   std::size_t ok = 0;
   std::size_t wrong = 0;    ///< `ok`: kWrong and kPhantom.
   std::size_t phantom = 0;  ///< `ok` in columns without a stripe.
@@ -86,6 +92,7 @@ struct StripeScore {
   void add(const StripeScore& other);
 
   double found_percent() const { return percent(found, clear); }
+  double found_distinct_percent() const { return percent(found_distinct, distinct); }
   double wrong_percent() const { return percent(wrong, columns); }
   double phantom_percent() const { return percent(phantom, columns); }
   double brier() const { return judged == 0 ? 0.0 : squared / static_cast<double>(judged); }

@@ -6,7 +6,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/striper
-modules=(virtio_pci 9pnet_virtio 9p overlay vivid vcan sch_netem)
+modules=(virtio_pci 9pnet_virtio 9p overlay vivid vcan can_raw sch_netem)
 
 say() { echo "kernel.sh: $*" >&2; }
 die() { say "$*"; exit 1; }
@@ -17,6 +17,14 @@ kernel_package() {
 }
 
 newest_cached() { { ls -d "$cache"/vm-*/ 2>/dev/null || true; } | sort -V | tail -1; }
+
+# A folder of before a module was added to the list has it not; file names have - where modules may have _.
+has_all_modules() { # folder
+  local module
+  for module in "${modules[@]}"; do
+    tr - _ <"$1/modules/order" | grep -qx "$module.ko" || return 1
+  done
+}
 
 fetch() { # package folder
   local package=$1 unpacked=$2/unpacked version=${1#linux-image-}
@@ -58,11 +66,12 @@ main() {
 
   local folder package
   folder=$(newest_cached)
-  if [ -z "$folder" ]; then
+  if [ -z "$folder" ] || ! has_all_modules "$folder"; then
     package=$(kernel_package)
     [ -n "$package" ] || die "apt knows no linux-image-amd64: run 'apt-get update' first"
     rm -rf "$cache/new" && mkdir -p "$cache/new"
     fetch "$package" "$cache/new"
+    rm -rf "$cache/vm-${package#linux-image-}"
     mv "$cache/new" "$cache/vm-${package#linux-image-}"
     folder=$(newest_cached)
   fi

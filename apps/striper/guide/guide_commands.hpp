@@ -6,8 +6,9 @@
 namespace striper::program {
 
 // The subcommands of `striper guide`, each in a file of its name.
-void add_guide_run(CLI::App& guide, Action& action);
-void add_guide_simulate(CLI::App& guide, Action& action);
-void add_guide_evaluate(CLI::App& guide, Action& action);
+void add_guide_run(Command& guide, Action& action);
+void add_guide_simulate(Command& guide, Action& action);
+void add_guide_evaluate(Command& guide, Action& action);
+void add_guide_plan(Command& guide, Action& action);
 
 }  // namespace striper::program

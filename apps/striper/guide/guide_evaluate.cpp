@@ -47,7 +47,7 @@ constexpr const char* kHelp =
     "  striper guide evaluate job --truth run/truth.csv\n"
     "  striper guide evaluate job --truth run/truth.csv --from 25 --json";
 
-void define(CLI::App& command, EvaluateArguments& arguments) {
+void define(Command& command, EvaluateArguments& arguments) {
   command.add_option("DIR", arguments.job, "What guide run has written")->required();
   command.add_option("--truth", arguments.truth, "truth.csv: distance_m,lateral_m,line0,line1")
       ->type_name("FILE")
@@ -62,7 +62,7 @@ void define(CLI::App& command, EvaluateArguments& arguments) {
       ->check(between(0.0, 1.0));
   command.add_option("--line", arguments.line, "Whose ends: line 0 or 1; default 0")
       ->type_name("N")
-      ->check(CLI::Range(0, 1));
+      ->check(between(0, 1));
   command.add_flag("--json", arguments.json, "The figures for programs on the standard output");
   command.footer(kHelp);
 }
@@ -186,7 +186,7 @@ ExitCode guide_evaluate(const EvaluateArguments& arguments) {
 
 }  // namespace
 
-void add_guide_evaluate(CLI::App& guide, Action& action) {
+void add_guide_evaluate(Command& guide, Action& action) {
   add_command<EvaluateArguments>(guide, action, "evaluate", kDescription, define, guide_evaluate);
 }
 

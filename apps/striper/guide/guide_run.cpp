@@ -2,10 +2,13 @@
 // striper guide run: a recorded run through guidance, to tables.
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -14,8 +17,10 @@
 #include <striper/core/whole_file.hpp>
 #include <striper/guidance/guidance.hpp>
 
+#include "guide/guidance_outputs.hpp"
 #include "guide/guide_commands.hpp"
 #include "guide/run_inputs.hpp"
+#include "option_bounds.hpp"
 #include "program.hpp"
 #include "summary.hpp"
 #include "terminal.hpp"
@@ -32,6 +37,7 @@ struct RunArguments {
   std::optional<std::string> config;
   std::optional<std::string> method;
   std::optional<double> alpha;
+  std::vector<std::string> to;
   bool json = false;
 };
 
@@ -51,12 +57,18 @@ constexpr const char* kHelp =
     "  faults.csv   time_s,code,action,latency_s\n"
     "  guidance.yaml  what was run with\n"
     "The same run with the same settings gives the same files, bit for bit.\n\n"
+    "--to can:can0 sends lateral position, guns and faults over CAN, at the pace of the run; the "
+    "frames\n"
+    "are described by data/can/guidance.dbc ('?id=800' moves the first of their four "
+    "identifiers).\n"
+    "candump:FILE is a log of the same frames, which canplayer plays.\n\n"
     "Examples:\n"
     "  striper guide run run -o job\n"
     "  striper guide run run --method report --alpha 0.9 -o as-in-1991\n"
-    "  striper guide run run --config other.yaml -o other --json";
+    "  striper guide run run --config other.yaml -o other --json\n"
+    "  striper guide run run -o job --to can:can0";
 
-void define(CLI::App& command, RunArguments& arguments) {
+void define(Command& command, RunArguments& arguments) {
   command.add_option("RUN", arguments.run, "The directory of the recorded run")->required();
   command.add_option("-o,--output", arguments.output, "The directory for the results; it is made")
       ->type_name("DIR")
@@ -73,7 +85,10 @@ void define(CLI::App& command, RunArguments& arguments) {
       ->check(one_of({"filter", "report", "exponential", "integer"}));
   command.add_option("--alpha", arguments.alpha, "Smoothing of the method report, 0 to below 1")
       ->type_name("A")
-      ->check(CLI::Range(0.0, 0.999));
+      ->check(between(0.0, 0.999));
+  command.add_option("--to", arguments.to, kGuidanceOutputsHelp)
+      ->type_name("OUTPUT")
+      ->one_word_each();
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
   command.footer(kHelp);
 }
@@ -207,7 +222,41 @@ void say_totals(const GuidanceTotals& totals) {
   }
 }
 
+// Waits until an input is due, of a run that began when this was made; less where it is to stop.
+class RunPace {
+ public:
+  void wait_for(double time_s) {
+    if (!std::isfinite(time_s)) return;
+    if (std::isnan(first_s_)) first_s_ = time_s;
+    const auto due = begin_ + std::chrono::duration_cast<Clock::duration>(
+                                  std::chrono::duration<double>(time_s - first_s_));
+    while (!stop_requested() && Clock::now() < due) {
+      std::this_thread::sleep_until(std::min(due, Clock::now() + kLongest));
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds kLongest{50};
+
+  Clock::time_point begin_ = Clock::now();
+  double first_s_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+void play(RunInputs& inputs, Guidance& guidance, bool is_live) {
+  Progress progress("sweeps", std::nullopt);
+  RunPace pace;
+  while (!stop_requested()) {
+    if (is_live) pace.wait_for(inputs.next_s());
+    if (!inputs.give_next(guidance)) break;
+    progress.update(inputs.sweeps());
+  }
+}
+
 ExitCode guide_run(const RunArguments& arguments) {
+  if (arguments.json && std::count(arguments.to.begin(), arguments.to.end(), "-") > 0) {
+    throw Error(ErrorKind::kUsage, "--json and --to - both write to the standard output");
+  }
   const TerminalEvents events;
   const GuidanceConfig config = config_of(arguments);
   const fs::path output = arguments.output;
@@ -223,12 +272,12 @@ ExitCode guide_run(const RunArguments& arguments) {
   RunInputs inputs(arguments.run, config, events.port());
   fs::create_directories(output);
   RunTables tables(output);
-  Guidance guidance(config, tables);
-  {
-    Progress progress("sweeps", std::nullopt);
-    while (!stop_requested() && inputs.give_next(guidance)) progress.update(inputs.sweeps());
-  }
+  GuidanceOutputs outputs(arguments.to, config);
+  outputs.add(tables);
+  Guidance guidance(config, outputs);
+  play(inputs, guidance, outputs.is_live());
   guidance.finish();
+  const bool is_all_sent = outputs.finish();
   tables.close();
   write_file_atomically(output / "guidance.yaml", format_guidance(config));
   const GuidanceTotals totals = guidance.totals();
@@ -241,12 +290,12 @@ ExitCode guide_run(const RunArguments& arguments) {
   say(fmt::format("wrote lateral.csv, guns.csv, seen.csv and faults.csv into {}",
                   arguments.output));
   if (arguments.json) print_json(json_of(totals));
-  return ExitCode::kDone;
+  return is_all_sent ? ExitCode::kDone : ExitCode::kFailed;
 }
 
 }  // namespace
 
-void add_guide_run(CLI::App& guide, Action& action) {
+void add_guide_run(Command& guide, Action& action) {
   add_command<RunArguments>(guide, action, "run", kDescription, define, guide_run);
 }
 

@@ -43,7 +43,7 @@ constexpr const char* kHelp =
     "  striper guide run run -o job\n"
     "  striper guide evaluate job --truth run/truth.csv";
 
-void define(CLI::App& command, SimulateRoadArguments& arguments) {
+void define(Command& command, SimulateRoadArguments& arguments) {
   command.add_option("ROAD.yaml", arguments.road, "The road, see data/roads")->required();
   command.add_option("-o,--output", arguments.output, "The directory; it is made")
       ->type_name("RUN")
@@ -117,7 +117,7 @@ ExitCode guide_simulate(const SimulateRoadArguments& arguments) {
 
 }  // namespace
 
-void add_guide_simulate(CLI::App& guide, Action& action) {
+void add_guide_simulate(Command& guide, Action& action) {
   add_command<SimulateRoadArguments>(guide, action, "simulate", kDescription, define,
                                      guide_simulate);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "guide/run_inputs.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 
@@ -89,12 +90,27 @@ void RunInputs::read_head(HeadBeam& head) {
   }
 }
 
-bool RunInputs::give_next(Guidance& guidance) {
-  HeadBeam* next_head = nullptr;
-  for (HeadBeam& head : heads_) {
-    if (!head.is_there) continue;
-    if (next_head == nullptr || head.sweep.time_s < next_head->sweep.time_s) next_head = &head;
+std::size_t RunInputs::next_head() const noexcept {
+  std::size_t next = heads_.size();
+  for (std::size_t i = 0; i < heads_.size(); ++i) {
+    if (!heads_[i].is_there) continue;
+    if (next == heads_.size() || heads_[i].sweep.time_s < heads_[next].sweep.time_s) next = i;
   }
+  return next;
+}
+
+double RunInputs::next_s() const noexcept {
+  const std::size_t head = next_head();
+  double next_s = head < heads_.size() ? heads_[head].sweep.time_s : kNever;
+  if (sweep_) next_s = std::min(next_s, sweep_->time_s);
+  if (reading_) next_s = std::min(next_s, reading_->time_s);
+  if (state_) next_s = std::min(next_s, state_->time_s);
+  return next_s;
+}
+
+bool RunInputs::give_next(Guidance& guidance) {
+  const std::size_t head = next_head();
+  HeadBeam* const next_head = head < heads_.size() ? &heads_[head] : nullptr;
   const double sweep_s = sweep_ ? sweep_->time_s : kNever;
   const double head_s = next_head != nullptr ? next_head->sweep.time_s : kNever;
   const double reading_s = reading_ ? reading_->time_s : kNever;

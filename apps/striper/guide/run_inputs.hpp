@@ -21,6 +21,8 @@ class RunInputs {
   RunInputs(const std::filesystem::path& directory, const GuidanceConfig& config,
             const EventPort& events);
 
+  /// When the next one is of; infinite at the end.
+  double next_s() const noexcept;
   /// Gives the next one to guidance. @return false at the end.
   bool give_next(Guidance& guidance);
 
@@ -39,6 +41,7 @@ class RunInputs {
   void read_odometer();
   void read_state();
   void read_head(HeadBeam& head);
+  std::size_t next_head() const noexcept;  // Its index; their number where none has any.
 
   std::optional<SweepReader> sweep_file_;
   std::optional<CsvReader<OdometerReading>> odometer_file_;

@@ -50,7 +50,8 @@ HeadScanner ScannerSettings::make(const SourceInfo& source, const EventPort& eve
   const std::lock_guard lock(mutex_);
   source_ = source;
   const ScannerSetup made = setup(arguments_, source, events);
-  HeadScanner scanner{make_scanner(made), shared_model(made), made.options.stripe.axis};
+  HeadScanner scanner{make_scanner(made), shared_model(made), made.options.stripe.axis,
+                      made.options.adapts_exposure};
   options_ = made.options;
   return scanner;
 }

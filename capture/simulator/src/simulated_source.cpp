@@ -153,7 +153,7 @@ void SimulatedSource::start() {
   start_time_ = std::chrono::steady_clock::now();
 }
 
-NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds /*timeout*/) {
+NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds timeout) {
   const auto per_picture = static_cast<std::uint64_t>(simulator_.frames_per_picture());
   const std::uint64_t picture = next_frame_ / per_picture;
   const int part = static_cast<int>(next_frame_ % per_picture);
@@ -164,8 +164,10 @@ NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds /*timeo
     if (options_.realtime) {
       const auto due = start_time_ + std::chrono::nanoseconds(
                                          std::llround(1e9 * simulator_.time_s(picture, part)));
-      stopped_.wait_until(lock, due, [this] { return !running_; });
+      const auto end = std::chrono::steady_clock::now() + timeout;
+      stopped_.wait_until(lock, std::min(due, end), [this] { return !running_; });
       if (!running_) return NextStatus::kStopped;
+      if (due > end) return NextStatus::kTimeout;
     }
   }
   controls_->apply_to(simulator_);

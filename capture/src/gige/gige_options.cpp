@@ -8,6 +8,8 @@
 #include <striper/core/error.hpp>
 #include <striper/gige/gige_options.hpp>
 
+#include "capture/common_keys.hpp"
+
 namespace striper {
 namespace {
 
@@ -133,8 +135,11 @@ std::map<std::string, std::string> take_features(SourceUri& uri) {
 
 }  // namespace
 
-GigeOptions GigeOptions::take(SourceUri& uri) {
+GigeOptions GigeOptions::from_uri(SourceUri uri) {
   GigeOptions options;
+  const auto common = detail::CommonKeys::take(uri);
+  options.cadence = common.cadence;
+  options.fields = common.fields;
   options.uri = uri.text();
   options.name = uri.path();
   options.is_usb = uri.scheme() == "u3v";

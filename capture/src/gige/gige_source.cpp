@@ -93,7 +93,7 @@ void say_what_keys_mean(const detail::CommonKeys& common, const GigeOptions& opt
 }  // namespace
 
 struct GigeSource::State {
-  State(SourceUri given, const EventPort& events);
+  explicit State(GigeOptions given);
 
   Controls make_controls();
   std::shared_ptr<Session> open_session();
@@ -116,9 +116,8 @@ struct GigeSource::State {
   void fill_image(Frame& frame, PoolSlot& slot);
   void count(const Frame& frame, ArvBufferStatus status, std::uint64_t missing);
 
-  SourceUri uri;
-  detail::CommonKeys common;
   GigeOptions options;
+  detail::CommonKeys common;
   SourceInfo info;
 
   std::mutex lifecycle;  // one start or stop at a time
@@ -149,18 +148,15 @@ struct GigeSource::State {
   std::int64_t numbered_until_ns = 0;  // of a camera that is lost
 };
 
-GigeSource::State::State(SourceUri given, const EventPort& events)
-    : uri(std::move(given)),
-      common(detail::CommonKeys::take(uri)),
-      options(GigeOptions::take(uri)) {
-  options.cadence = common.cadence;
-  options.events = events;
+GigeSource::State::State(GigeOptions given)
+    : options(std::move(given)), common{options.cadence, options.fields} {
+  if (options.uri.empty()) options.uri = (options.is_usb ? "u3v:" : "gige:") + options.name;
   options.validate();
   say_what_keys_mean(common, options);
   session = std::make_shared<Session>(options);
 
   const detail::PictureSetup& setup = session->setup();
-  info.uri = uri.text();
+  info.uri = options.uri;
   info.description = fmt::format("{}, {}", session->description(), picture_name(setup));
   info.image_size = setup.size;
   info.sensor_size = setup.sensor_size;
@@ -172,7 +168,7 @@ GigeSource::State::State(SourceUri given, const EventPort& events)
   common.apply(info);
   controls = make_controls();
   constexpr double kForever_s = std::numeric_limits<double>::infinity();
-  reopening.emplace(events, "camera " + session->description(), kind_of(setup), kPauses,
+  reopening.emplace(options.events, "camera " + session->description(), kind_of(setup), kPauses,
                     options.reconnect ? kForever_s : 0.0);
 }
 
@@ -208,8 +204,7 @@ std::shared_ptr<Session> GigeSource::State::open_session() {
   return opened;
 }
 
-GigeSource::GigeSource(SourceUri uri, const EventPort& events)
-    : state_(std::make_unique<State>(std::move(uri), events)) {}
+GigeSource::GigeSource(GigeOptions options) : state_(std::make_unique<State>(std::move(options))) {}
 
 GigeSource::~GigeSource() { state_->end(); }
 

@@ -26,7 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 using detail::FrameRow;
 
-constexpr double kDefaultRate_hz = 30.0;
 constexpr double kNsPerSecond = 1e9;
 
 std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double rate_hz) {
@@ -76,12 +75,25 @@ std::uint64_t count_pictures(const std::vector<FrameRow>& rows) {
 
 }  // namespace
 
+ImageOptions ImageOptions::from_uri(SourceUri uri) {
+  ImageOptions options;
+  const auto common = detail::CommonKeys::take(uri);
+  options.cadence = common.cadence;
+  options.fields = common.fields;
+  options.fps = uri.take_number("fps", 1e-3, 1e6).value_or(options.fps);
+  if (const auto given = uri.take_integer("bits", 9, 16)) options.bits = static_cast<int>(*given);
+  uri.refuse_unused(fmt::format("fps, bits, {}", detail::CommonKeys::kKnown));
+  options.path = uri.path();
+  options.uri = uri.text();
+  return options;
+}
+
 struct ImageSource::State {
   EventPort events;
 
   SourceInfo info;
   detail::CommonKeys common;
-  std::optional<int> bits;  // From `bits=`.
+  std::optional<int> bits;  // That were asked for.
   std::int64_t picture_period_ns = 0;
   std::vector<FrameRow> rows;
   detail::FrameShapes shapes;
@@ -93,7 +105,7 @@ struct ImageSource::State {
 
   detail::FrameCounts counts;
 
-  void take_keys(SourceUri& uri);
+  void list_pictures(const ImageOptions& options);
   void look_at_first_picture();
   void check_bits(const FrameRow& row) const;
   detail::Fault read(const FrameRow& row);
@@ -101,24 +113,26 @@ struct ImageSource::State {
   void take_image(const FrameRow& row, Frame& frame);
 };
 
-void ImageSource::State::take_keys(SourceUri& uri) {
-  common = detail::CommonKeys::take(uri);
-  const double rate_hz = uri.take_number("fps", 1e-3, 1e6).value_or(kDefaultRate_hz);
-  if (const auto given = uri.take_integer("bits", 9, 16)) bits = static_cast<int>(*given);
-  uri.refuse_unused(fmt::format("fps, bits, {}", detail::CommonKeys::kKnown));
-
-  const fs::path path = uri.path();
+void ImageSource::State::list_pictures(const ImageOptions& options) {
+  events = options.events;
+  common = {options.cadence, options.fields};
+  bits = options.bits;
+  info.uri = options.uri.empty() ? "images:" + options.path : options.uri;
+  if (!(options.fps > 0.0)) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("source '{}': fps={} - expected more than 0", info.uri, options.fps));
+  }
+  const fs::path path = options.path;
   std::error_code ignored;
   const bool is_recording = fs::exists(path / detail::kFrameTableName, ignored);
-  rows = is_recording ? rows_of_recording(path, rate_hz, events)
-                      : rows_of_plain_pictures(uri.path(), rate_hz);
+  rows = is_recording ? rows_of_recording(path, options.fps, events)
+                      : rows_of_plain_pictures(options.path, options.fps);
 
-  info.uri = uri.text();
   info.pictures = count_pictures(rows);
   info.description =
       fmt::format("{} picture{} of '{}'{}", *info.pictures, *info.pictures == 1 ? "" : "s",
-                  uri.path(), is_recording ? " (a recording)" : "");
-  info.picture_rate_hz = is_recording ? rate_of(rows) : rate_hz;
+                  options.path, is_recording ? " (a recording)" : "");
+  info.picture_rate_hz = is_recording ? rate_of(rows) : options.fps;
   info.has_clock = rows.front().frame.time.utc_offset_ns.has_value();
   info.cadence = rows.front().cadence;
   info.field = rows.front().frame.field;
@@ -209,10 +223,8 @@ void ImageSource::State::take_image(const FrameRow& row, Frame& frame) {
   frame.status_detail = fmt::format("picture '{}' {}", row.file, difference);
 }
 
-ImageSource::ImageSource(SourceUri uri, const EventPort& events)
-    : state_(std::make_unique<State>()) {
-  state_->events = events;
-  state_->take_keys(uri);
+ImageSource::ImageSource(const ImageOptions& options) : state_(std::make_unique<State>()) {
+  state_->list_pictures(options);
   state_->look_at_first_picture();
 }
 

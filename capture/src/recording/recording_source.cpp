@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <condition_variable>
 #include <mutex>
@@ -27,13 +28,28 @@ bool is_single_field(Field field) { return field == Field::kTop || field == Fiel
 
 }  // namespace
 
+RecordingOptions RecordingOptions::from_uri(SourceUri uri) {
+  RecordingOptions options;
+  const auto common = detail::CommonKeys::take(uri);
+  options.cadence = common.cadence;
+  options.fields = common.fields;
+  options.path = uri.path();
+  options.head = uri.take("head").value_or("");
+  options.is_realtime = uri.take_bool("realtime").value_or(false);
+  if (const auto given = uri.take_integer("bits", 9, 16)) options.bits = static_cast<int>(*given);
+  uri.refuse_unused(fmt::format("head, realtime, bits, {}", detail::CommonKeys::kKnown));
+  options.uri = uri.text();
+  return options;
+}
+
 struct RecordingSource::State {
-  EventPort events;
-  std::string path;
-  std::string head;
-  bool is_realtime = false;
+  explicit State(const RecordingOptions& options_in)
+      : options(options_in), common{options.cadence, options.fields} {
+    info.uri = options.uri.empty() ? "mcap:" + options.path : options.uri;
+  }
+
+  RecordingOptions options;
   detail::CommonKeys common;
-  std::optional<int> bits;  // From `bits=`.
   std::int64_t picture_period_ns = 0;
   SourceInfo info;
 
@@ -43,6 +59,7 @@ struct RecordingSource::State {
   std::optional<Clock::time_point> begin;  // When the first frame was due.
   std::int64_t begin_ns = 0;               // Its own time.
   bool has_ended = false;
+  std::optional<Frame> waiting;  // Read and not due yet.
 
   mutable std::mutex mutex;
   std::condition_variable stopped;
@@ -50,33 +67,22 @@ struct RecordingSource::State {
 
   detail::FrameCounts counts;
 
-  void take_keys(SourceUri& uri);
   void look_at_first_frame();
   void rewind();
   NextStatus read(Frame& frame);
   void require_shape(Frame& frame);
-  bool wait_until_due(const Frame& frame);
+  NextStatus wait_until_due(const Frame& frame, Clock::time_point end);
   void say_end();
 };
 
-void RecordingSource::State::take_keys(SourceUri& uri) {
-  common = detail::CommonKeys::take(uri);
-  path = uri.path();
-  head = uri.take("head").value_or("");
-  is_realtime = uri.take_bool("realtime").value_or(false);
-  if (const auto given = uri.take_integer("bits", 9, 16)) bits = static_cast<int>(*given);
-  uri.refuse_unused(fmt::format("head, realtime, bits, {}", detail::CommonKeys::kKnown));
-  info.uri = uri.text();
-}
-
 // What the recording says of its source, else the first frame that can be read.
 void RecordingSource::State::look_at_first_frame() {
-  RecordedFrames recorded(path, head);
+  RecordedFrames recorded(options.path, options.head);
   const bool is_told = recorded.tell_of_source(info);
   Frame first;
   bool is_any = recorded.next(first);
-  if (!is_any) throw Error(ErrorKind::kNotFound, fmt::format("'{}' holds no images", path));
-  info.description = fmt::format("frames of '{}' (a recording)", path);
+  if (!is_any) throw Error(ErrorKind::kNotFound, fmt::format("'{}' holds no images", options.path));
+  info.description = fmt::format("frames of '{}' (a recording)", options.path);
   info.has_clock = first.time.utc_offset_ns.has_value();
   info.field = first.field;
   if (info.field == Field::kBottom) info.field = Field::kTop;  // Stands for single fields.
@@ -86,12 +92,12 @@ void RecordingSource::State::look_at_first_frame() {
   if (!is_told && is_any) {
     info.image_size = first.image.size();
     info.sensor_size = first.sensor_size;
-    info.bit_depth = bits.value_or(first.bit_depth);
+    info.bit_depth = options.bits.value_or(first.bit_depth);
     info.channels = first.image.channels();
   }
-  if (bits && is_any && first.image.depth() != CV_16U) {
-    throw Error(ErrorKind::kUsage,
-                fmt::format("source '{}': bits={} - but its images have 8 bits", info.uri, *bits));
+  if (options.bits && is_any && first.image.depth() != CV_16U) {
+    throw Error(ErrorKind::kUsage, fmt::format("source '{}': bits={} - but its images have 8 bits",
+                                               info.uri, *options.bits));
   }
   common.apply(info);
   if (info.picture_rate_hz > 0.0) {
@@ -100,11 +106,12 @@ void RecordingSource::State::look_at_first_frame() {
 }
 
 void RecordingSource::State::rewind() {
-  frames = std::make_unique<RecordedFrames>(path, head);
+  frames = std::make_unique<RecordedFrames>(options.path, options.head);
   shapes.reset();
   counts.reset();
   begin.reset();
   has_ended = false;
+  waiting.reset();
 }
 
 NextStatus RecordingSource::State::read(Frame& frame) {
@@ -114,7 +121,7 @@ NextStatus RecordingSource::State::read(Frame& frame) {
     say_end();
     return NextStatus::kEnd;
   }
-  if (bits) frame.bit_depth = *bits;
+  if (options.bits) frame.bit_depth = *options.bits;
   common.apply(frame, picture_period_ns);
   require_shape(frame);
   return NextStatus::kFrame;
@@ -125,11 +132,11 @@ void RecordingSource::State::require_shape(Frame& frame) {
   const std::string difference = shapes.difference(frame);
   if (difference.empty()) return;
   frame.status = FrameStatus::kWrongSize;
-  frame.status_detail = fmt::format("image {} of '{}' {}", frame.sequence, path, difference);
+  frame.status_detail =
+      fmt::format("image {} of '{}' {}", frame.sequence, options.path, difference);
 }
 
-// As every file it does not time out; `stop` ends the wait, and the answer is then false.
-bool RecordingSource::State::wait_until_due(const Frame& frame) {
+NextStatus RecordingSource::State::wait_until_due(const Frame& frame, Clock::time_point end) {
   if (!begin) {
     begin = Clock::now();
     begin_ns = frame.time.monotonic_ns;
@@ -137,7 +144,10 @@ bool RecordingSource::State::wait_until_due(const Frame& frame) {
   const Clock::time_point due =
       *begin + std::chrono::nanoseconds(frame.time.monotonic_ns - begin_ns);
   std::unique_lock lock(mutex);
-  return !stopped.wait_until(lock, due, [this] { return !is_streaming; });
+  const bool is_stopped =
+      stopped.wait_until(lock, std::min(due, end), [this] { return !is_streaming; });
+  if (is_stopped) return NextStatus::kStopped;
+  return due > end ? NextStatus::kTimeout : NextStatus::kFrame;
 }
 
 void RecordingSource::State::say_end() {
@@ -147,16 +157,14 @@ void RecordingSource::State::say_end() {
   const bool is_only_cut = reader.end() == wire::McapEnd::kCut && damages.size() == 1;
   const std::string text =
       is_only_cut ? fmt::format("'{}' was cut off and is read to its last whole chunk, byte {}",
-                                path, reader.whole_bytes())
-                  : fmt::format("'{}' is damaged; what could not be read is left out: {}", path,
-                                damages.front().reason);
-  events.send({"recording_cut", text});
+                                options.path, reader.whole_bytes())
+                  : fmt::format("'{}' is damaged; what could not be read is left out: {}",
+                                options.path, damages.front().reason);
+  options.events.send({"recording_cut", text});
 }
 
-RecordingSource::RecordingSource(SourceUri uri, const EventPort& events)
-    : state_(std::make_unique<State>()) {
-  state_->events = events;
-  state_->take_keys(uri);
+RecordingSource::RecordingSource(const RecordingOptions& options)
+    : state_(std::make_unique<State>(options)) {
   state_->look_at_first_frame();
 }
 
@@ -171,13 +179,23 @@ void RecordingSource::start() {
   state_->is_streaming = true;
 }
 
-NextStatus RecordingSource::next(Frame& frame, std::chrono::milliseconds /*timeout*/) {
+NextStatus RecordingSource::next(Frame& frame, std::chrono::milliseconds timeout) {
+  const Clock::time_point end = Clock::now() + timeout;
   {
     const std::lock_guard lock(state_->mutex);
     if (!state_->is_streaming) return NextStatus::kStopped;
   }
-  if (const NextStatus status = state_->read(frame); status != NextStatus::kFrame) return status;
-  if (state_->is_realtime && !state_->wait_until_due(frame)) return NextStatus::kStopped;
+  if (state_->waiting) {
+    frame = std::move(*state_->waiting);
+    state_->waiting.reset();
+  } else if (const NextStatus status = state_->read(frame); status != NextStatus::kFrame) {
+    return status;
+  }
+  if (state_->options.is_realtime) {
+    const NextStatus status = state_->wait_until_due(frame, end);
+    if (status == NextStatus::kTimeout) state_->waiting = std::move(frame);
+    if (status != NextStatus::kFrame) return status;
+  }
   state_->counts.deliver_recorded(frame);
   return NextStatus::kFrame;
 }

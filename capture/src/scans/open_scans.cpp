@@ -74,15 +74,15 @@ std::optional<std::filesystem::path> file_of(std::string_view uri, std::string_v
 
 std::unique_ptr<ScanSource> scan_frames(std::string_view uri,
                                         const std::shared_ptr<const StriperModel>& model,
-                                        std::optional<ScannerOptions> options,
+                                        const std::optional<ScannerOptions>& asked,
                                         const EventPort& events) {
   auto source = open_source(uri, events);
   const std::string why_not = why_not_of_source(*model, source->info());
   if (!why_not.empty()) throw Error(ErrorKind::kBadValue, "the model " + why_not);
-  if (!options) options = ScannerOptions::for_model(*model);
-  options->events = events;
-  options->ambient.cadence = source->info().cadence;
-  return std::make_unique<ScannedSource>(std::move(source), model, *options);
+  ScannerOptions options = ScannerOptions::for_model(*model, asked.value_or(ScannerOptions()));
+  options.events = events;
+  options.ambient.cadence = source->info().cadence;
+  return std::make_unique<ScannedSource>(std::move(source), model, options);
 }
 
 // `action()`, or null where it finds nothing of the kind.
@@ -133,7 +133,7 @@ std::unique_ptr<ScanSource> open_scans(std::string_view uri,
     throw Error(ErrorKind::kUsage,
                 fmt::format("'{}' gives frames: a model makes scans of them", uri));
   }
-  return scan_frames(uri, model, std::move(options), events);
+  return scan_frames(uri, model, options, events);
 }
 
 }  // namespace striper

@@ -12,6 +12,8 @@
 #include <striper/scan/scan_pool.hpp>
 #include <striper/scan/scan_projector.hpp>
 
+#include "pipeline/frame_part.hpp"
+
 namespace striper {
 namespace {
 
@@ -51,13 +53,35 @@ AmbientOptions ambient_options(const ScannerOptions& options) {
   return ambient;
 }
 
-// What the model knows of its stripes, unless the caller knows better.
-ScannerOptions with_expected_stripes(ScannerOptions options, const StriperModel& model) {
-  if (!options.stripe.expected.empty()) return options;
-  for (int laser = 0; laser < static_cast<int>(model.lasers.size()); ++laser) {
-    options.stripe.expected.push_back(expect_stripe(model, laser, options.scan));
+ScannerOptions with_mask(ScannerOptions options, const StriperModel* model) {
+  if (!options.mask) return options;
+  std::vector<ExpectedStripe>& expected = options.stripe.expected;
+  if (expected.empty()) expected.resize(1);
+  for (std::size_t laser = 0; laser < expected.size(); ++laser) {
+    expected[laser].ignored = ignored_pixels(*options.mask, model, static_cast<int>(laser));
   }
   return options;
+}
+
+// What the model knows of its stripes, unless the caller knows better.
+ScannerOptions with_expected_stripes(ScannerOptions options, const StriperModel& model) {
+  std::vector<ExpectedStripe>& expected = options.stripe.expected;
+  const int lasers = expected.empty() ? static_cast<int>(model.lasers.size()) : 0;
+  for (int laser = 0; laser < lasers; ++laser) {
+    expected.push_back(expect_stripe(model, laser, options.scan));
+  }
+  return with_mask(std::move(options), &model);
+}
+
+void require_region(const ScannerOptions& options, const cv::Size& sensor) {
+  if (!options.region) return;
+  const cv::Rect& region = *options.region;
+  const cv::Rect seen = region & cv::Rect(cv::Point(0, 0), sensor);
+  if (region.width > 0 && region.height > 0 && seen == region) return;
+  throw Error(
+      ErrorKind::kBadValue,
+      fmt::format("the region {},{},{},{} is not within the model's sensor of {}x{} pixels",
+                  region.x, region.y, region.width, region.height, sensor.width, sensor.height));
 }
 
 void require_lasers(const Cadence& cadence, std::size_t count) {
@@ -100,14 +124,21 @@ constexpr int kScansToTell = 3;
 }  // namespace
 
 ScannerOptions ScannerOptions::for_model(const StriperModel& model) {
-  ScannerOptions options;
-  options.ambient.channel = model.channel;
-  options.ambient.difference_channel = model.difference_channel;
-  options.ambient.lasers = static_cast<int>(model.lasers.size());
-  options.stripe.axis = model.axis;
-  options.stripe.noise = model.noise;
-  options.stripe.near_end = near_end_of(model);
-  return options;
+  return for_model(model, ScannerOptions());
+}
+
+ScannerOptions ScannerOptions::for_model(const StriperModel& model, ScannerOptions asked) {
+  AmbientOptions& ambient = asked.ambient;
+  if (!ambient.channel.is_asked() && !ambient.difference_channel) {
+    ambient.difference_channel = model.difference_channel;
+  }
+  ambient.channel.give_way_to(model.channel);
+  if (ambient.lasers == 0) ambient.lasers = static_cast<int>(model.lasers.size());
+  ExtractOptions& stripe = asked.stripe;
+  stripe.axis.give_way_to(model.axis);
+  stripe.near_end.give_way_to(near_end_of(with_axis(model, stripe.axis)));
+  if (!stripe.noise) stripe.noise = model.noise;
+  return asked;
 }
 
 struct Scanner::Stages {
@@ -117,7 +148,10 @@ struct Scanner::Stages {
         ambient(ambient_options(options)),
         extractor(make_extractor(extract_options(options))),
         projector(std::move(projector_in)),
+        region(options.region),
         head(options.head) {}
+
+  static std::unique_ptr<Stages> with(const StriperModel& model, const ScannerOptions& options);
 
   bool accepts(const Frame& frame);
   std::string why_refused(const Frame& frame) const;
@@ -132,6 +166,7 @@ struct Scanner::Stages {
   std::unique_ptr<StripeExtractor> extractor;
   ScanProjector projector;
   std::optional<cv::Size> model_size;  // Empty without a model.
+  std::optional<cv::Rect> region;
 
   Stripe stripe;
   ScanPool pool;
@@ -140,10 +175,23 @@ struct Scanner::Stages {
   std::shared_ptr<const StriperModel> model;             // Null without one.
   std::vector<std::shared_ptr<const ScanFrame>> frames;  // One per laser that was seen.
   ScannerStatistics statistics;
+  double exposure_s = 0.0;      // Of the last frame; those held before it had about the same.
   bool is_stripe_seen = false;  // In the last scan.
   bool is_stripe_said = true;   // As events have it.
   int scans_otherwise = 0;      // In a row.
 };
+
+std::unique_ptr<Scanner::Stages> Scanner::Stages::with(const StriperModel& given,
+                                                       const ScannerOptions& options) {
+  require_region(options, {given.camera.width(), given.camera.height()});
+  const auto model = std::make_shared<const StriperModel>(with_axis(given, options.stripe.axis));
+  auto stages = std::make_unique<Stages>(ScanProjector(*model, options.scan),
+                                         with_expected_stripes(options, *model));
+  require_lasers(options.ambient.cadence, model->lasers.size());
+  stages->model = model;
+  stages->model_size = cv::Size(model->camera.width(), model->camera.height());
+  return stages;
+}
 
 // The whole product, a stage a line.
 ScanSpan Scanner::process(const Frame& frame) {
@@ -152,7 +200,12 @@ ScanSpan Scanner::process(const Frame& frame) {
   ++s.statistics.frames;
   if (!s.accepts(frame)) return {};
 
-  s.ambient.push(frame);
+  if (s.region) {
+    s.ambient.push(detail::part_of(frame, *s.region));
+  } else {
+    s.ambient.push(frame);
+  }
+  s.exposure_s = 1e-9 * static_cast<double>(frame.exposure_ns);
   return s.scan_what_is_ready();
 }
 
@@ -168,25 +221,20 @@ ScanSpan Scanner::Stages::scan_what_is_ready() {
   statistics.dark = ambient.dark_exposures();
   statistics.unpaired = ambient.unpaired_exposures();
   statistics.scans += scans.size();
+  statistics.lit_s += exposure_s * static_cast<double>(scans.size());
   return ScanSpan(scans);
 }
 
-Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions::for_model(model)) {}
+Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions()) {}
 
 Scanner::Scanner(const StriperModel& model, const SourceInfo& source)
-    : Scanner(model, with_cadence(ScannerOptions::for_model(model), source.cadence)) {}
+    : Scanner(model, with_cadence(ScannerOptions(), source.cadence)) {}
 
 Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
-    : stages_(std::make_unique<Stages>(
-          ScanProjector(with_axis(model, options.stripe.axis), options.scan),
-          with_expected_stripes(options, with_axis(model, options.stripe.axis)))) {
-  require_lasers(options.ambient.cadence, model.lasers.size());
-  stages_->model = std::make_shared<const StriperModel>(with_axis(model, options.stripe.axis));
-  stages_->model_size = cv::Size(model.camera.width(), model.camera.height());
-}
+    : stages_(Stages::with(model, ScannerOptions::for_model(model, options))) {}
 
 Scanner::Scanner(const ScannerOptions& options)
-    : stages_(std::make_unique<Stages>(ScanProjector(), options)) {}
+    : stages_(std::make_unique<Stages>(ScanProjector(), with_mask(options, nullptr))) {}
 
 Scanner::Scanner(Scanner&&) noexcept = default;
 Scanner& Scanner::operator=(Scanner&&) noexcept = default;
@@ -246,6 +294,9 @@ std::string Scanner::Stages::why_refused(const Frame& frame) const {
     return fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
                        frame.sensor_size.width, frame.sensor_size.height, model_size->width,
                        model_size->height);
+  }
+  if (reason.empty() && region && detail::part_of(frame, *region).image.empty()) {
+    return "it shows nothing of the region that is to be scanned";
   }
   return reason;
 }

@@ -41,6 +41,8 @@ constexpr Words<AmbientMethod, 5> kAmbientMethods{{
     {"temporal", AmbientMethod::kTemporal},
 }};
 
+constexpr Words<bool, 2> kExposures{{{"fixed", false}, {"auto", true}}};
+
 template <typename Value, std::size_t N>
 std::vector<std::string_view> words_of(const Words<Value, N>& known) {
   std::vector<std::string_view> words;
@@ -76,6 +78,42 @@ double number_of(std::string_view text) { return number_in(text).value_or(0.0); 
 
 std::string text_of(const std::optional<double>& number) {
   return number ? fmt::format("{}", *number) : std::string();
+}
+
+constexpr std::string_view kRegionForm = "X,Y,W,H";
+
+// Whole numbers of the full sensor's pixels; the last two are sizes.
+std::optional<cv::Rect> region_in(std::string_view text) {
+  std::array<int, 4> numbers{};
+  const char* at = text.data();
+  const char* const last = at + text.size();
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (i > 0 && (at == last || *at++ != ',')) return std::nullopt;
+    const auto [end, error] = std::from_chars(at, last, numbers[i]);
+    if (error != std::errc() || numbers[i] < (i < 2 ? 0 : 1)) return std::nullopt;
+    at = end;
+  }
+  if (at != last) return std::nullopt;
+  return cv::Rect(numbers[0], numbers[1], numbers[2], numbers[3]);
+}
+
+std::string text_of(const std::optional<cv::Rect>& region) {
+  if (!region) return {};
+  return fmt::format("{},{},{},{}", region->x, region->y, region->width, region->height);
+}
+
+std::string why_no_region(std::string_view text) {
+  if (region_in(text)) return {};
+  return fmt::format("'{}' is no {}, whole pixels of the sensor", text, kRegionForm);
+}
+
+std::string why_no_mask(std::string_view file) {
+  try {
+    load_mask(file);
+    return {};
+  } catch (const Error& error) {
+    return error.what();
+  }
 }
 
 using Options = ScannerOptions;
@@ -128,6 +166,40 @@ std::vector<ScannerOption> choices() {
                "sensor before a stripe that wanders)",
        .put = [](Options& o, Text v) { put_word(kAmbientMethods, v, o.ambient.method); },
        .get = [](const Options& o) { return word_for(kAmbientMethods, o.ambient.method); }},
+      {.name = "exposure",
+       .unit = {},
+       .words = words_of(kExposures),
+       .what_if_not_given = "fixed",
+       .help = "The source's exposure: fixed, or auto (set while it streams, by how bright the "
+               "stripe is; for sources whose exposure_us can be set)",
+       .put = [](Options& o, Text v) { put_word(kExposures, v, o.adapts_exposure); },
+       .get = [](const Options& o) { return word_for(kExposures, o.adapts_exposure); }},
+  };
+}
+
+// What is written in a way of its own.
+std::vector<ScannerOption> texts() {
+  return {
+      {.name = "region",
+       .unit = {},
+       .words = {},
+       .form = kRegionForm,
+       .what_if_not_given = "all of the picture",
+       .help = "Scan this part of the picture only: left, top, width and height in pixels of the "
+               "full sensor",
+       .put = [](Options& o, Text v) { o.region = region_in(v); },
+       .get = [](const Options& o) { return text_of(o.region); },
+       .why_no_text = why_no_region},
+      {.name = "mask",
+       .unit = {},
+       .words = {},
+       .form = "FILE",
+       .what_if_not_given = "nothing is ignored",
+       .help = "Ignore what lies here: a picture of the sensor's size, black where it is ignored, "
+               "or a .yaml file of polygons in pixels or in metres of the scan plane",
+       .put = [](Options& o, Text v) { o.mask = std::make_shared<const ScanMask>(load_mask(v)); },
+       .get = [](const Options& o) { return o.mask ? o.mask->name : std::string(); },
+       .why_no_text = why_no_mask},
   };
 }
 
@@ -182,7 +254,7 @@ std::vector<ScannerOption> numbers() {
 const std::vector<ScannerOption>& table() {
   static const std::vector<ScannerOption> options = [] {
     std::vector<ScannerOption> all = choices();
-    for (ScannerOption& option : numbers()) all.push_back(std::move(option));
+    for (auto& more : {numbers(), texts()}) all.insert(all.end(), more.begin(), more.end());
     return all;
   }();
   return options;
@@ -196,6 +268,7 @@ bool is_same_name(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string ScannerOption::why_not(std::string_view value) const {
+  if (!form.empty()) return why_no_text(value);
   if (!is_number()) {
     if (std::find(words.begin(), words.end(), value) != words.end()) return {};
     return fmt::format("'{}' is none of {}", value, fmt::join(words, ", "));

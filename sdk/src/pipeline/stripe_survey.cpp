@@ -27,6 +27,7 @@ Frame labelled(const Frame& frame, const Cadence& cadence) {
 ScannerOptions options_for(ScannerOptions options, StripeAxis axis, Channel channel) {
   options.stripe.axis = axis;
   options.stripe.expected.clear();
+  if (options.mask && !options.mask->metres.empty()) options.mask.reset();  // Of another axis.
   options.ambient.channel = channel;
   options.ambient.difference_channel.reset();
   return options;

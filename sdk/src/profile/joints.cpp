@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "profile/partition.hpp"
 
@@ -46,63 +47,30 @@ std::size_t cut_at(const InverseRanges& ranges, const Run& left, const Run& righ
   return is_enough ? cut : 0;
 }
 
-// The sums in coordinates turned by an angle.
-LineSums turned(const LineSums& sums, double cosine, double sine) noexcept {
-  LineSums out = sums;
-  out.ff = sums.ff * cosine * cosine + 2.0 * sums.fg * cosine * sine + sums.gg * sine * sine;
-  out.gg = sums.gg * cosine * cosine - 2.0 * sums.fg * cosine * sine + sums.ff * sine * sine;
-  out.fg = sums.fg * (cosine * cosine - sine * sine) + (sums.gg - sums.ff) * cosine * sine;
-  out.fz = sums.fz * cosine + sums.gz * sine;
-  out.gz = sums.gz * cosine - sums.fz * sine;
-  return out;
+// By how far the lens and the column's own width carry light across, columns, one sigma: half a
+// pixel and 1 / sqrt(12).
+constexpr double kBlur = 0.58;
+// A bias of less than this, sigmas of the return, is left in: of a line of a dozen returns the end
+// moves by a twelfth of its sigma.
+constexpr double kLeastBias = 0.25;
+
+std::size_t clear_of(const Run& run) noexcept {
+  return run.to - run.from - std::min(run.to - run.from, run.mixed_at_begin + run.mixed_at_end);
 }
 
-// The best line with a bend where g is 0.
-struct Bent {
-  double chi2;
-  double information;  // Determinant of that on its three parameters.
-};
-
-Bent fit_bent(const LineSums& left, const LineSums& right) noexcept {
-  Eigen::Matrix3d normal;
-  normal << left.ff + right.ff, left.fg + right.fg, right.fg,  //
-      left.fg + right.fg, left.gg + right.gg, right.gg,        //
-      right.fg, right.gg, right.gg;
-  const Eigen::Vector3d z(left.fz + right.fz, left.gz + right.gz, right.gz);
-  return {left.zz + right.zz - z.dot(normal.inverse() * z), normal.determinant()};
+// How far a column beside a corner, seen through that blur, lies off its surface, columns times the
+// kink: the mean of a hinge under a Gaussian.
+double mixing(double columns) noexcept {
+  const double t = columns / kBlur;
+  const double density = std::exp(-0.5 * t * t) / std::sqrt(2.0 * std::numbers::pi);
+  return kBlur * (density - 0.5 * t * std::erfc(t / std::numbers::sqrt2));
 }
 
-// Cuts near the knot, where the lines meet.
-bool settle_at(const InverseRanges& ranges, std::size_t knot, Run& left, Run& right) noexcept {
-  Run l = left;
-  Run r = right;
-  for (int round = 0; round < kRounds; ++round) {
-    l.to = r.from = knot;
-    l.fit = fit_run(ranges, l.from, knot);
-    r.fit = fit_run(ranges, knot, r.to);
-    const Meeting meeting = meet(ranges, l, r);
-    const std::size_t cut = meeting.exists ? cut_at(ranges, l, r, meeting.direction) : 0;
-    if (cut == 0) return false;
-    if (cut == knot) break;
-    knot = cut;
-  }
-  left = l;
-  right = r;
-  return true;
-}
-
-// Of two lines that meet between the last element of the left and the first of the right run;
-// infinite where they meet elsewhere.
-double chi2_if_met_at(const InverseRanges& ranges, std::size_t cut, const Run& left,
-                      const Run& right) noexcept {
-  Run l = left;
-  Run r = right;
-  l.to = r.from = cut;
-  l.fit = fit_run(ranges, l.from, cut);
-  r.fit = fit_run(ranges, cut, r.to);
-  const Meeting meeting = meet(ranges, l, r);
-  const bool is_here = meeting.exists && cut_at(ranges, l, r, meeting.direction) == cut;
-  return is_here ? l.fit.chi2 + r.fit.chi2 : std::numeric_limits<double>::infinity();
+// Whether element i sees both sides of a corner by more than its noise.
+bool is_mixed(const InverseRanges& ranges, const Meeting& corner, double spacing, double kink,
+              std::size_t i) noexcept {
+  const double columns = std::abs(turn(corner.direction, direction_of(ranges, i))) / spacing;
+  return kink * spacing * mixing(columns) * std::sqrt(ranges.weight[i]) > kLeastBias;
 }
 
 // A fit about the direction of an element as one of the pivot's axes.
@@ -121,6 +89,10 @@ LineFit fit_run(const InverseRanges& ranges, std::size_t from, std::size_t to) n
   LineSums sums;
   for (std::size_t i = from; i < to; ++i) ranges.add_rotated(sums, i, about);
   return turned_back(ranges, about, sums.solve());
+}
+
+LineFit fit_run(const InverseRanges& ranges, const Run& run) noexcept {
+  return fit_run(ranges, run.from + run.mixed_at_begin, run.to - run.mixed_at_end);
 }
 
 LineFit fit_elements(const InverseRanges& ranges, std::span<const std::size_t> elements) noexcept {
@@ -160,62 +132,140 @@ Meeting meet(const InverseRanges& ranges, const Run& left, const Run& right) noe
   return meeting;
 }
 
-bool CornerSearch::settle(const InverseRanges& ranges, Run& left, Run& right) {
-  const std::size_t about = right.from;
-  before_.resize(std::max(before_.size(), right.to - left.from + 1));
+void CornerSearch::take_sums(const InverseRanges& ranges, const Run& left, const Run& right) {
+  first_ = left.from;
+  about_ = right.from;
+  before_.resize(std::max(before_.size(), right.to - first_ + 1));
   before_[0] = {};
-  for (std::size_t i = left.from; i < right.to; ++i) {
-    before_[i + 1 - left.from] = before_[i - left.from];
-    ranges.add_rotated(before_[i + 1 - left.from], i, about);
+  for (std::size_t i = first_; i < right.to; ++i) {
+    before_[i + 1 - first_] = before_[i - first_];
+    ranges.add_rotated(before_[i + 1 - first_], i, about_);
   }
-  const std::size_t from =
-      std::max(left.from + kFewestOfPiece, about > kReach ? about - kReach : 0);
-  const std::size_t to = std::min(right.to - kFewestOfPiece, about + kReach);
-  std::size_t knot = about;
+}
+
+LineSums CornerSearch::sums(std::size_t from, std::size_t to) const noexcept {
+  LineSums sums = before_[to - first_];
+  sums -= before_[from - first_];
+  return sums;
+}
+
+void CornerSearch::cut_run_pair(const InverseRanges& ranges, std::size_t cut, Run& left,
+                                Run& right) const {
+  left.to = right.from = cut;
+  for (Run* run : {&left, &right}) {
+    if (clear_of(*run) < kFewestOfPiece) run->mixed_at_begin = run->mixed_at_end = 0;
+    const LineSums clear = sums(run->from + run->mixed_at_begin, run->to - run->mixed_at_end);
+    run->fit = turned_back(ranges, about_, clear.solve());
+  }
+}
+
+// Of two lines that meet between the last element of the left and the first of the right run;
+// infinite where they meet elsewhere.
+double CornerSearch::chi2_if_met_at(const InverseRanges& ranges, std::size_t cut, const Run& left,
+                                    const Run& right) const noexcept {
+  const LineFit l = turned_back(ranges, about_, sums(left.from, cut).solve());
+  const LineFit r = turned_back(ranges, about_, sums(cut, right.to).solve());
+  const Eigen::Vector2d bend = l.parameters - r.parameters;
+  Eigen::Vector2d v(-bend.y(), bend.x());  // Where they meet, or behind the pivot.
+  if (v.dot(direction_of(ranges, cut)) < 0.0) v = -v;
+  const double sense = ranges.turn(cut - 1, cut);
+  const bool is_here = sense * turn(direction_of(ranges, cut - 1), v) > 0.0 &&
+                       !(sense * turn(direction_of(ranges, cut), v) > 0.0) &&
+                       l.parameters.dot(v) > 0.0;
+  return is_here ? l.chi2 + r.chi2 : std::numeric_limits<double>::infinity();
+}
+
+// Of the line with a bend at each return: what the bend takes off chi2 of the straight one, and how
+// well it is known (the third parameter's Schur complement; the others' is the same of all knots).
+void CornerSearch::try_knots(const InverseRanges& ranges, const Run& left, const Run& right) {
+  first_knot_ = std::max(left.from + kFewestOfPiece, about_ > kReach ? about_ - kReach : 0);
+  const std::size_t last = std::min(right.to - kFewestOfPiece, about_ + kReach);
+  const LineSums all = sums(left.from, right.to);
+  const LineFit line = all.solve();
+  least_chi2_ = std::numeric_limits<double>::infinity();
+  likelihood_.clear();
+  for (std::size_t knot = first_knot_; knot <= last; ++knot) {
+    const double s = ranges.turn(about_, knot);
+    const double c = std::sqrt(1.0 - s * s);
+    const LineSums beyond = sums(knot, right.to);
+    const Eigen::Vector2d with_line(c * beyond.fg - s * beyond.ff, c * beyond.gg - s * beyond.fg);
+    const double alone = c * with_line[1] - s * with_line[0];
+    const double information = alone - with_line.dot(line.covariance * with_line);
+    const double bend = c * beyond.gz - s * beyond.fz - with_line.dot(line.parameters);
+    const double chi2 = line.chi2 - bend * bend / information;
+    likelihood_.push_back(-0.5 * (chi2 + std::log(information)));
+    if (!(chi2 < least_chi2_)) continue;
+    least_chi2_ = chi2;
+    least_knot_ = knot;
+  }
+}
+
+// Cuts near the knot, where the lines meet.
+bool CornerSearch::settle_at(const InverseRanges& ranges, std::size_t knot, Run& left,
+                             Run& right) const {
+  Run l = left;
+  Run r = right;
+  for (int round = 0; round < kRounds; ++round) {
+    cut_run_pair(ranges, knot, l, r);
+    const Meeting meeting = meet(ranges, l, r);
+    const std::size_t cut = meeting.exists ? cut_at(ranges, l, r, meeting.direction) : 0;
+    if (cut == 0) return false;
+    if (cut == knot) break;
+    knot = cut;
+  }
+  left = l;
+  right = r;
+  return true;
+}
+
+bool CornerSearch::settle(const InverseRanges& ranges, Run& left, Run& right) {
+  take_sums(ranges, left, right);
   double least = left.fit.chi2 + right.fit.chi2 + kMostGrowth;
-  bool is_bent = false;
-  for (std::size_t cut = std::max(from, about - kNearCuts); cut <= std::min(to, about + kNearCuts);
-       ++cut) {
+  std::size_t knot = 0;  // None.
+  const std::size_t first = std::max(left.from + kFewestOfPiece, about_ - kNearCuts);
+  const std::size_t last = std::min(right.to - kFewestOfPiece, about_ + kNearCuts);
+  for (std::size_t cut = first; cut <= last; ++cut) {
     const double chi2 = chi2_if_met_at(ranges, cut, left, right);
     if (!(chi2 < least)) continue;
     least = chi2;
     knot = cut;
-    is_bent = true;
   }
-  likelihood_.clear();
-  for (std::size_t cut = from; cut <= to; ++cut) {
-    const double sine = ranges.turn(about, cut);
-    const double cosine = std::sqrt(1.0 - sine * sine);
-    LineSums beyond = before_[right.to - left.from];
-    beyond -= before_[cut - left.from];
-    const Bent bent =
-        fit_bent(turned(before_[cut - left.from], cosine, sine), turned(beyond, cosine, sine));
-    likelihood_.push_back(-0.5 * (bent.chi2 + std::log(bent.information)));
-    if (!(bent.chi2 < least)) continue;
-    least = bent.chi2;
-    knot = cut;
-    is_bent = true;
-  }
-  if (!is_bent || !settle_at(ranges, knot, left, right)) return false;
-  left.knot = knot_of(ranges, about, from);
+  try_knots(ranges, left, right);
+  if (least_chi2_ < least) knot = least_knot_;
+  if (knot == 0 || !settle_at(ranges, knot, left, right)) return false;
+  left.knot = knot_of(ranges);
+  leave_out_mixed(ranges, left, right);
   return true;
 }
 
-// @param from  the element of the first likelihood.
-Knot CornerSearch::knot_of(const InverseRanges& ranges, std::size_t about, std::size_t from) const {
+// A wrong column at the end of a line moves the corner by more than the loss of a right one.
+void CornerSearch::leave_out_mixed(const InverseRanges& ranges, Run& left, Run& right) const {
+  const Meeting corner = meet(ranges, left, right);
+  const double spacing = std::abs(ranges.turn(left.to - 1, right.from));
+  const double kink = std::abs(turn(corner.direction, left.fit.parameters - right.fit.parameters));
+  const bool is_left = is_mixed(ranges, corner, spacing, kink, left.to - 1);
+  const bool is_right = is_mixed(ranges, corner, spacing, kink, right.from);
+  if (is_left && clear_of(left) > kFewestOfPiece) left.mixed_at_end = 1;
+  if (is_right && clear_of(right) > kFewestOfPiece) right.mixed_at_begin = 1;
+  cut_run_pair(ranges, left.to, left, right);
+}
+
+Knot CornerSearch::knot_of(const InverseRanges& ranges) const {
+  constexpr double kNegligible = 30.0;
   const double most = *std::max_element(likelihood_.begin(), likelihood_.end());
   double sum = 0.0;
   double mean = 0.0;
   double square = 0.0;
   for (std::size_t k = 0; k < likelihood_.size(); ++k) {
+    if (likelihood_[k] < most - kNegligible) continue;
     const double weight = std::exp(likelihood_[k] - most);
-    const double sine = ranges.turn(about, from + k);
+    const double sine = ranges.turn(about_, first_knot_ + k);
     sum += weight;
     mean += weight * sine;
     square += weight * sine * sine;
   }
   mean /= sum;
-  const Eigen::Vector2d v = direction_of(ranges, about);
+  const Eigen::Vector2d v = direction_of(ranges, about_);
   Knot knot;
   knot.direction = std::sqrt(1.0 - mean * mean) * v + mean * Eigen::Vector2d(-v.y(), v.x());
   knot.sigma_rad = std::sqrt(std::max(square / sum - mean * mean, 0.0));

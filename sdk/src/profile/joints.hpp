@@ -24,7 +24,9 @@ struct Knot {
 struct Run {
   std::size_t from = 0;
   std::size_t to = 0;
-  LineFit fit;  // 1/distance = p0 cos + p1 sin.
+  LineFit fit;                     // 1/distance = p0 cos + p1 sin.
+  std::size_t mixed_at_begin = 0;  // Elements there that see both sides of a corner: on this
+  std::size_t mixed_at_end = 0;    // surface, but not in `fit`.
   bool is_rough = false;
   double scale = 1.0;
   bool is_circular = false;  // On `circle`; `fit` is then the best straight line,
@@ -35,6 +37,9 @@ struct Run {
 
 /// Fits elements [from, to), in coordinates in which short runs lose no digits.
 LineFit fit_run(const InverseRanges& ranges, std::size_t from, std::size_t to) noexcept;
+
+/// The same of a run, without columns that see both sides of a corner.
+LineFit fit_run(const InverseRanges& ranges, const Run& run) noexcept;
 
 /// The same of any elements, ascending.
 LineFit fit_elements(const InverseRanges& ranges, std::span<const std::size_t> elements) noexcept;
@@ -61,15 +66,29 @@ class CornerSearch {
  public:
   /// Returns whether two runs are one bent surface: whether the best broken line without a step
   /// fits them nearly as well as both lines do. If so the cut is moved to its knot: which surface a
-  /// return beside a corner is on is better told by the surfaces than by its own noise. The runs
-  /// are else unchanged. 5 us; allocates only while scans grow.
+  /// return beside a corner is on is better told by the surfaces than by its own noise. And the two
+  /// columns beside a sharp corner, which see both sides of it and so lie between them, are left
+  /// out of the lines. The runs are else unchanged. 5 us; allocates only while scans grow.
   bool settle(const InverseRanges& ranges, Run& left, Run& right);
 
  private:
-  Knot knot_of(const InverseRanges& ranges, std::size_t about, std::size_t from) const;
+  void take_sums(const InverseRanges& ranges, const Run& left, const Run& right);
+  LineSums sums(std::size_t from, std::size_t to) const noexcept;
+  void cut_run_pair(const InverseRanges& ranges, std::size_t cut, Run& left, Run& right) const;
+  double chi2_if_met_at(const InverseRanges& ranges, std::size_t cut, const Run& left,
+                        const Run& right) const noexcept;
+  void try_knots(const InverseRanges& ranges, const Run& left, const Run& right);
+  bool settle_at(const InverseRanges& ranges, std::size_t knot, Run& left, Run& right) const;
+  void leave_out_mixed(const InverseRanges& ranges, Run& left, Run& right) const;
+  Knot knot_of(const InverseRanges& ranges) const;
 
-  std::vector<LineSums> before_;
+  std::size_t first_ = 0;           // The element of the first sums,
+  std::size_t about_ = 0;           // and that whose direction they are about.
+  std::vector<LineSums> before_;    // Prefix sums.
+  std::size_t first_knot_ = 0;      // The element of the first likelihood.
   std::vector<double> likelihood_;  // Its logarithm, of the bent line with its knot at each return.
+  double least_chi2_ = 0.0;         // Of these bent lines,
+  std::size_t least_knot_ = 0;      // and where.
 };
 
 }  // namespace striper::detail

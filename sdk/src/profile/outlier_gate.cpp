@@ -2,6 +2,7 @@
 #include "profile/outlier_gate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 namespace striper::detail {
@@ -18,7 +19,7 @@ constexpr double kNarrowGateSigmas = 3.0;
 // A line that predicts goes through three neighbours at least, where it checks itself, and through
 // eight at most, as long as an edge of a curb is at 3 m.
 constexpr int kFewestNeighbours = 3;
-constexpr int kMostNeighbours = 8;
+constexpr std::size_t kMostNeighbours = 8;
 // The neighbours are looked for among this many; more than that away they tell nothing here.
 constexpr int kReach = 16;
 // chi2 beyond which these neighbours are on no line themselves: one in 1000 for one degree of
@@ -94,28 +95,26 @@ bool OutlierGate::is_between_neighbours(const InverseRanges& ranges, std::size_t
 // line, by the nearest three whatever they are: all that a narrow object has.
 bool OutlierGate::is_predicted(const InverseRanges& ranges, std::size_t i,
                                int side) const noexcept {
-  const auto n = static_cast<std::ptrdiff_t>(ranges.size());
-  LineSums solid;
+  std::array<LineSums, kMostNeighbours + 1> solid{};  // By how many neighbours.
   LineSums nearest;
-  Opinion of_nearest = Opinion::kNone;
-  Opinion of_solid = Opinion::kNone;
-  for (int step = 1; step <= kReach && solid.points < kMostNeighbours; ++step) {
+  std::size_t count = 0;
+  const auto n = static_cast<std::ptrdiff_t>(ranges.size());
+  for (int step = 1; step <= kReach && count < kMostNeighbours; ++step) {
     const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + side * step;
     if (j < 0 || j >= n) break;
     const auto at = static_cast<std::size_t>(j);
     if (marked_[at]) continue;
-    if (nearest.points < kFewestNeighbours) {
-      ranges.add_rotated(nearest, at, i);
-      if (nearest.points == kFewestNeighbours)
-        of_nearest = opinion(nearest, ranges, i, kNarrowGateSigmas);
-    }
+    if (nearest.points < kFewestNeighbours) ranges.add_rotated(nearest, at, i);
     if (suspect_[at]) continue;
-    ranges.add_rotated(solid, at, i);
-    if (solid.points < kFewestNeighbours) continue;
-    const Opinion now = opinion(solid, ranges, i, kGateSigmas);
-    if (now != Opinion::kNone) of_solid = now;
+    solid[count + 1] = solid[count];
+    ranges.add_rotated(solid[++count], at, i);
   }
-  return (of_solid == Opinion::kNone ? of_nearest : of_solid) == Opinion::kFits;
+  for (; count >= std::size_t{kFewestNeighbours}; --count) {
+    const Opinion of_solid = opinion(solid[count], ranges, i, kGateSigmas);
+    if (of_solid != Opinion::kNone) return of_solid == Opinion::kFits;
+  }
+  return nearest.points == kFewestNeighbours &&
+         opinion(nearest, ranges, i, kNarrowGateSigmas) == Opinion::kFits;
 }
 
 bool OutlierGate::is_rough_around(std::size_t i) const noexcept {

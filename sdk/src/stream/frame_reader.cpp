@@ -142,7 +142,7 @@ class FrameReader::Impl {
 
   // Once a silence.
   void complain_about_silence() {
-    if (is_silence_said_ || Clock::now() - last_frame_ < kSilence) return;
+    if (!info_.is_live || is_silence_said_ || Clock::now() - last_frame_ < kSilence) return;
     is_silence_said_ = true;
     how_.events.send(
         {"source_silent", fmt::format("no picture for {} s; still waiting", kSilence.count())});

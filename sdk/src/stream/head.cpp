@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/pipeline/exposure_control.hpp>
 #include <striper/stream/head.hpp>
 
 namespace striper {
@@ -84,6 +85,7 @@ class Head::Impl {
   FrameReport read(std::unique_ptr<FrameSource> source);
   void take(const Frame& frame, const FrameReader& reader);
   void give(ScanSpan scans);
+  void adapt_exposure(const Frame& frame, ScanSpan scans);
   void announce();
   void retire_scanner();
   void make_scanner();
@@ -100,7 +102,8 @@ class Head::Impl {
   // Of the thread that runs.
   SourceInfo source_;
   std::optional<HeadScanner> scanner_;
-  ScannerStatistics counts_before_;  // Of the scanners before this one.
+  std::optional<ExposureControl> exposure_;  // Of the source that is open.
+  ScannerStatistics counts_before_;          // Of the scanners before this one.
   bool is_announced_ = false;
   bool was_awaited_ = false;
   bool has_run_ = false;
@@ -253,6 +256,7 @@ FrameReport Head::Impl::read(std::unique_ptr<FrameSource> source) {
   reading = &reader;
   const FrameReport report = reader.read([&](const Frame& frame) { take(frame, reader); });
   give(scanner_->scanner.finish());
+  exposure_.reset();
   last_tick_ = {};
   tick(report, false);
   set_open_source(nullptr);
@@ -276,7 +280,25 @@ void Head::Impl::take(const Frame& frame, const FrameReader& reader) {
   const ScanSpan scans = scanner_->scanner.process(frame);
   if (!scans.empty()) answer_questions();
   give(scans);
+  adapt_exposure(frame, scans);
   tick(reader.report(), true);
+}
+
+// A camera that was lost meanwhile takes nothing; the one that comes back begins anew.
+void Head::Impl::adapt_exposure(const Frame& frame, ScanSpan scans) {
+  if (!scanner_->adapts_exposure) return exposure_.reset();
+  try {
+    if (!exposure_) {
+      const std::lock_guard lock(source_mutex_);
+      exposure_.emplace(open_source().controls());
+    }
+    exposure_->update(frame, scans);
+  } catch (const Error& error) {
+    exposure_.reset();
+    if (error.kind() == ErrorKind::kDevice) return;
+    scanner_->adapts_exposure = false;
+    options_.events.send({"control_refused", error.what()});
+  }
 }
 
 void Head::Impl::answer_questions() {

@@ -7,7 +7,9 @@
 
 #include <striper/core/statistics.hpp>
 
+#include "stripe/learn/laser_widths.hpp"
 #include "stripe/noise/frame_noise.hpp"
+#include "stripe/profile/ignored_pixels.hpp"
 #include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
@@ -157,6 +159,7 @@ void PaperExtractor::find_brightest(const LitFrame& frame) {
   const auto lines = static_cast<std::size_t>(line_count(frame.lit, options_.axis));
   brightest_.assign(lines, -1);
   maximum_.assign(lines, std::numeric_limits<std::int32_t>::min());
+  const IgnoredPixels ignored(expected_of(options_, frame.laser), frame.grid);
   any_masked_.assign(lines, 0);
   for (int row = 0; row < frame.lit.rows; ++row) {
     const auto* const lit = frame.lit.ptr<Pixel>(row);
@@ -168,6 +171,7 @@ void PaperExtractor::find_brightest(const LitFrame& frame) {
         any_masked_[line] = 1;
         continue;
       }
+      if (ignored.has(column, row)) continue;
       const std::int32_t value = lit[column] - (dark != nullptr ? dark[column] : 0);
       if (value > maximum_[line]) {
         maximum_[line] = value;

@@ -48,7 +48,7 @@ FrameAtHand ProfileExtractor::at_hand(const LitFrame& frame) {
   const ProfileImages images = images_of(frame, options_.axis);
   const PlanNoise noise = noise_.of(frame, images, finder_.blocks().best_across(), options_);
   const double step = grid_across(frame.grid, options_.axis).step;
-  return {frame, options_.axis, images, noise, noise_dn_of(noise), step};
+  return {frame, options_.axis, images, noise, noise_dn_of(noise), step, part_.ignored()};
 }
 
 // Where the width, or the filter that fits it, turns out to be another than was thought, once more

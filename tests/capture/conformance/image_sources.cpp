@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <striper/capture/open_source.hpp>
+#include <striper/images/image_source.hpp>
 
 #include "capture/conformance/frame_source_conformance.hpp"
 
@@ -32,7 +33,8 @@ class Pictures {
   Pictures& operator=(const Pictures&) = delete;
   ~Pictures() { std::filesystem::remove_all(folder_); }
 
-  std::string uri(const std::string& query) const { return "images:" + folder_.string() + query; }
+  std::string path() const { return folder_.string(); }
+  std::string uri(const std::string& query) const { return "images:" + path() + query; }
 
  private:
   std::filesystem::path folder_;
@@ -47,10 +49,23 @@ SourceUnderTest directory(const std::string& name, const std::string& query) {
   return {name, [query] { return open_source(pictures().uri(query)); }, true};
 }
 
+SourceUnderTest from_options() {
+  const auto open = [] {
+    ImageOptions options;
+    options.path = pictures().path();
+    options.fps = 25.0;
+    options.cadence = Cadence::parse("0,dark");
+    options.fields = Field::kInterlacedTopFirst;
+    return std::make_unique<ImageSource>(options);
+  };
+  return {"options", open, true};
+}
+
 INSTANTIATE_TEST_SUITE_P(Images, FrameSourceConformance,
                          ::testing::Values(directory("progressive", "?fps=25"),
                                            directory("interlaced", "?fps=25&fields=split-bottom"),
-                                           directory("cadence", "?fps=50&laser=0,dark")),
+                                           directory("cadence", "?fps=50&laser=0,dark"),
+                                           from_options()),
                          source_name);
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <striper/capture/open_source.hpp>
+#include <striper/recording/recording_source.hpp>
 #include <striper/stream/mcap_recording.hpp>
 
 #include "capture/conformance/frame_source_conformance.hpp"
@@ -40,10 +41,20 @@ SourceUnderTest recorded(const std::string& name, const std::string& query) {
   return {name, [query] { return open_source("mcap:" + recording() + query); }, true};
 }
 
+SourceUnderTest from_options() {
+  const auto open = [] {
+    RecordingOptions options;
+    options.path = recording();
+    options.cadence = Cadence::parse("0,dark");
+    return std::make_unique<RecordingSource>(options);
+  };
+  return {"options", open, true};
+}
+
 INSTANTIATE_TEST_SUITE_P(Recordings, FrameSourceConformance,
                          ::testing::Values(recorded("whole", ""),
                                            recorded("realtime", "?realtime=yes"),
-                                           recorded("cadence", "?laser=0,dark")),
+                                           recorded("cadence", "?laser=0,dark"), from_options()),
                          source_name);
 
 }  // namespace

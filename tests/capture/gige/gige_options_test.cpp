@@ -16,11 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 GigeOptions options_of(const std::string& text) {
-  SourceUri uri = SourceUri::parse(text);
-  GigeOptions options;
-  const auto laser = uri.take("laser");
-  options = GigeOptions::take(uri);
-  if (laser) options.cadence = Cadence::parse(*laser);
+  GigeOptions options = GigeOptions::from_uri(SourceUri::parse(text));
   options.validate();
   return options;
 }

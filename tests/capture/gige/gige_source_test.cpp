@@ -112,7 +112,8 @@ TEST(GigeSource, IsFoundBySerialMacNameAndAddress) {
 
 // All of USB3 Vision that can be tried without such a camera.
 TEST(GigeSource, AUsbCameraThatIsNotThereIsLookedForAndRefused) {
-  const Error error = error_of([] { GigeSource(SourceUri::parse("u3v:NOBODY")); });
+  const Error error =
+      error_of([] { GigeSource(GigeOptions::from_uri(SourceUri::parse("u3v:NOBODY"))); });
   EXPECT_EQ(error.kind(), ErrorKind::kNotFound);
   EXPECT_THAT(error.what(), HasSubstr("'u3v:NOBODY': no such USB3 Vision camera; there "));
 }

@@ -86,7 +86,9 @@ struct VirtualStriper {
   }
   std::unique_ptr<GigeSource> open(const std::string& query = "",
                                    const EventPort& events = {}) const {
-    return std::make_unique<GigeSource>(SourceUri::parse(uri(query)), events);
+    GigeOptions opened = GigeOptions::from_uri(SourceUri::parse(uri(query)));
+    opened.events = events;
+    return std::make_unique<GigeSource>(opened);
   }
 
   std::shared_ptr<VirtualScene> scene;

@@ -203,9 +203,13 @@ TEST(RecordingSource, RealtimeGivesFramesNoSoonerThanTheyWereRecorded) {
   source->start();
   const auto begin = std::chrono::steady_clock::now();
   Frame frame;
-  while (source->next(frame, 20ms) == NextStatus::kFrame) continue;
+  NextStatus status = NextStatus::kTimeout;
+  int timeouts = 0;
+  while ((status = source->next(frame, 20ms)) != NextStatus::kEnd) {
+    timeouts += status == NextStatus::kTimeout ? 1 : 0;
+  }
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 133ms);
-  EXPECT_EQ(frame.sequence, 4U);
+  EXPECT_GE(timeouts, 2);  // Between 33 and 133 ms.
   EXPECT_EQ(source->statistics().delivered, 3U);
 }
 

@@ -129,9 +129,24 @@ TEST(SimulatedSource, RealTimeWaitsUntilAPictureIsDue) {
   const auto begin = std::chrono::steady_clock::now();
   Frame frame;
   for (int picture = 0; picture < 3; ++picture) {
-    EXPECT_EQ(source->next(frame, milliseconds(1)), NextStatus::kFrame);  // It never times out.
+    EXPECT_EQ(source->next(frame, milliseconds(1000)), NextStatus::kFrame);
   }
   EXPECT_GE(std::chrono::steady_clock::now() - begin, milliseconds(500));
+}
+
+// Who waits for the next picture hears of a Ctrl-C meanwhile, and misses nothing.
+TEST(SimulatedSource, RealTimeTimesOutBeforeAPictureIsDue) {
+  const auto source = open_source(wall("?frames=2&fps=4&realtime=yes"));
+  source->start();
+  Frame frame;
+  int timeouts = 0;
+  for (std::uint64_t picture = 0; picture < 2; ++picture) {
+    NextStatus status = NextStatus::kTimeout;
+    while ((status = source->next(frame, milliseconds(20))) == NextStatus::kTimeout) ++timeouts;
+    ASSERT_EQ(status, NextStatus::kFrame);
+    EXPECT_EQ(frame.sequence, picture);
+  }
+  EXPECT_GE(timeouts, 3);
 }
 
 TEST(SimulatedSource, StopEndsTheWaitForAPicture) {

@@ -3,6 +3,7 @@
 // time of day to a quarter of a microsecond: fields and pictures stay apart.
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 
 #include <gtest/gtest.h>
 
@@ -21,6 +22,25 @@ TEST(FrameTime, WithoutAClockIsSinceTheFirstFrame) {
 
 TEST(FrameTime, WithAClockIsSince1970) {
   EXPECT_NEAR((FrameTime{kBoot_ns, kToUtc_ns}).seconds(), 1.793e9, 2.5e-7);
+}
+
+TEST(FrameTime, OnTheClocksOfChrono) {
+  using std::chrono::nanoseconds;
+  const FrameTime time{kBoot_ns, kToUtc_ns};
+  EXPECT_EQ(nanoseconds(time.steady().time_since_epoch()).count(), kBoot_ns);
+  ASSERT_TRUE(time.utc().has_value());
+  EXPECT_EQ(nanoseconds(time.utc()->time_since_epoch()).count(), kBoot_ns + kToUtc_ns);
+  EXPECT_FALSE((FrameTime{1, {}}).utc().has_value());
+}
+
+// What `steady` is compared with is the clock that sources take their times from.
+TEST(FrameTime, SteadyIsTheClockOfSources) {
+  timespec now{};
+  ASSERT_EQ(clock_gettime(CLOCK_MONOTONIC, &now), 0);
+  const FrameTime time{now.tv_sec * 1'000'000'000 + now.tv_nsec, {}};
+  const auto since = std::chrono::steady_clock::now() - time.steady();
+  EXPECT_GE(since.count(), 0);
+  EXPECT_LT(since, std::chrono::seconds(10));
 }
 
 // A host whose clock is set back before its start: the offset is below zero, the sum is not.

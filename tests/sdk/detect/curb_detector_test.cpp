@@ -136,6 +136,32 @@ TEST(CurbDetector, WhatIsNoCurbIsNotOneAfterFiveMetres) {
   }
 }
 
+// Ground whose height is anywhere in a band, new at every place.
+void add_rough(double from_m, double to_m, double low_m, double high_m, RoadProfile& profile) {
+  constexpr double kStep_m = 0.008;
+  for (double at = from_m; at < to_m; at += kStep_m)
+    profile.emplace_back(at, testing::uniform(low_m, high_m));
+}
+
+// Asphalt of 1.5 mm (a uniform band of 2.6 mm each way), a third of the returns faint and gone.
+TEST(CurbDetector, FindsCurbsBesideRoughAsphalt) {
+  const auto street = [] {
+    const double at = testing::uniform(1.0, 2.0);
+    const double height = testing::uniform(0.05, 0.25);
+    return Street([=](double) {
+      RoadProfile profile;
+      add_rough(0.2, at - 0.004, -0.0026, 0.0026, profile);
+      for (const Eigen::Vector2d& p : {Eigen::Vector2d(at, 0.0), Eigen::Vector2d(at, height),
+                                       Eigen::Vector2d(at + 6.0, height)})
+        profile.push_back(p);
+      return profile;
+    });
+  };
+  const int found = sure(said_of(street, true));
+  std::cout << "beside rough asphalt found: " << found << " of " << kTrials << "\n";
+  EXPECT_GE(found, kTrials - std::max(1, kTrials * 9 / 2000));
+}
+
 // A wheel, boxes of .4 m: they end, and the curb that they may have been is gone.
 TEST(CurbDetector, WhatStandsOnTheRoadDiesWithinAMetre) {
   const RoadProfile wheel{{-1, 0}, {1.3, 0}, {1.3, 0.28}, {1.55, 0.28}};

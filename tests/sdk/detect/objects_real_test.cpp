@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <memory>
 #include <numbers>
 #include <set>
 #include <span>
@@ -21,24 +18,14 @@
 #include <striper/detect/objects.hpp>
 #include <striper/scan/scan_csv.hpp>
 
+#include "support/gzip_text.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
 namespace {
 
 using Eigen::Vector2d;
-
-std::string unpacked(const std::filesystem::path& path) {
-  const std::string command = "gzip -dc '" + path.string() + "'";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
-  std::string text;
-  std::vector<char> block(65536);
-  for (std::size_t size = 1; size > 0;) {
-    size = std::fread(block.data(), 1, block.size(), pipe.get());
-    text.append(block.data(), size);
-  }
-  return text;
-}
+using testing::unpacked;
 
 // The lidar's own noise; what the vehicle's outline is off a box by; how a model vehicle that
 // swerves at 12.5 Hz accelerates. Chosen on these recordings.

@@ -57,6 +57,17 @@ TEST(ScannerOption, WhatIsPutIsGot) {
   }
 }
 
+TEST(ScannerOption, RegionIsFourWholeNumbers) {
+  ScannerOptions options;
+  set_scanner_option(options, "region", "8,16,320,200");
+  EXPECT_EQ(options.region, cv::Rect(8, 16, 320, 200));
+  EXPECT_EQ(find_scanner_option("region")->get(options), "8,16,320,200");
+  for (const char* const value :
+       {"", "8,16,320", "8,16,320,200,1", "8,16,0,200", "-1,0,5,5", "a,b,c,d"}) {
+    EXPECT_THAT(find_scanner_option("region")->why_not(value), HasSubstr("is no X,Y,W,H")) << value;
+  }
+}
+
 TEST(ScannerOption, WhatItCannotBeIsRefused) {
   ScannerOptions options;
   const auto refusal = [&](const char* name, const char* value) {

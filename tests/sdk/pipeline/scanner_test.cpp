@@ -192,6 +192,63 @@ TEST(Scanner, AxisOfTheOptionsRulesTheScanFrameToo) {
   EXPECT_NEAR(seen.bearing_rad, truth.bearing_rad(), 1e-6);
 }
 
+StriperModel model_of_rows_in_red() {
+  StriperModel model = testing::typical_model(StripeAxis::kRows);
+  model.channel = Channel::kRed;
+  model.difference_channel = Channel::kGrey;
+  model.noise = NoiseModel{2.0, 0.1, 3.0, 8};
+  return model;
+}
+
+TEST(ScannerOptions, WhatIsNotAskedForIsTheModels) {
+  const StriperModel model = model_of_rows_in_red();
+  const ScannerOptions options = ScannerOptions::for_model(model, ScannerOptions());
+  EXPECT_EQ(options.stripe.axis, StripeAxis::kRows);
+  EXPECT_EQ(options.ambient.channel, Channel::kRed);
+  EXPECT_EQ(options.ambient.difference_channel, Channel::kGrey);
+  EXPECT_EQ(options.stripe.noise, model.noise);
+  EXPECT_EQ(options.ambient.lasers, 1);
+}
+
+TEST(ScannerOptions, WhatIsAskedForBeatsTheModelThoughItIsTheDefault) {
+  ScannerOptions asked;
+  asked.stripe.axis = StripeAxis::kColumns;
+  asked.ambient.channel = Channel::kAuto;
+  asked.stripe.noise = NoiseModel{5.0, 0.0, 0.0, 8};
+  const ScannerOptions options = ScannerOptions::for_model(model_of_rows_in_red(), asked);
+  EXPECT_EQ(options.stripe.axis, StripeAxis::kColumns);
+  EXPECT_EQ(options.ambient.channel, Channel::kAuto);
+  EXPECT_FALSE(options.ambient.difference_channel.has_value());
+  EXPECT_EQ(options.stripe.noise, asked.stripe.noise);
+}
+
+// Which end is near depends on the axis that was asked for.
+TEST(ScannerOptions, NearEndIsThatOfTheAxisAskedFor) {
+  StriperModel model = testing::paper_model();
+  model.lasers[0].plane = LaserPlane(Eigen::Vector3d(-0.5, 0.8, 0.3).normalized(), 0.4);
+  ScannerOptions asked;
+  asked.stripe.axis = StripeAxis::kRows;
+  EXPECT_EQ(ScannerOptions::for_model(model).stripe.near_end, NearEnd::kLastPixel);
+  EXPECT_EQ(ScannerOptions::for_model(model, asked).stripe.near_end, NearEnd::kFirstPixel);
+}
+
+TEST(Scanner, WithOptionsThatSayNothingIsAsTheModelSays) {
+  const StriperModel model = model_of_rows_in_red();
+  ScannerOptions options;
+  options.ambient.cadence = Cadence::parse("0");
+  Scanner scanner(model, options);
+  Frame frame;
+  frame.image = cv::Mat::zeros(480, 640, CV_8UC3);
+  frame.image.col(500).setTo(cv::Scalar(0, 0, 200));
+  frame.image.row(100).setTo(cv::Scalar(250, 250, 0));  // Brighter, along columns, not red.
+  frame.sensor_size = frame.image.size();
+  const auto scans = scanner.process(frame);
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_EQ(scans[0].axis, StripeAxis::kRows);
+  ASSERT_EQ(scans[0].returns.size(), 480U);
+  EXPECT_NEAR(scans[0].returns[300].u_px, 500.0, 0.5);
+}
+
 TEST(Scanner, InterlacedPictureGivesOneScanPerLitField) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
@@ -209,10 +266,42 @@ TEST(Scanner, InterlacedPictureGivesOneScanPerLitField) {
   EXPECT_GT(ahead.range_far_m, 1.6);
 }
 
+// Nobody says that the laser is always on; whether it is goes on being looked for.
+TEST(Scanner, FirstPictureOfALaserThatIsAlwaysOnGivesTheFirstScan) {
+  const StriperModel model = testing::paper_model();
+  Scanner scanner(model, ScannerOptions());
+  for (std::uint64_t sequence = 0; sequence < 14; ++sequence) {
+    Frame frame = picture_of_wall(model, 2.0);
+    frame.sequence = sequence;
+    const auto scans = scanner.process(frame);
+    ASSERT_EQ(scans.size(), 1U) << sequence;
+    EXPECT_EQ(scans[0].sequence, sequence);
+    EXPECT_EQ(scans[0].returns[320].status, ReturnStatus::kOk);
+  }
+  EXPECT_EQ(scanner.status().ambient.pattern, Cadence::parse("0"));
+  EXPECT_TRUE(scanner.finish().empty());
+}
+
+// The second picture is dark: what follows is held until the pattern is known.
+TEST(Scanner, FirstScanDoesNotSettleThePattern) {
+  const StriperModel model = testing::paper_model();
+  Scanner scanner(model, ScannerOptions());
+  std::vector<std::size_t> scans;
+  for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
+    Frame frame = picture_of_wall(model, 2.0);
+    if (sequence % 2 == 1) frame.image.setTo(10);
+    frame.sequence = sequence;
+    scans.push_back(scanner.process(frame).size());
+  }
+  EXPECT_THAT(scans, ::testing::ElementsAre(1, 0, 0, 0, 0, 2, 0, 1));
+  EXPECT_EQ(scanner.status().ambient.pattern, Cadence::parse("0,dark"));
+}
+
 TEST(Scanner, PicturesHeldForTheCadenceComeOutAtTheEnd) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
   options.ambient.cadence = {};
+  options.ambient.lasers = 2;  // Which of them it is the first picture does not show.
   Scanner scanner(model, options);
   EXPECT_TRUE(scanner.process(picture_of_wall(model, 2.0)).empty());
   const auto scans = scanner.finish();

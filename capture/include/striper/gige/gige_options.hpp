@@ -13,6 +13,7 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
+#include <striper/core/frame.hpp>
 
 namespace striper {
 
@@ -38,8 +39,8 @@ struct ActionKeys {
 struct GigeOptions {
   std::string name;     ///< Serial, user name, IP, MAC, model or `vendor-serial`; empty: first.
   bool is_usb = false;  ///< USB3 Vision instead of GigE Vision.
-  std::string uri = "gige:";  ///< For messages and SourceInfo.
-  EventPort events;           ///< Hears what the camera and the network do.
+  std::string uri;      ///< What it was opened by; made from `name` when empty.
+  EventPort events;     ///< Hears what the camera and the network do.
 
   std::optional<std::string>
       pixel_format;  ///< `Mono8`, `Mono12Packed`; default: what is set, if it is understood.
@@ -58,7 +59,8 @@ struct GigeOptions {
   /// that are actions.
   std::string trigger;
   std::optional<ActionKeys> action;  ///< Those that the camera shall act on.
-  Cadence cadence;                   ///< From `laser=`.
+  Cadence cadence;                   ///< `laser=`
+  std::optional<Field> fields;       ///< `fields=`: the pictures are two fields each.
   /// Whose counts come with each picture: `Encoder0`, `Counter1`, `yes` for what the camera has;
   /// empty: none.
   std::string encoder;
@@ -76,10 +78,9 @@ struct GigeOptions {
   /// The camera follows the network's PTP (IEEE 1588): times of day are PTP's, once it does.
   bool ptp = false;
 
-  /// Takes all keys of a `gige:` or `u3v:` address that nobody took yet: the common ones
-  /// (`laser`, `fields`) are the caller's and go first.
+  /// Reads `gige:NAME?key=value&...` or `u3v:...`; the keys are GigeSource's.
   /// @throws Error{kUsage} quoting key and value.
-  static GigeOptions take(SourceUri& uri);
+  static GigeOptions from_uri(SourceUri uri);
 
   /// @throws Error{kUsage} quoting what contradicts what.
   void validate() const;

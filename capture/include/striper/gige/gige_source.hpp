@@ -72,7 +72,7 @@ class GigeSource final : public FrameSource {
  public:
   /// Opens and sets up. @throws Error{kUsage, kNotFound, kUnsupported, kDevice} quoting feature,
   /// value and what is allowed.
-  explicit GigeSource(SourceUri uri, const EventPort& events = {});
+  explicit GigeSource(GigeOptions options);
   ~GigeSource() override;
 
   SourceInfo info() const override;

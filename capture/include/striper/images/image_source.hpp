@@ -2,12 +2,31 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 
 namespace striper {
+
+/// Which pictures are given as frames, and how.
+struct ImageOptions {
+  std::string path;         ///< A directory, a pattern or a single picture.
+  double fps = 30.0;        ///< Pictures a second; recordings keep their own times.
+  std::optional<int> bits;  ///< Significant bits of 16-bit pictures; empty: as the file says.
+
+  std::string uri;              ///< What it was opened by; made from `path` when empty.
+  EventPort events;             ///< Hears what is odd about the pictures.
+  Cadence cadence;              ///< `laser=`
+  std::optional<Field> fields;  ///< `fields=`: the pictures are two fields each.
+
+  /// Reads `images:PATH?key=value&...`; the keys are ImageSource's.
+  /// @throws Error{kUsage} quoting the value that makes no sense.
+  static ImageOptions from_uri(SourceUri uri);
+};
 
 /// Gives the pictures of a directory, in natural order, as frames:
 ///
@@ -32,10 +51,10 @@ namespace striper {
 /// its memory reused when nobody else holds it.
 class ImageSource final : public FrameSource {
  public:
-  /// @throws Error{kUsage} on a wrong key or value, Error{kNotFound} where there are no pictures,
+  /// @throws Error{kUsage} where `bits` cannot be, Error{kNotFound} where there are no pictures,
   ///         Error{kIo} where the directory cannot be read, Error{kBadFile} on a malformed
   ///         frames.csv.
-  explicit ImageSource(SourceUri uri, const EventPort& events = {});
+  explicit ImageSource(const ImageOptions& options);
   ~ImageSource() override;
 
   SourceInfo info() const override;

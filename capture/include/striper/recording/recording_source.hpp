@@ -2,12 +2,32 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
 #include <striper/capture/source_uri.hpp>
+#include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
 
 namespace striper {
+
+/// Which recording is replayed, and how.
+struct RecordingOptions {
+  std::string path;          ///< The MCAP file.
+  std::string head;          ///< Of several heads one; empty: the only one.
+  bool is_realtime = false;  ///< Frames come no sooner than they were recorded: `next` times out.
+  std::optional<int> bits;   ///< Significant bits of other people's 16-bit images.
+
+  std::string uri;              ///< What it was opened by; made from `path` when empty.
+  EventPort events;             ///< Hears of damage.
+  Cadence cadence;              ///< `laser=`
+  std::optional<Field> fields;  ///< `fields=`: the pictures are two fields each.
+
+  /// Reads `mcap:FILE?key=value&...`; the keys are RecordingSource's.
+  /// @throws Error{kUsage} quoting the value that makes no sense.
+  static RecordingOptions from_uri(SourceUri uri);
+};
 
 /// Gives the frames of an MCAP recording, in the order in which they were written:
 ///
@@ -29,9 +49,10 @@ namespace striper {
 /// Cost: a chunk is read and decompressed at a time, on the caller's thread.
 class RecordingSource final : public FrameSource {
  public:
-  /// @throws Error{kUsage} on a wrong key or where `head=` is needed, {kNotFound} where there is no
+  /// @throws Error{kUsage} where a head must be named or `bits` cannot be, {kNotFound} where there
+  /// is no
   ///         such file or no image in it, {kBadFile} where it is no MCAP file.
-  explicit RecordingSource(SourceUri uri, const EventPort& events = {});
+  explicit RecordingSource(const RecordingOptions& options);
   ~RecordingSource() override;
 
   SourceInfo info() const override;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string_view>
 
+#include <striper/ambient/asked.hpp>
 #include <striper/core/cadence.hpp>
 #include <striper/core/channel.hpp>
 #include <striper/core/event.hpp>
@@ -32,14 +33,15 @@ struct AmbientOptions {
   /// illumination wins.
   Cadence cadence;
 
-  /// How many lasers there are, for numbering them where the cadence is found; 0 if unknown.
+  /// How many lasers there are, for numbering them where the cadence is found; 0 if unknown: a
+  /// Scanner takes the model's.
   int lasers = 0;
 
   /// The camera's noise, to tell motion and edges from it; empty: measured, without shot noise. A
   /// Scanner takes it from its ExtractOptions.
   std::optional<NoiseModel> noise;
 
-  Channel channel = Channel::kAuto;
+  Asked<Channel> channel = Asked<Channel>::otherwise(Channel::kAuto);
   /// Where a dark exposure, or what stands, is subtracted; empty: `channel`, a difference of
   /// colours as the colour that the stripe has. White light is gone then, and the stripe may be
   /// clearest in another channel than in a single picture.

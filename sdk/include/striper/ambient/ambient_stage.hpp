@@ -17,12 +17,14 @@ namespace striper {
 ///     stage.push(frame);
 ///     while (const LitFrame* lit = stage.next()) ...
 ///
-/// A lit exposure is given when the dark one after it has arrived or is known to be lost; while the
-/// cadence is unknown all are held, at most six pictures, twelve where some are lost. A cadence
-/// that was found is doubted where a line shows dark instead of bright, or in one dark exposure and
-/// not in the other (but for fields, whose order goes on across a lost picture): that lit exposure
-/// gives nothing and what follows is held again. A lit exposure whose dark neighbours are all lost
-/// gives nothing either; both are counted in `AmbientStatus::unpaired`.
+/// A lit exposure is given when the dark one after it has arrived or is known to be lost. While the
+/// cadence is unknown all are held, at most six pictures, twelve where some are lost; but of a
+/// single laser, or of nobody knows how many, while every whole picture so far shows a clear line
+/// by itself, each is given as it comes, without a dark one. A cadence that was found is doubted
+/// where a line shows dark instead of bright, or in one dark exposure and not in the other (but for
+/// fields, whose order goes on across a lost picture): that lit exposure gives nothing and what
+/// follows is held again. A lit exposure whose dark neighbours are all lost gives nothing either;
+/// both are counted in `AmbientStatus::unpaired`.
 ///
 /// A cadence that was given is followed, and reported where the pictures show another one: at once
 /// where they do so plainly, else when they do so twice. They are asked until they have confirmed

@@ -80,7 +80,7 @@ class FrameSource {
   virtual void start() = 0;
 
   /// Waits at most `timeout` for the next frame and puts it into `frame`, whose old content is
-  /// released (its memory is reused where the source can). Files and the simulator never time out.
+  /// released (its memory is reused where the source can). Files time out in real time only.
   virtual NextStatus next(Frame& frame, std::chrono::milliseconds timeout) = 0;
 
   /// Stops streaming; frames already handed out stay valid. No effect when not streaming.

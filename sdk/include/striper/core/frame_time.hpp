@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -18,6 +19,21 @@ struct FrameTime {
   /// Seconds since 1970, or since the first frame where the source has no clock.
   double seconds() const noexcept {
     return static_cast<double>(monotonic_ns + utc_offset_ns.value_or(0)) / 1e9;
+  }
+
+  /// The same on std::chrono's clocks: steady_clock is CLOCK_MONOTONIC.
+  std::chrono::steady_clock::time_point steady() const noexcept {
+    return std::chrono::steady_clock::time_point(
+        std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+            std::chrono::nanoseconds(monotonic_ns)));
+  }
+
+  /// The time of day; empty where the source has no clock.
+  std::optional<std::chrono::system_clock::time_point> utc() const noexcept {
+    if (!utc_offset_ns) return std::nullopt;
+    return std::chrono::system_clock::time_point(
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(
+            std::chrono::nanoseconds(monotonic_ns + *utc_offset_ns)));
   }
 
   /// The time whose `seconds` these are, to the last bit where there is one: what was written from

@@ -17,9 +17,6 @@ struct CurbLine {
   std::string head;
   int laser = 0;
   CurbTrack track{};
-  // Of the calibration, common to all scans; NaN where nobody made them.
-  double sigma_cal_lateral_m = CurbTrack::kUnknown;
-  double sigma_cal_height_m = CurbTrack::kUnknown;
 };
 
 /// The table's columns, for CsvWriter and CsvReader: `frame,time_s,head,laser,track,kind,state,

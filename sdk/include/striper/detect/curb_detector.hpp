@@ -63,6 +63,10 @@ struct CurbTrack {
   double sigma_lateral_m = kUnknown;
   double height_m = kUnknown;
   double sigma_height_m = kUnknown;
+  /// Of the calibration, common to all scans: travel does not make them less. Those of the last
+  /// scan that saw it; NaN where the calibration has no covariance.
+  double sigma_cal_lateral_m = kUnknown;
+  double sigma_cal_height_m = kUnknown;
   double slope = kUnknown;  ///< Lateral metres a metre of way.
   double sigma_slope = kUnknown;
   double way_m = 0.0;       ///< From the scan that saw it first.
@@ -85,14 +89,16 @@ struct CurbTrack {
 ///
 /// Tilt is not asked for: all is beside the road's own line. The vehicle's yaw makes the slope less
 /// sure by as much as it turned, since what it does to the distance depends on where the scan plane
-/// looks. Calibration errors are common to all scans and are not in the error bars.
+/// looks. Calibration errors are common to all scans and have error bars of their own.
 ///
 /// The cost is that of CurbFinder; no allocation after the first scans. One scan frame: an instance
 /// for each laser plane. Not thread-safe.
 class CurbDetector {
  public:
   /// @throws Error{kBadValue} where the options are not valid.
-  explicit CurbDetector(const CurbDetectorOptions& options = {});
+  /// @param model as for CurbFinder.
+  explicit CurbDetector(const CurbDetectorOptions& options = {},
+                        std::shared_ptr<const StriperModel> model = nullptr);
   CurbDetector(CurbDetector&&) noexcept;
   CurbDetector& operator=(CurbDetector&&) noexcept;
   ~CurbDetector();

@@ -52,6 +52,9 @@ struct CurbFinding {
   double sigma_lateral_m = kUnknown;
   double height_m = kUnknown;  ///< Positive, of kind down too.
   double sigma_height_m = kUnknown;
+  /// Of the calibration, common to all scans: never averaged down. NaN without its covariance.
+  double sigma_cal_lateral_m = kUnknown;
+  double sigma_cal_height_m = kUnknown;
   double face_rad = kUnknown;  ///< From the road to the face; pi / 2 is upright.
   double sigma_face_rad = kUnknown;
   ScanLine road;  ///< The last straight piece of the ground before the face.

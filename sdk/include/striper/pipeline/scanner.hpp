@@ -6,12 +6,15 @@
 #include <optional>
 #include <string>
 
+#include <opencv2/core/types.hpp>
+
 #include <striper/ambient/ambient_options.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/core/frame_source.hpp>
 #include <striper/model/striper_model.hpp>
 #include <striper/pipeline/scan_explanation.hpp>
+#include <striper/pipeline/scan_mask.hpp>
 #include <striper/pipeline/scanner_status.hpp>
 #include <striper/scan/scan_options.hpp>
 #include <striper/scan/scan_span.hpp>
@@ -19,18 +22,25 @@
 
 namespace striper {
 
-/// How a Scanner works, stage by stage; each part's defaults are in its own header.
+/// How a Scanner works, stage by stage; each part's defaults are in its own header. What is not
+/// asked for here the model says: axis, channels, noise, which end is near, how many lasers.
 struct ScannerOptions {
   AmbientOptions ambient;
   ExtractOptions stripe;
   ScanOptions scan;
+  /// Of the full sensor's pixels what is scanned; empty: all. Interlaced rows come in pairs.
+  std::optional<cv::Rect> region;
+  std::shared_ptr<const ScanMask> mask;  ///< What of it is ignored; null: nothing.
+  /// Whoever reads the source for this scanner (a Head) sets its exposure by the stripe, where it
+  /// can be set: see ExposureControl.
+  bool adapts_exposure = false;
   std::string head{kDefaultHead};  ///< What the striper is called; its scans say so.
 
   /// Hears of the pattern, the stripe, refused frames and what does not fit; all stages send there.
   EventPort events;
 
-  /// The defaults with the axis and channel of a model: what an option does not say, the model
-  /// does.
+  /// The options as a Scanner with this model takes them: what was not asked for is the model's.
+  static ScannerOptions for_model(const StriperModel& model, ScannerOptions asked);
   static ScannerOptions for_model(const StriperModel& model);
 };
 
@@ -39,8 +49,7 @@ struct ScannerOptions {
 /// One scanner serves one stream, in order: not thread-safe, one thread at a time.
 class Scanner {
  public:
-  /// `options.stripe.axis` rules, for the scan frame too; `ScannerOptions::for_model` takes it from
-  /// the model.
+  /// An axis that `options` asks for rules, for the scan frame too.
   /// @throws Error{kBadValue} where the model has no laser or lacks one that the cadence fires, the
   ///         plane has no scan frame for that axis, or an option is out of its bounds.
   explicit Scanner(const StriperModel& model);

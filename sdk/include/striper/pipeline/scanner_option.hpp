@@ -17,8 +17,9 @@ namespace striper {
 struct ScannerOption {
   std::string_view name;  ///< Lower case, words joined by underscores.
   std::string_view unit;  ///< Of a number: `px`, `m`, `DN`, `probability`; empty for words.
-  /// What a word may be; empty: a number.
+  /// What a word may be; empty: a number, or what `form` says.
   std::vector<std::string_view> words;
+  std::string_view form{};  ///< Of text that is neither word nor number: `X,Y,W,H`, `FILE`.
   double low = -std::numeric_limits<double>::infinity();  ///< A number lies within these,
   double high = std::numeric_limits<double>::infinity();
   bool is_low_allowed = true;          ///< the lower one included or not.
@@ -30,7 +31,10 @@ struct ScannerOption {
   /// As text that `put` takes; empty where nothing is set.
   std::string (*get)(const ScannerOptions& options);
 
-  bool is_number() const noexcept { return words.empty(); }
+  /// Of text with a form: why it cannot be; empty where it can.
+  std::string (*why_no_text)(std::string_view value) = nullptr;
+
+  bool is_number() const noexcept { return words.empty() && form.empty(); }
 
   /// Why a value cannot be: "'u' is none of columns, rows"; empty where it can.
   std::string why_not(std::string_view value) const;

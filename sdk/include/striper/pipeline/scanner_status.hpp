@@ -22,6 +22,9 @@ struct ScannerStatistics {
   /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3
   /// channels of 8 or 16 bits), or that are of another sensor than the model's.
   std::uint64_t refused = 0;
+  /// How long the shutter was open for the exposures that gave scans, in all: how long a laser that
+  /// fires with it was on.
+  double lit_s = 0.0;
 
   ScannerStatistics& operator+=(const ScannerStatistics& other) noexcept {
     frames += other.frames;
@@ -30,6 +33,7 @@ struct ScannerStatistics {
     dark += other.dark;
     unpaired += other.unpaired;
     refused += other.refused;
+    lit_s += other.lit_s;
     return *this;
   }
 };

@@ -22,6 +22,7 @@ struct HeadScanner {
   Scanner scanner;
   std::shared_ptr<const StriperModel> model;  ///< Null without one.
   StripeAxis axis = StripeAxis::kColumns;
+  bool adapts_exposure = false;  ///< The head sets the source's exposure by the stripe.
 };
 
 /// What a head is made of.

@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include <opencv2/core/mat.hpp>
+
 namespace striper {
 
 /// Where a laser's stripe can be in the image, and how wide it is there, before a frame is seen:
@@ -15,6 +17,10 @@ struct ExpectedStripe {
   /// pixel across between which the stripe can be. Both empty: anywhere. First above last: nowhere.
   /// What lies outside is not searched.
   std::vector<float> first_px, last_px;
+
+  /// Where it is not looked for all the same: CV_8UC1 of the full sensor, non-zero there; may be
+  /// empty. Shared, not copied.
+  cv::Mat ignored;
 
   /// The profile's Gaussian sigma, and how it changes with the position across: `sigma_px` at
   /// `pivot_px`. Empty: not known. The extractor begins with it and follows what it sees.

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <striper/ambient/asked.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/noise_model.hpp>
@@ -38,19 +39,21 @@ enum class NearEnd { kFirstPixel, kLastPixel };
 /// What `make_extractor` needs to know. Every default is here and nowhere else.
 struct ExtractOptions {
   ExtractMethod method = ExtractMethod::kRefined;
-  StripeAxis axis = StripeAxis::kColumns;
+  Asked<StripeAxis> axis = Asked<StripeAxis>::otherwise(StripeAxis::kColumns);
 
   /// A peak must rise this far above the background, DN of the input. Empty: from the noise of the
   /// frame.
   std::optional<double> threshold_dn;
 
-  /// The camera's noise; empty: estimated from each frame's background, without shot noise.
+  /// The camera's noise; empty: estimated from each frame's background, without shot noise. A
+  /// Scanner takes the model's first.
   std::optional<NoiseModel> noise;
 
   // What follows is for `fast` and `refined`.
 
   PeakRule peak = PeakRule::kBrightest;
-  NearEnd near_end = NearEnd::kLastPixel;  ///< For kNearest and kFarthest.
+  /// For kNearest and kFarthest.
+  Asked<NearEnd> near_end = Asked<NearEnd>::otherwise(NearEnd::kLastPixel);
 
   /// How often noise alone may make a return in a line without stripe: below, kNoStripe.
   double false_alarm_rate = 1e-3;

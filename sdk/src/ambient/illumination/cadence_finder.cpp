@@ -206,6 +206,10 @@ bool CadenceFinder::every_exposure_shows_a_line() {
   return exposures() > 0;
 }
 
+bool CadenceFinder::newest_shows_a_line() {
+  return comparisons_->alone(exposures() - 1) > kLineAlone;
+}
+
 Cadence CadenceFinder::pattern_of(std::span<const double> level) {
   const double lit_level = 0.5 * *std::max_element(level.begin(), level.end());
   const std::size_t period = level.size();

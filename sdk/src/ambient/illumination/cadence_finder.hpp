@@ -93,6 +93,10 @@ class CadenceFinder {
   /// three times as far.
   std::optional<double> field_disorder();
 
+  /// Whether the exposure that was added last shows a clear line by itself. Precondition: there is
+  /// one.
+  bool newest_shows_a_line();
+
   void clear() noexcept;
 
  private:

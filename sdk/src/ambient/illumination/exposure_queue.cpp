@@ -10,8 +10,11 @@ namespace {
 // Where the illumination follows no pattern, a dark exposure this near serves.
 constexpr std::uint64_t kReachWithoutPattern = 2;
 
-// Whether two exposures can be subtracted: the same pixels, or the lines between them.
+// Whether two exposures can be subtracted: as long as each other, the same pixels or the lines
+// between them.
 bool fits(const Frame& lit, const Frame& dark) {
+  const bool is_known = lit.exposure_ns > 0 && dark.exposure_ns > 0;
+  if (is_known && lit.exposure_ns != dark.exposure_ns) return false;
   const bool same_pixels = lit.image.type() == dark.image.type() &&
                            lit.image.cols == dark.image.cols && lit.bit_depth == dark.bit_depth &&
                            lit.grid.u == dark.grid.u;

@@ -81,7 +81,8 @@ void IlluminationTracker::push(const Frame& exposure, bool is_of_interlaced_pict
 void IlluminationTracker::finish() {
   is_finished_ = true;
   if (state_.is_given()) given_.judge_at_end(looks_.is_looking(), finder_);
-  if (state_.is_settled() || queue_.size() == 0) return;
+  const bool is_any = queue_.size() != 0 || (state_.is_of_pictures() && finder_.exposures() != 0);
+  if (state_.is_settled() || !is_any) return;
   if (state_.is_of_frames()) {
     conclude_from_labels();
   } else {
@@ -127,8 +128,23 @@ void IlluminationTracker::apply_unstated_illumination(std::uint64_t number, bool
   search_anew(TrackingSignal::kPlaceLost);
 }
 
+// A laser that is always on need not be waited for: while every exposure shows its line by itself,
+// each is scanned as it comes, and the first that does not is held with all that follow. Where dark
+// exposures are asked for, or are to tell lasers or colours apart, all are held.
+bool IlluminationTracker::is_given_at_once(const Frame& exposure) const noexcept {
+  const bool needs_dark =
+      options_.method != AmbientMethod::kAuto && options_.method != AmbientMethod::kNone;
+  const bool is_colour_known = exposure.image.channels() == 1 || options_.channel != Channel::kAuto;
+  return state_.is_of_pictures() && state_.phase() == TrackingPhase::kSearching && !needs_dark &&
+         options_.lasers <= 1 && is_colour_known && exposure.exposures_per_picture == 1;
+}
+
 void IlluminationTracker::look(const Frame& exposure, std::uint64_t number) {
   finder_.add(exposure, number);
+  if (are_all_lit_so_far_ && is_given_at_once(exposure)) {
+    are_all_lit_so_far_ = finder_.newest_shows_a_line();
+    if (are_all_lit_so_far_) queue_.take_newest_as_lit();
+  }
   if (!state_.is_of_frames()) finder_.compare();
   if (finder_.pictures() < CadenceFinder::kPictures) return;
   if (state_.is_of_frames()) {
@@ -241,6 +257,8 @@ void IlluminationTracker::settle(const Cadence& cadence, PatternOrigin how) {
 }
 
 DarkChoice IlluminationTracker::dark_choice() const noexcept {
+  const bool is_searched = state_.is_of_pictures() && state_.phase() == TrackingPhase::kSearching;
+  if (is_searched && are_all_lit_so_far_) return DarkChoice::kNone;
   const Cadence& cadence = queue_.cadence();
   if (!cadence.is_automatic() && !cadence.has_dark()) return DarkChoice::kNone;
   switch (options_.method) {

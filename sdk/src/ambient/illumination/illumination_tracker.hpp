@@ -67,6 +67,7 @@ class IlluminationTracker {
   void apply_unstated_illumination(std::uint64_t number, bool is_reopened);
   void search_anew(TrackingSignal why);
   void look(const Frame& exposure, std::uint64_t number);
+  bool is_given_at_once(const Frame& exposure) const noexcept;
   void conclude(const CadenceFinder::Finding& finding);
   void conclude_found(const Cadence& found);
   void conclude_not_found(const CadenceFinder::Finding& finding);
@@ -92,6 +93,8 @@ class IlluminationTracker {
   GivenCadenceCheck given_;
   LineWatch lines_;
   Before before_;
+  // While nobody says what is lit: every exposure so far showed the line, and was given.
+  bool are_all_lit_so_far_ = true;
   int until_next_doubt_ = 0;
   std::uint64_t unpaired_ = 0;
   bool is_finished_ = false;

@@ -58,13 +58,13 @@ constexpr std::array kColumns{
     column(
         "sigma_lateral_m", [](auto& r) -> auto& { return r.track.sigma_lateral_m; }),
     column(
-        "sigma_cal_lateral_m", [](auto& r) -> auto& { return r.sigma_cal_lateral_m; }),
+        "sigma_cal_lateral_m", [](auto& r) -> auto& { return r.track.sigma_cal_lateral_m; }),
     needed(
         "height_m", [](auto& r) -> auto& { return r.track.height_m; }),
     column(
         "sigma_height_m", [](auto& r) -> auto& { return r.track.sigma_height_m; }),
     column(
-        "sigma_cal_height_m", [](auto& r) -> auto& { return r.sigma_cal_height_m; }),
+        "sigma_cal_height_m", [](auto& r) -> auto& { return r.track.sigma_cal_height_m; }),
     needed(
         "confidence", [](auto& r) -> auto& { return r.track.confidence; }),
 };

@@ -77,7 +77,8 @@ struct CurbDetector::Impl {
     double turn_rad = 0.0;
   };
 
-  explicit Impl(const CurbDetectorOptions& how) : options(how), finder(how.curb) {
+  Impl(const CurbDetectorOptions& how, std::shared_ptr<const StriperModel> model)
+      : options(how), finder(how.curb, std::move(model)) {
     followed.reserve(kMostTracks);
     told.reserve(kMostTracks);
   }
@@ -90,7 +91,7 @@ struct CurbDetector::Impl {
   void look_for_unseen(const CurbView& view, double way_m);
   bool is_clearly_absent(const Followed& one, const CurbView& view) const;
   void forget();
-  void tell(const CurbView& view);
+  void tell();
 
   CurbDetectorOptions options;
   CurbFinder finder;
@@ -105,9 +106,10 @@ struct CurbDetector::Impl {
   double way_m = 0.0;  // Of this step.
 };
 
-CurbDetector::CurbDetector(const CurbDetectorOptions& options) {
+CurbDetector::CurbDetector(const CurbDetectorOptions& options,
+                           std::shared_ptr<const StriperModel> model) {
   options.validate();
-  impl_ = std::make_unique<Impl>(options);
+  impl_ = std::make_unique<Impl>(options, std::move(model));
 }
 CurbDetector::CurbDetector(CurbDetector&&) noexcept = default;
 CurbDetector& CurbDetector::operator=(CurbDetector&&) noexcept = default;
@@ -133,7 +135,7 @@ std::span<const CurbTrack> CurbDetector::update(const PolarScan& scan,
   for (const CurbFinding& finding : m.view->findings) m.take(finding, *m.view);
   m.look_for_unseen(*m.view, step.way_m);
   m.forget();
-  m.tell(*m.view);
+  m.tell();
   return m.told;
 }
 
@@ -202,6 +204,8 @@ void CurbDetector::Impl::hit(Followed& one, const CurbFinding& finding, const Cu
   }
   one.is_seen = true;
   one.hidden_m = 0.0;
+  one.track.sigma_cal_lateral_m = finding.sigma_cal_lateral_m;
+  one.track.sigma_cal_height_m = finding.sigma_cal_height_m;
   const Eigen::Vector2d edge = finding.top_m - finding.foot_m;
   if (edge.allFinite()) one.edge_m = {edge.dot(seen.along), -edge.dot(seen.road.normal())};
 }
@@ -230,7 +234,7 @@ void CurbDetector::Impl::forget() {
   });
 }
 
-void CurbDetector::Impl::tell(const CurbView& /*seen*/) {
+void CurbDetector::Impl::tell() {
   told.clear();
   const Eigen::Vector2d up = -road.normal();
   const Eigen::Vector2d below = road.distance_m * road.normal();

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
 #include <striper/detect/curb_finder.hpp>
 
+#include "detect/curb/curb_calibration.hpp"
 #include "detect/curb/road_side.hpp"
 #include "profile/cutter.hpp"
 
@@ -21,6 +25,13 @@ constexpr double kLeastRoad_m = 0.3;
 
 constexpr std::array<std::string_view, kCurbKindCount> kKindWords{"none", "up",     "down", "ramp",
                                                                   "wall", "object", "rough"};
+
+// Of a piece's nearest place.
+double distance_of(const Piece& piece) {
+  const Eigen::Vector2d along = piece.end_m - piece.begin_m;
+  const double part = -piece.begin_m.dot(along) / along.squaredNorm();
+  return (piece.begin_m + std::clamp(part, 0.0, 1.0) * along).norm();
+}
 
 }  // namespace
 
@@ -40,20 +51,28 @@ void CurbOptions::validate() const {
 }
 
 struct CurbFinder::Impl {
-  const Piece* road_of(const PolarScan& scan) const;
+  void take_geometry(const PolarScan& scan);
+  const Piece* road_of() const;
   void look_along(StripeAxis axis);
 
   CurbOptions options;
+  std::shared_ptr<const StriperModel> given;  // By whoever made this; may be null.
+  std::shared_ptr<const StriperModel> model;  // Of the scan; may be null.
+  int laser = -1;
+  SegmentOptions segments;
+  std::optional<detail::CurbCalibration> calibration;  // Where the model has a covariance.
   detail::Cutter cutter;
   Segmentation pieces;
   detail::RoadSide side;
   CurbView view;
 };
 
-CurbFinder::CurbFinder(const CurbOptions& options) : impl_(std::make_unique<Impl>()) {
+CurbFinder::CurbFinder(const CurbOptions& options, std::shared_ptr<const StriperModel> model)
+    : impl_(std::make_unique<Impl>()) {
   options.validate();
   impl_->options = options;
-  impl_->view.findings.reserve(2);
+  impl_->given = std::move(model);
+  impl_->view.findings.reserve(2 * detail::kMostFindingsOfASide);
 }
 CurbFinder::CurbFinder(CurbFinder&&) noexcept = default;
 CurbFinder& CurbFinder::operator=(CurbFinder&&) noexcept = default;
@@ -64,8 +83,9 @@ const CurbOptions& CurbFinder::options() const noexcept { return impl_->options;
 const CurbView& CurbFinder::find(const PolarScan& scan) {
   Impl& m = *impl_;
   m.view.findings.clear();
-  m.cutter.cut(scan, m.options.segments, m.pieces);
-  const Piece* road = m.road_of(scan);
+  m.take_geometry(scan);
+  m.cutter.cut(scan, m.segments, m.pieces);
+  const Piece* road = m.road_of();
   m.view.has_road = road != nullptr;
   if (road == nullptr) return m.view;
   m.view.road = road->line;
@@ -74,13 +94,29 @@ const CurbView& CurbFinder::find(const PolarScan& scan) {
   for (const double out : {-1.0, 1.0}) {
     const detail::RoadEnd end = m.side.look({m.cutter, m.pieces, m.options}, at, m.view.along, out);
     (out < 0.0 ? m.view.from_m : m.view.to_m) = end.lateral_m;
-    if (end.finding) m.view.findings.push_back(*end.finding);
+    for (const CurbFinding& finding : end.findings) {
+      m.view.findings.push_back(finding);
+      if (m.calibration) m.calibration->judge(m.view.findings.back());
+    }
   }
   return m.view;
 }
 
+// What the model says of a laser is made when either changes.
+void CurbFinder::Impl::take_geometry(const PolarScan& scan) {
+  const auto& now = given || !scan.frame ? given : scan.frame->model;
+  if (now == model && scan.laser == laser) return;
+  model = now;
+  laser = scan.laser;
+  segments = options_for(model.get(), laser, options.segments);
+  calibration.reset();
+  const bool is_known =
+      model && model->covariance && laser >= 0 && laser < static_cast<int>(model->lasers.size());
+  if (is_known) calibration.emplace(*model, laser, segments.pivot_m);
+}
+
 // The smooth piece nearest to the sensor.
-const Piece* CurbFinder::Impl::road_of(const PolarScan& /*scan*/) const {
+const Piece* CurbFinder::Impl::road_of() const {
   const Piece* nearest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const Piece& piece : pieces.pieces) {
@@ -89,7 +125,7 @@ const Piece* CurbFinder::Impl::road_of(const PolarScan& /*scan*/) const {
       const Eigen::Vector2d up(std::cos(*options.up_rad), std::sin(*options.up_rad));
       if (-piece.line.normal().dot(up) < kLeastFacingUp) continue;
     }
-    const double distance = std::min(piece.begin_m.norm(), piece.end_m.norm());
+    const double distance = distance_of(piece);
     if (distance >= least) continue;
     least = distance;
     nearest = &piece;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <striper/core/robust.hpp>
+
 #include "profile/scan_line.hpp"
 
 namespace striper::detail {
@@ -16,6 +18,11 @@ constexpr double kNose_m = 0.02;
 // By how many sigma of a chi2 the returns near the edge have to miss the lines to be on a nose.
 constexpr double kNoseExcess = 3.0;
 
+// Squared misfit of what is no part of a surface, where all others scatter as they should: five
+// sigma. The median of chi-square with one degree of freedom is .455.
+constexpr double kStray = 25.0;
+constexpr double kMedianOfChi2 = 0.455;
+
 constexpr std::size_t kFewestOfLine = 3;
 constexpr int kRounds = 3;  // After two the returns stay where they are.
 
@@ -23,10 +30,6 @@ Eigen::Matrix2d inverse_normals(const ScanLine& a, const ScanLine& b) noexcept {
   Eigen::Matrix2d normals;
   normals << a.normal().transpose(), b.normal().transpose();
   return normals.inverse();
-}
-
-Eigen::Vector2d meeting(const ScanLine& a, const ScanLine& b) noexcept {
-  return inverse_normals(a, b) * Eigen::Vector2d(a.distance_m, b.distance_m);
 }
 
 // What a meeting moves by with angle and distance of both lines: on each, n . dp = dd - (t . p) da.
@@ -47,6 +50,10 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) noexcept {
 }
 
 }  // namespace
+
+Eigen::Vector2d meeting(const ScanLine& a, const ScanLine& b) noexcept {
+  return inverse_normals(a, b) * Eigen::Vector2d(a.distance_m, b.distance_m);
+}
 
 double misfit(const InverseRanges& ranges, std::size_t i, const ScanLine& line) noexcept {
   const Eigen::Vector2d normal = line.normal();
@@ -112,6 +119,7 @@ void CurbLines::describe(const Eigen::Vector2d& along, CurbFinding& finding) con
 void CurbRefiner::refine(const InverseRanges& ranges, const CurbReach& reach, CurbLines& lines) {
   for (int round = 0; round < kRounds; ++round) {
     share_out(ranges, reach, lines);
+    leave_out_strays(ranges, lines);
     CurbLines better = lines;
     if (!fit(ranges, better) || !better.do_meet()) return;
     lines = better;
@@ -133,6 +141,18 @@ void CurbRefiner::share_out(const InverseRanges& ranges, const CurbReach& reach,
     const bool is_beyond_foot = order * cross(ray, foot) < 0.0;
     const bool is_beyond_edge = order * cross(ray, edge) < 0.0;
     on_[is_beyond_edge ? 2 : is_beyond_foot ? 1 : 0].push_back(i);
+  }
+}
+
+// Speckle that pieces took in, by the scatter of the others.
+void CurbRefiner::leave_out_strays(const InverseRanges& ranges, const CurbLines& lines) {
+  const std::array<const ScanLine*, 3> all{&lines.road, &lines.face, &lines.top};
+  for (std::size_t part = 0; part < all.size(); ++part) {
+    misfits_.clear();
+    for (const std::size_t i : on_[part]) misfits_.push_back(misfit(ranges, i, *all[part]));
+    if (misfits_.empty()) continue;
+    const double most = kStray * std::max(1.0, upper_median(misfits_) / kMedianOfChi2);
+    std::erase_if(on_[part], [&](std::size_t i) { return misfit(ranges, i, *all[part]) > most; });
   }
 }
 

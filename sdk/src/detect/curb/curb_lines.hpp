@@ -13,6 +13,9 @@
 
 namespace striper::detail {
 
+/// Where two lines meet, scan frame. Precondition: they are not parallel.
+Eigen::Vector2d meeting(const ScanLine& a, const ScanLine& b) noexcept;
+
 /// A curb as three lines: their meetings are its vertices, so that lines fitted apart are the
 /// polyline's best fit.
 struct CurbLines {
@@ -52,10 +55,12 @@ class CurbRefiner {
 
  private:
   void share_out(const InverseRanges& ranges, const CurbReach& reach, const CurbLines& lines);
+  void leave_out_strays(const InverseRanges& ranges, const CurbLines& lines);
   void leave_out_nose(const InverseRanges& ranges, const CurbLines& lines);
   bool fit(const InverseRanges& ranges, CurbLines& lines) const;
 
   std::array<std::vector<std::size_t>, 3> on_;  // Road, face, top.
+  std::vector<double> misfits_;
 };
 
 }  // namespace striper::detail

@@ -10,10 +10,6 @@
 namespace striper::detail {
 namespace {
 
-// Flatter is a ramp: wheelchairs take 5, garage entries 15 to 25 degrees; the faces of curbs lean
-// by at most 20 degrees, those to be driven over by 45.
-constexpr double kLeastFace_rad = 35.0 * std::numbers::pi / 180.0;
-
 // No face is straight and no height the same along the road to less than this.
 constexpr double kFaceSlack_rad = 3.0 * std::numbers::pi / 180.0;
 constexpr double kHeightSlack_m = 0.004;

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <numbers>
+
 #include <striper/detect/curb_finder.hpp>
 
 namespace striper::detail {
+
+/// Flatter is a ramp: wheelchairs take 5, garage entries 15 to 25 degrees; the faces of curbs lean
+/// by at most 20 degrees, those to be driven over by 45.
+inline constexpr double kLeastFace_rad = 35.0 * std::numbers::pi / 180.0;
 
 /// What is seen of something that leaves the road, besides its figures.
 struct CurbEvidence {

@@ -20,6 +20,8 @@ constexpr double kUneven_m = 0.02;
 constexpr int kFewestPoints = 3;        // Fewer are on anything.
 constexpr double kLeastGround_m = 0.1;  // Of a piece that is ground of its own.
 constexpr double kLeastBehind_m = 0.15;
+constexpr int kSurePoints = 10;
+constexpr double kSureBend = 3.0;  // Times what a piece had to gain; by chance it is 1.5 at most.
 
 // Of a face that no return is on: upright, to the 20 degrees that faces lean by.
 constexpr double kFaceLean_rad = 20.0 * kDegree;
@@ -61,27 +63,57 @@ void RoadSide::take_ground(Index k) {
   if (out_.dot(along_) < 0.0) out_ = -out_;
 }
 
+void RoadSide::begin_at(Index ground) {
+  ground_ = ground;
+  leaving_ = face_ = top_ = behind_ = kNowhere;
+  evidence_ = CurbEvidence{};
+  evidence_.penalty = scan_->pieces.penalty;
+}
+
 RoadEnd RoadSide::look(const CutScan& scan, std::size_t road, const Eigen::Vector2d& along,
                        double out) {
   scan_ = &scan;
   along_ = out_ = out * along;
-  ground_ = first_ = static_cast<Index>(road);
+  first_ = static_cast<Index>(road);
+  begin_at(first_);
   const Piece& first = piece(ground_);
   step_ = (first.end_m - first.begin_m).dot(out_) > 0.0 ? 1 : -1;
   reach_m_ = strip(ground_).far.x();
-  leaving_ = face_ = top_ = kNowhere;
-  evidence_ = CurbEvidence{};
-  evidence_.penalty = scan.pieces.penalty;
-  find_leaving();
   RoadEnd end;
-  if (has(leaving_)) {
-    end.finding = leaves_.is_rough && leaves_.is_at(0.0) ? verge()
-                  : leaves_.near.y() < -kUneven_m        ? drop()
-                                                         : rise();
+  std::size_t count = 0;
+  while (count < kMostFindings) {
+    const auto found = next();
+    if (count == 0) end.lateral_m = out * reach_m_;
+    if (!found) break;
+    findings_[count] = *found;
+    if (out < 0.0) findings_[count].lateral_m = -found->lateral_m;
+    ++count;
+    if (!has(behind_) || found->kind != CurbKind::kObject) break;
+    take_ground(behind_);
+    begin_at(behind_);
   }
-  if (end.finding && out < 0.0) end.finding->lateral_m = -end.finding->lateral_m;
-  end.lateral_m = out * reach_m_;
+  end.findings = {findings_.data(), count};
   return end;
+}
+
+std::optional<CurbFinding> RoadSide::next() {
+  find_leaving();
+  if (!has(leaving_)) return std::nullopt;
+  const bool is_flat = leaves_.slope_rad < kLeastFace_rad;
+  if (leaves_.is_rough && leaves_.is_at(0.0) && is_flat) return verge();
+  const bool is_drop = leaves_.near.y() < -kUneven_m && leaves_.slope_rad < kLevel_rad;
+  return is_drop ? drop() : rise();
+}
+
+// Water runs along it: lower than the road, by less than anything counts.
+bool RoadSide::is_gutter(const Strip& s) const {
+  return s.near.y() < 0.0 && s.near.y() > -scan_->options.min_height_m;
+}
+
+// Where a few returns at the road's end are cut off by chance they are no ground of their own:
+// their line tells little of where the face stands.
+bool RoadSide::is_bend(Index k) const {
+  return piece(k).points >= kSurePoints || !(piece(k).evidence < kSureBend * evidence_.penalty);
 }
 
 // The ground bends and changes on the way: gutters, crowns, slabs.
@@ -90,10 +122,11 @@ void RoadSide::find_leaving() {
     const Strip s = strip(k);
     if (s.points < kFewestPoints) continue;
     const bool is_small = std::abs(s.near.y()) < kUneven_m && std::abs(s.far.y()) < kUneven_m;
-    const bool is_ground = s.is_level && s.is_at(0.0);
+    const bool is_ground = s.is_level && (s.is_at(0.0) || is_gutter(s));
     if (s.is_rough && (is_ground || is_small) && s.length_m() < kLeastBehind_m) continue;
     if (!s.is_rough && is_ground) {
-      if (s.length_m() >= kLeastGround_m) take_ground(k);
+      reach_m_ = std::max(reach_m_, s.far.x());
+      if (s.length_m() >= kLeastGround_m && is_bend(k)) take_ground(k);
       continue;
     }
     if (!s.is_rough && is_small) continue;
@@ -104,21 +137,27 @@ void RoadSide::find_leaving() {
   }
 }
 
-// The face is the longest of what rises; the top is what is level behind it.
+// The face is the highest of what is steep, or, where nothing is, of what rises at all; the top is
+// what is flat behind it, be it a bank.
 void RoadSide::find_top() {
-  double longest = 0.0;
+  double highest_m = 0.0;
+  bool is_face_steep = false;
   for (Index k = leaving_; has(k); k += step_) {
     const Strip s = strip(k);
     if (s.points < kFewestPoints) continue;
-    if (s.slope_rad >= kLevel_rad) {
-      const double length = (s.far - s.near).norm();
-      if (length <= longest) continue;
-      longest = length;
-      face_ = k;
-      continue;
+    const bool is_steep = s.slope_rad >= kLeastFace_rad;
+    const bool is_surface = (s.far - s.near).norm() >= kLeastGround_m;
+    if (s.slope_rad < kLevel_rad || (is_face_steep && !is_steep && is_surface)) {
+      if (s.slope_rad > -kLevel_rad && s.near.y() > kUneven_m) top_ = k;
+      return;
     }
-    if (s.is_level && s.near.y() > kUneven_m) top_ = k;
-    return;
+    if (is_steep && !is_face_steep && has(face_) && highest_m >= kLeastGround_m) return;
+    const double height_m = s.far.y() - s.near.y();
+    const bool is_better = is_steep != is_face_steep ? is_steep : height_m > highest_m;
+    if (!is_better) continue;
+    highest_m = height_m;
+    is_face_steep = is_steep;
+    face_ = k;
   }
 }
 
@@ -128,8 +167,9 @@ void RoadSide::look_behind(Index from) {
     if (!s.is_level || s.points < kFewestPoints) continue;
     const double middle = 0.5 * (s.near.y() + s.far.y());
     if (middle > kUneven_m && has(top_)) evidence_.top_length_m = s.far.x() - strip(top_).near.x();
-    if (std::abs(middle) < 2.0 * kUneven_m && s.length_m() > kLeastBehind_m)
-      evidence_.is_ground_behind = true;
+    if (std::abs(middle) >= 2.0 * kUneven_m || s.length_m() <= kLeastBehind_m) continue;
+    evidence_.is_ground_behind = true;
+    if (!has(behind_)) behind_ = k;
   }
 }
 
@@ -162,8 +202,11 @@ CurbLines RoadSide::first_lines() const {
   } else {
     const Piece& face = piece(face_);
     const Eigen::Vector2d end = is_up ? face.end_m : face.begin_m;
-    lines.top =
-        line_through(end, out_, is_up ? face.sigma_end_m : face.sigma_begin_m, kTopLean_rad);
+    const bool is_end_seen = is_up ? face.is_end_seen : face.is_begin_seen;
+    const double sigma = is_up ? face.sigma_end_m : face.sigma_begin_m;
+    // Where the scan ends the face may go on.
+    const double unseen = is_end_seen ? 0.0 : scan_->options.max_height_m / std::sqrt(12.0);
+    lines.top = line_through(end, out_, std::hypot(sigma, unseen), kTopLean_rad);
   }
   return lines;
 }

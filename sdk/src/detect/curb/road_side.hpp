@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 
 #include <striper/detect/curb_finder.hpp>
 
@@ -11,6 +13,9 @@
 #include "profile/cutter.hpp"
 
 namespace striper::detail {
+
+/// Two parked vehicles and the curb.
+inline constexpr std::size_t kMostFindingsOfASide = 3;
 
 /// A scan as its pieces, and what is asked of them.
 struct CutScan {
@@ -21,11 +26,13 @@ struct CutScan {
 
 /// How the road ends on one side.
 struct RoadEnd {
-  double lateral_m = 0.0;  ///< As far as ground is seen.
-  std::optional<CurbFinding> finding;
+  double lateral_m = 0.0;  ///< As far as ground is seen before anything leaves it.
+  /// Outwards: what stands on the road, and then what ends it. Valid until the next look.
+  std::span<const CurbFinding> findings;
 };
 
-/// Goes outwards from the road, piece by piece, to the first surface that leaves it.
+/// Goes outwards from the road, piece by piece, to the first surface that leaves it; where the road
+/// is seen again behind that, on from there.
 class RoadSide {
  public:
   /// @param road the piece to begin with. @param along where lateral grows.
@@ -35,6 +42,7 @@ class RoadSide {
  private:
   using Index = std::ptrdiff_t;
   static constexpr Index kNowhere = -1;
+  static constexpr std::size_t kMostFindings = kMostFindingsOfASide;
 
   /// A piece seen from the ground's line: s outwards, z above it.
   struct Strip {
@@ -52,7 +60,11 @@ class RoadSide {
   const Piece& piece(Index k) const;
   bool has(Index k) const;
   Strip strip(Index k) const;
+  bool is_gutter(const Strip& s) const;
+  bool is_bend(Index k) const;
   void take_ground(Index k);
+  void begin_at(Index ground);
+  std::optional<CurbFinding> next();
   void find_leaving();
   void find_top();
   void look_behind(Index from);
@@ -73,8 +85,10 @@ class RoadSide {
   Strip leaves_;              // seen from it.
   Index face_ = kNowhere;
   Index top_ = kNowhere;
+  Index behind_ = kNowhere;  // Ground that is seen again.
   CurbEvidence evidence_;
   CurbRefiner refiner_;
+  std::array<CurbFinding, kMostFindings> findings_;
 };
 
 }  // namespace striper::detail

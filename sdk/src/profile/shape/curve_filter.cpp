@@ -7,6 +7,8 @@
 namespace striper::detail {
 namespace {
 
+constexpr double kSingular = 1e-12;
+
 // The product of so many ratios, each below 1e9, cannot overflow.
 constexpr std::size_t kStepsPerLogarithm = 16;
 
@@ -138,7 +140,8 @@ CurveFilter::Best CurveFilter::best() const {
 }
 
 CurveSmoother::Line CurveSmoother::filter(const InverseRanges& ranges, std::size_t from,
-                                          std::size_t to, double density) {
+                                          std::size_t to) {
+  const double density = density_;
   const Beginning beginning = begin_at(ranges, from);
   const LineFit& fit = beginning.line;
   const Line first{fit.parameters[0], fit.parameters[1],
@@ -164,6 +167,7 @@ CurveSmoother::Line CurveSmoother::filter(const InverseRanges& ranges, std::size
     line.p01 -= information * g0 * g1;
     line.p11 -= information * g1 * g1;
   }
+  end_ = line;
   return first;
 }
 
@@ -175,7 +179,10 @@ const std::vector<CurveSmoother::Estimate>& CurveSmoother::smooth(const InverseR
   const std::size_t size = to - from;
   steps_.resize(std::max(steps_.size(), size));
   estimates_.resize(size);
-  const Line first = filter(ranges, from, to, strength * unit_density(ranges, from));
+  breaks_.resize(size);
+  breaks_[0] = breaks_[1] = 0.0;
+  density_ = strength * unit_density(ranges, from);
+  const Line first = filter(ranges, from, to);
   double d0 = 0.0, d1 = 0.0;               // Gradient.
   double d00 = 0.0, d01 = 0.0, d11 = 0.0;  // Curvature.
   for (std::size_t i = size; i-- > 2;) {
@@ -195,16 +202,30 @@ const std::vector<CurveSmoother::Estimate>& CurveSmoother::smooth(const InverseR
     d00 += c * c * information - 2.0 * c * m0;
     d01 += c * n * information - c * m1 - n * m0;
     d11 += n * n * information - 2.0 * n * m1;
+    const double determinant = d00 * d11 - d01 * d01;
+    const bool is_determined = determinant > kSingular * d00 * d11;
+    breaks_[i] =
+        is_determined ? (d0 * d0 * d11 - 2.0 * d0 * d1 * d01 + d1 * d1 * d00) / determinant : 0.0;
   }
+  take_begin(first, {d0, d1, d00, d01, d11});
   for (std::size_t i = 0; i < 2; ++i) {  // By the line that begins it.
     const double c = ranges.cosine[from + i];
     const double n = ranges.sine[from + i];
-    const double g0 = first.p00 * c + first.p01 * n;
-    const double g1 = first.p01 * c + first.p11 * n;
-    estimates_[i] = {first.p0 * c + first.p1 * n - (g0 * d0 + g1 * d1),
-                     g0 * c + g1 * n - (g0 * g0 * d00 + 2.0 * g0 * g1 * d01 + g1 * g1 * d11)};
+    estimates_[i] = {begin_.p0 * c + begin_.p1 * n,
+                     begin_.p00 * c * c + 2.0 * begin_.p01 * c * n + begin_.p11 * n * n};
   }
   return estimates_;
+}
+
+// @param later  gradient and curvature, of what all later elements say.
+void CurveSmoother::take_begin(const Line& first, const std::array<double, 5>& later) noexcept {
+  const auto [d0, d1, d00, d01, d11] = later;
+  const auto [p0, p1, p00, p01, p11] = first;
+  // P - P D P.
+  const double a0 = p00 * d00 + p01 * d01, a1 = p00 * d01 + p01 * d11;
+  const double b0 = p01 * d00 + p11 * d01, b1 = p01 * d01 + p11 * d11;
+  begin_ = {p0 - (p00 * d0 + p01 * d1), p1 - (p01 * d0 + p11 * d1),  //
+            p00 - (a0 * p00 + a1 * p01), p01 - (a0 * p01 + a1 * p11), p11 - (b0 * p01 + b1 * p11)};
 }
 
 }  // namespace striper::detail

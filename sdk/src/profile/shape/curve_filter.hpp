@@ -56,23 +56,41 @@ class CurveSmoother {
     double q;
     double variance;
   };
+  struct Line {  // As it is known at one place.
+    double p0, p1, p00, p01, p11;
+  };
 
   /// Elements [from, to); at least three. Valid until the next call; allocates only while scans
   /// grow. About 20 ns each.
   const std::vector<Estimate>& smooth(const InverseRanges& ranges, std::size_t from, std::size_t to,
                                       double strength);
 
+  /// What the last call returned.
+  const std::vector<Estimate>& estimates() const noexcept { return estimates_; }
+
+  /// By how much chi2 would fall if the surface broke before an element, place and slope free: chi2
+  /// of two degrees of freedom where it does not (de Jong & Penzer 1998, equation 11).
+  const std::vector<double>& breaks() const noexcept { return breaks_; }
+
+  /// The surface at its first and last element, by all elements of the last call, and the density
+  /// of the noise by which it wanders from there.
+  const Line& at_begin() const noexcept { return begin_; }
+  const Line& at_end() const noexcept { return end_; }
+  double density() const noexcept { return density_; }
+
  private:
-  struct Line {  // As it is known from the elements so far.
-    double p0, p1, p00, p01, p11;
-  };
   struct Step {  // What an element says that those before it do not.
     double gain0, gain1, information, surprise;  // Surprise: of its q, times the information.
   };
-  Line filter(const InverseRanges& ranges, std::size_t from, std::size_t to, double density);
+  Line filter(const InverseRanges& ranges, std::size_t from, std::size_t to);
+  void take_begin(const Line& first, const std::array<double, 5>& later) noexcept;
 
+  Line begin_{};
+  Line end_{};
+  double density_ = 0.0;
   std::vector<Step> steps_;
   std::vector<Estimate> estimates_;
+  std::vector<double> breaks_;
 };
 
 }  // namespace striper::detail

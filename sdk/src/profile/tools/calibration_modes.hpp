@@ -21,6 +21,9 @@ class CalibrationModes {
 
   std::size_t count() const noexcept { return static_cast<std::size_t>(root_.cols()); }
 
+  /// One row per parameter, one column per mode: root * root' is the covariance.
+  const Eigen::MatrixXd& root() const noexcept { return root_; }
+
   /// Learns how the returns move; false where they do not say at which pixel they were seen. About
   /// 2 us per element.
   bool take(const PolarScan& scan, const InverseRanges& ranges);

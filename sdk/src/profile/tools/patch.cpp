@@ -30,6 +30,11 @@ bool may_go_on(const InverseRanges& ranges, const Run& left, const Run& right) {
   return left.meets_next || jump * jump * ranges.weight[right.from] < kMostOfCurve * kMostOfCurve;
 }
 
+// Whether an element sees both sides of a corner.
+bool is_mixed(const Run& run, std::size_t i) noexcept {
+  return i < run.from + run.mixed_at_begin || i + run.mixed_at_end >= run.to;
+}
+
 }  // namespace
 
 double scatter_scale(double chi2, int dof) noexcept {
@@ -100,7 +105,7 @@ Patch Patches::patch_of(std::size_t run, const std::vector<std::size_t>& all, bo
   for (const std::size_t i : all) {
     const std::size_t of = run_of(i);
     const bool is_of_line = of == run || (is_alone && are_on_one_line(of, run));
-    if (is_of_line) patch.elements.push_back(i);
+    if (is_of_line && !is_mixed(runs_[of], i)) patch.elements.push_back(i);
     if (is_of_line || surface_of(of) == surface_of(run)) patch.surface.push_back(i);
   }
   patch.is_straight = static_cast<double>(patch.elements.size()) >=
@@ -183,8 +188,8 @@ PatchEnd Patches::end_of(const InverseRanges& ranges, const Patch& patch, const 
     const std::size_t k = is_later ? at : at - 1;
     Run left = runs_[k];
     Run right = runs_[k + 1];
-    left.fit = fit_run(ranges, left.from, left.to);
-    right.fit = fit_run(ranges, right.from, right.to);
+    left.fit = fit_run(ranges, left);
+    right.fit = fit_run(ranges, right);
     const Meeting meeting = meet(ranges, left, right);
     end.at_m = ranges.pivot + meeting.point_m;
     end.covariance = meeting.covariance;

@@ -36,6 +36,14 @@ LitFrame part_across(const LitFrame& frame, StripeAxis axis, int begin, int end)
 }  // namespace
 
 LitFrame SearchedPart::cut(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected) {
+  LitFrame part = cut_across(frame, axis, expected);
+  axis_ = axis;
+  ignored_ = IgnoredPixels(expected, part.grid);
+  return part;
+}
+
+LitFrame SearchedPart::cut_across(const LitFrame& frame, StripeAxis axis,
+                                  const ExpectedStripe* expected) {
   const bool is_limited = expected != nullptr && !expected->first_px.empty();
   first_.resize(is_limited ? static_cast<std::size_t>(line_count(frame.lit, axis)) : 0);
   last_.resize(first_.size());
@@ -74,12 +82,12 @@ SearchedPart::Extent SearchedPart::set_limits(const LitFrame& frame, StripeAxis 
 }
 
 void SearchedPart::refuse_outside(PeakList& peaks) const {
-  if (first_.empty()) return;
+  if (first_.empty() && !ignored_.is_any()) return;
   for (std::size_t i = 0; i < peaks.size(); ++i) {
-    const auto line = static_cast<std::size_t>(peaks.seeds[i].line);
+    const std::int32_t line = peaks.seeds[i].line;
     const auto across = static_cast<float>(peaks.across[i]);
-    if (across >= first_[line] && across <= last_[line]) continue;
-    peaks.blank(i);
+    const bool is_outside = is_limited() && (across < first_of(line) || across > last_of(line));
+    if (is_outside || ignored_.has(axis_, line, peaks.across[i])) peaks.blank(i);
   }
 }
 

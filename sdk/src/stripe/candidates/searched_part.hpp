@@ -9,6 +9,7 @@
 #include <striper/stripe/expected_stripe.hpp>
 
 #include "stripe/candidates/peak_list.hpp"
+#include "stripe/profile/ignored_pixels.hpp"
 
 namespace striper::detail {
 
@@ -19,12 +20,16 @@ inline constexpr int kLeastLength = 3;
 /// in it each line can.
 class SearchedPart {
  public:
-  /// @param expected null, or without rows: the stripe can be anywhere.
+  /// @param expected null, or without rows: the stripe can be anywhere. Outlives what is asked of
+  ///        the part.
   /// @return the part, of the same pixels.
   LitFrame cut(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected);
 
   /// Blanks what lies where the stripe cannot be.
   void refuse_outside(PeakList& peaks) const;
+
+  /// Where, in the part, it is not looked for.
+  const IgnoredPixels& ignored() const noexcept { return ignored_; }
 
   /// The first pixel across of the part.
   int from_px() const noexcept { return from_px_; }
@@ -39,11 +44,14 @@ class SearchedPart {
     float first;
     float last;
   };
+  LitFrame cut_across(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected);
   Extent set_limits(const LitFrame& frame, StripeAxis axis, const ExpectedStripe& expected);
 
   // The first and last pixel across between which the stripe of each line can be.
   std::vector<float> first_, last_;
   int from_px_ = 0;
+  StripeAxis axis_ = StripeAxis::kColumns;
+  IgnoredPixels ignored_;
 };
 
 }  // namespace striper::detail

@@ -4,6 +4,7 @@
 #include <striper/core/lit_frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
+#include "stripe/profile/ignored_pixels.hpp"
 #include "stripe/profile/profile_kernel.hpp"
 #include "stripe/profile/profile_plan.hpp"
 
@@ -17,6 +18,7 @@ struct FrameAtHand {
   PlanNoise noise;
   double noise_dn;  ///< Of a dark pixel.
   double step;      ///< Sensor pixels per image pixel across.
+  IgnoredPixels ignored{};
 };
 
 /// The pixels of a frame, as the kernel reads them.

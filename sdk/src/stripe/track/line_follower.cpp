@@ -33,8 +33,11 @@ constexpr double kSteepestBeside = 3.0;
 constexpr float kPlainSignificance = 5.5F;
 constexpr float kLeastOfBeside = 0.4F;
 
-bool is_masked_at(const LitFrame& frame, StripeAxis axis, int line, int across) {
-  return !frame.masked.empty() && image_line<std::uint8_t>(frame.masked, axis, line)[across] != 0;
+bool is_masked_at(const FrameAtHand& at_hand, int line, int across) {
+  const cv::Mat& masked = at_hand.frame.masked;
+  const bool is_masked =
+      !masked.empty() && image_line<std::uint8_t>(masked, at_hand.axis, line)[across] != 0;
+  return is_masked || at_hand.ignored.has(at_hand.axis, line, across);
 }
 
 // Judges the width and the edge only: that there is a stripe is known from the chain.
@@ -66,7 +69,7 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
     // of false alarms.
     if (stripe.status[i] == ReturnStatus::kWeak) stripe.drop(i, ReturnStatus::kNoStripe);
     const bool is_missing = verdict(stripe.status[i]) == Verdict::kMissing;
-    if (is_probable && is_missing && !is_masked_at(frame, stripe.axis, line, answer.across)) {
+    if (is_probable && is_missing && !is_masked_at(at_hand, line, answer.across)) {
       tracked_.seeds.push_back({line, answer.across});
     }
   }

@@ -21,7 +21,7 @@ struct SimulatedSourceOptions {
   bool illumination_known =
       true;                    ///< Frames and info say which laser fired; else one must find out.
   bool cadence_given = false;  ///< Info says the cadence even where the frames do not.
-  bool realtime = false;       ///< `next` waits until the picture is due.
+  bool realtime = false;       ///< `next` waits until the picture is due, or times out.
   /// Frames carry what an encoder on a wheel of the device shows; 0: there is none.
   double encoder_counts_per_m = 0.0;
   int encoder_bits = 32;  ///< After which it wraps.
@@ -42,7 +42,7 @@ class SimulatedControls;
 /// - `fields` = `progressive`, `split-top`, `split-bottom` (pictures of two fields, the named
 ///   one first), `alternate-top`, `alternate-bottom` (each field a frame)
 /// - `realtime=yes` frames come when they are due, not when they are ready: `next` waits for that,
-///   whatever its timeout, until `stop`
+///   as long as its timeout
 /// - `encoder=100` frames carry the counts of a wheel's encoder, so many for each metre of the
 ///   device's own motion; `encoder_bits=8|16|32` it wraps after
 ///
