@@ -36,10 +36,11 @@ class SharedSink::Part : public ScanSink {
   }
   void finish() override {
     if (!is_owner_) return;
-    give([&](ScanSink& sink) {
+    {
+      const std::lock_guard lock(shared_->mutex);
       shared_->is_finished = true;
-      sink.finish();
-    });
+    }
+    shared_->sink->finish();  // Not under the lock: it waits for those who ask, who may wait for it.
   }
 
  private:

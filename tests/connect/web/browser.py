@@ -43,7 +43,7 @@ class Browsed(Served):
         return self.browser.execute_script(script, *arguments)
 
     def data(self, name):
-        return self.browser.find_element(By.TAG_NAME, "body").get_attribute("data-" + name)
+        return self.run_js("return document.body?.getAttribute(arguments[0])", "data-" + name)  # A page may go meanwhile.
 
     def wait_for(self, what, why, seconds=20):
         end = time.monotonic() + seconds
