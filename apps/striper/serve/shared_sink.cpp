@@ -40,7 +40,8 @@ class SharedSink::Part : public ScanSink {
       const std::lock_guard lock(shared_->mutex);
       shared_->is_finished = true;
     }
-    shared_->sink->finish();  // Not under the lock: it waits for those who ask, who may wait for it.
+    shared_->sink
+        ->finish();  // Not under the lock: it waits for those who ask, who may wait for it.
   }
 
  private:
