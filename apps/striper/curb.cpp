@@ -12,9 +12,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/whole_file.hpp>
 #include <striper/detect/curb_csv.hpp>
 #include <striper/detect/curb_detector.hpp>
 
+#include "follow/curb_plot.hpp"
+#include "follow/found_tracks.hpp"
 #include "option_bounds.hpp"
 #include "program.hpp"
 #include "scan_following.hpp"
@@ -49,8 +52,9 @@ constexpr const char* kHelp =
     "to\n"
     "                     +x of the scan frame where the stripe runs along rows, else +y\n"
     "  height_m           of the edge over the road's line\n"
-    "  sigma_...          one sigma, random error; sigma_cal_... are empty: the calibration's are\n"
-    "                     common to all scans and are not known here\n"
+    "  sigma_...          one sigma, random error; sigma_cal_... the calibration's, common to all\n"
+    "                     scans: it needs a model with a covariance (--model, or in the "
+    "recording)\n"
     "  confidence         the probability that it is a curb, up or down: what stands on the road\n"
     "                     ends within a metre or two of way, a curb does not\n\n"
     "Examples:\n"
@@ -58,7 +62,10 @@ constexpr const char* kHelp =
     "      without an odometer the vehicle is taken to go 5 m/s (--speed)\n"
     "  striper curb drive.mcap --odometer odometer.csv --counts-per-m 1200 -o curbs.csv\n"
     "  striper curb gige:STRIPER1 -m striper.yaml --up 118 --json -o curbs.csv\n"
-    "      live; 118 degrees in the scan frame are up, within 20";
+    "      live; 118 degrees in the scan frame are up, within 20\n"
+    "  striper curb drive.csv -o curbs.csv --plot curbs.svg --to drive.mcap\n"
+    "      a picture, and a recording of scans and curbs for Foxglove\n\n"
+    "Events (docs/events.md): curb_found, curb_lost; with --json, and to whoever --to names.";
 
 void define(Command& command, CurbArguments& arguments) {
   CommandOption* const odometer = add_follow_arguments(command, arguments.follow);
@@ -83,13 +90,11 @@ void define(Command& command, CurbArguments& arguments) {
 
 struct CurbResult {
   std::uint64_t lines = 0;
-  std::uint64_t curbs = 0;       // That were surely there at some time.
+  std::uint64_t curbs = 0;       // That were found.
   std::uint64_t sure_scans = 0;  // That had one.
   std::uint64_t without_road = 0;
   double best = 0.0;  // Confidence.
 };
-
-constexpr double kSure = 0.9;
 
 /// Follows the curbs of every scan, each head's and laser's by itself.
 class CurbRun {
@@ -101,48 +106,74 @@ class CurbRun {
     options_.speed_m_s = arguments.speed_m_s;
     options_.validate();
     if (const auto file = arguments.follow.table()) table_.emplace(*file, curb_columns());
+    if (arguments.follow.plot) plot_.emplace();
   }
 
-  void look_at(const PolarScan& scan, const std::optional<Motion>& motion) {
-    const Key key(std::string(scan.head()), scan.laser);
-    CurbDetector& detector = detectors_.try_emplace(key, options_).first->second;
-    write(scan, detector.update(scan, motion));
+  void look_at(const FollowedScan& followed) {
+    const PolarScan& scan = followed.scan;
+    const FoundTracks::Plane plane(std::string(scan.head()), scan.laser);
+    CurbDetector& detector = detectors_.try_emplace(plane, options_).first->second;
+    const auto tracks = detector.update(scan, followed.motion);
+    CurbsSeen seen(scan, tracks);
+    write(seen);
+    say(seen, plane, followed.events);
+    if (plot_) plot_->add(scan, detector.view(), tracks, way_m(followed));
+    followed.bus.curbs(std::move(seen));
     result_.without_road += detector.view().has_road ? 0 : 1;
   }
 
   const CurbResult& finish() {
     if (table_) table_->close();
-    result_.curbs = sure_.size();
+    result_.curbs = found_.count();
     return result_;
   }
 
- private:
-  using Key = std::pair<std::string, int>;
+  std::string svg() const { return plot_->svg(); }
 
-  void write(const PolarScan& scan, std::span<const CurbTrack> tracks) {
-    line_.frame = scan.sequence;
-    line_.time_s = scan.time.seconds();
-    line_.head = scan.head();
-    line_.laser = scan.laser;
-    bool is_any_sure = false;
-    for (const CurbTrack& track : tracks) {
-      line_.track = track;
-      if (table_) table_->add(line_);
-      ++result_.lines;
-      result_.best = std::max(result_.best, track.confidence);
-      if (track.confidence < kSure) continue;
-      is_any_sure = true;
-      sure_[{{line_.head, line_.laser}, track.id}] = true;
+ private:
+  void write(const CurbsSeen& seen) {
+    double best = 0.0;
+    for (const CurbLine& line : seen.lines) {
+      if (table_) table_->add(line);
+      best = std::max(best, line.track.confidence);
     }
-    result_.sure_scans += is_any_sure ? 1 : 0;
+    result_.lines += seen.lines.size();
+    result_.best = std::max(result_.best, best);
+    result_.sure_scans += best >= FoundTracks::kSure ? 1 : 0;
     if (table_) table_->flush();
+  }
+
+  void say(const CurbsSeen& seen, const FoundTracks::Plane& plane, const EventPort& events) {
+    const auto send = [&](Event event) {
+      event.head = seen.scan.head;
+      event.time_s = seen.scan.time.seconds();
+      events.send(std::move(event));
+    };
+    for (const CurbLine& line : seen.lines) {
+      const CurbTrack& track = line.track;
+      if (!found_.see(plane, track.id, track.confidence)) continue;
+      send({"curb_found", fmt::format("curb {} ({}) at {:.3f} m, {:.3f} m high", track.id,
+                                      to_string(track.kind), track.lateral_m, track.height_m)});
+    }
+    found_.forget_unseen(plane, [&](std::uint64_t track) {
+      send({"curb_lost", fmt::format("curb {} is not followed any more", track)});
+    });
+  }
+
+  // Of the vehicle since the first scan.
+  double way_m(const FollowedScan& followed) {
+    const double time_s = followed.scan.time.seconds();
+    const double now = followed.motion ? followed.motion->distance_m : options_.speed_m_s * time_s;
+    if (!start_m_) start_m_ = now;
+    return now - *start_m_;
   }
 
   CurbDetectorOptions options_;
   std::optional<CsvWriter<CurbLine>> table_;
-  std::map<Key, CurbDetector> detectors_;
-  std::map<std::pair<Key, std::uint64_t>, bool> sure_;
-  CurbLine line_;
+  std::optional<CurbPlot> plot_;
+  std::map<FoundTracks::Plane, CurbDetector> detectors_;
+  FoundTracks found_;
+  std::optional<double> start_m_;
   CurbResult result_;
 };
 
@@ -162,9 +193,7 @@ ExitCode curb(const CurbArguments& arguments) {
   CurbRun run(arguments);
   const FollowCounts counts =
       follow_scans(arguments.follow, events.port(),
-                   [&](const PolarScan& scan, const std::optional<Motion>& motion) {
-                     run.look_at(scan, motion);
-                   });
+                   [&](const FollowedScan& followed) { run.look_at(followed); });
   const CurbResult& result = run.finish();
   say(fmt::format("{} in {}; a curb is seen in {}", count(result.curbs, "curb"),
                   count(counts.scans, "scan"), result.sure_scans));
@@ -177,6 +206,10 @@ ExitCode curb(const CurbArguments& arguments) {
   if (result.without_road > 0) {
     say(fmt::format("{} of them show no road{}", result.without_road,
                     arguments.follow.up_deg ? " within 20 degrees of --up" : ""));
+  }
+  if (arguments.follow.plot) {
+    write_file_atomically(*arguments.follow.plot, run.svg());
+    say(fmt::format("wrote {}", *arguments.follow.plot));
   }
   if (arguments.follow.output) say(fmt::format("wrote {}", *arguments.follow.output));
   if (arguments.follow.json) print_json(json_of(counts, result, events));

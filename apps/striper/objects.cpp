@@ -5,15 +5,19 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/whole_file.hpp>
 #include <striper/detect/object_csv.hpp>
 #include <striper/detect/objects.hpp>
 
+#include "follow/found_tracks.hpp"
+#include "follow/object_plot.hpp"
 #include "option_bounds.hpp"
 #include "program.hpp"
 #include "scan_following.hpp"
@@ -32,6 +36,7 @@ struct ObjectsArguments {
   double forward_deg = 0.0;
   std::optional<double> roughness_m;
   std::optional<double> acceleration_m_s2;
+  double contact_s = 1.0;  // At 50 km/h 14 m, more than a striper sees.
 };
 
 constexpr const char* kDescription =
@@ -64,7 +69,12 @@ constexpr const char* kHelp =
     "  striper objects street.csv --up 118 -o objects.csv\n"
     "      the scan plane cuts the road: its returns are no objects, its curb divides the zones\n"
     "  striper objects lidar.csv --sigma 0.01 --json -o objects.csv\n"
-    "      a table made elsewhere: frame,time_s,bearing_rad,range_m";
+    "      a table made elsewhere: frame,time_s,bearing_rad,range_m\n"
+    "  striper objects street.csv --up 118 --contact 0.5 --to drive.mcap --plot objects.svg\n"
+    "      a recording of scans and objects for Foxglove, and a picture\n\n"
+    "Events (docs/events.md): object_found, object_lost, and contact_near where an object that is "
+    "not\n"
+    "behind a curb will be here within --contact; with --json, and to whoever --to names.";
 
 void define(Command& command, ObjectsArguments& arguments) {
   CommandOption* const odometer = add_follow_arguments(command, arguments.follow);
@@ -86,6 +96,11 @@ void define(Command& command, ObjectsArguments& arguments) {
                   "one sigma, m/s^2; 3 for what swerves all the time; without it learnt")
       ->type_name("A")
       ->check(between(1e-3, 10.0));
+  command
+      .add_option("--contact", arguments.contact_s,
+                  "contact_near is said of what will be here sooner, seconds; default 1")
+      ->type_name("S")
+      ->check(between(0.0, 100.0));
   command.footer(kHelp);
 }
 
@@ -93,6 +108,7 @@ void define(Command& command, ObjectsArguments& arguments) {
 struct Plane {
   ObjectTracker tracker;
   std::optional<CurbFinder> ground;
+  std::set<std::uint64_t> warned;  // Tracks of which contact_near was said.
 };
 
 struct ObjectsResult {
@@ -100,9 +116,6 @@ struct ObjectsResult {
   std::uint64_t objects = 0;  // That were surely there at some time.
   double soonest_contact_s = kNone;
 };
-
-// More surely there than not by far: the second hit in a row makes .66, the third .90.
-constexpr double kSure = 0.9;
 
 /// Follows the objects of every scan, each head's and laser's by itself.
 class ObjectsRun {
@@ -115,28 +128,35 @@ class ObjectsRun {
 
     options_.forward_rad = arguments.forward_deg * kDegree;
     if (const auto file = arguments.follow.table()) table_.emplace(*file, object_columns());
+    if (arguments.follow.plot) plot_.emplace();
   }
 
-  void look_at(const PolarScan& scan, const std::optional<Motion>& motion) {
-    Plane& plane = plane_of(scan);
+  void look_at(const FollowedScan& followed) {
+    const PolarScan& scan = followed.scan;
+    const FoundTracks::Plane key(std::string(scan.head()), scan.laser);
+    Plane& plane = plane_of(key);
     if (plane.ground) plane.tracker.set_ground(&plane.ground->find(scan));
-    write(scan, plane.tracker.update(scan, motion));
+    const auto tracks = plane.tracker.update(scan, followed.motion);
+    ObjectsSeen seen(scan, tracks);
+    write(seen);
+    say(seen, plane, key, followed.events);
+    if (plot_) plot_->add(scan, tracks);
+    followed.bus.objects(std::move(seen));
   }
 
   const ObjectsResult& finish() {
     if (table_) table_->close();
-    result_.objects = sure_.size();
+    result_.objects = found_.count();
     return result_;
   }
 
- private:
-  using Key = std::pair<std::string, int>;
+  std::string svg() const { return plot_->svg(); }
 
-  Plane& plane_of(const PolarScan& scan) {
-    const Key key(std::string(scan.head()), scan.laser);
+ private:
+  Plane& plane_of(const FoundTracks::Plane& key) {
     const auto found = planes_.find(key);
     if (found != planes_.end()) return found->second;
-    Plane plane{ObjectTracker(options_), std::nullopt};
+    Plane plane{ObjectTracker(options_), std::nullopt, {}};
     if (const auto up_rad = arguments_.follow.up_rad()) {
       CurbOptions curbs;
       curbs.up_rad = up_rad;
@@ -145,28 +165,53 @@ class ObjectsRun {
     return planes_.emplace(key, std::move(plane)).first->second;
   }
 
-  void write(const PolarScan& scan, std::span<const ObjectTrack> tracks) {
-    line_.frame = scan.sequence;
-    line_.time_s = scan.time.seconds();
-    line_.head = scan.head();
-    line_.laser = scan.laser;
-    for (const ObjectTrack& track : tracks) {
-      line_.set(track);
-      if (table_) table_->add(line_);
-      ++result_.lines;
-      if (track.confidence < kSure) continue;
-      sure_[{{line_.head, line_.laser}, track.id}] = true;
-      result_.soonest_contact_s = std::fmin(result_.soonest_contact_s, track.time_to_contact_s);
+  void write(const ObjectsSeen& seen) {
+    for (const ObjectLine& line : seen.lines) {
+      if (table_) table_->add(line);
+      if (line.track.confidence < FoundTracks::kSure) continue;
+      result_.soonest_contact_s =
+          std::fmin(result_.soonest_contact_s, line.track.time_to_contact_s);
     }
+    result_.lines += seen.lines.size();
     if (table_) table_->flush();
+  }
+
+  void say(const ObjectsSeen& seen, Plane& plane, const FoundTracks::Plane& key,
+           const EventPort& events) {
+    const auto send = [&](Event event) {
+      event.head = seen.scan.head;
+      event.time_s = seen.scan.time.seconds();
+      events.send(std::move(event));
+    };
+    for (const ObjectLine& line : seen.lines) {
+      const ObjectTrack& track = line.track;
+      if (found_.see(key, track.id, track.confidence)) {
+        send({"object_found", fmt::format("object {} at {:.2f} m, {:.2f} m wide", track.id,
+                                          line.range_m, track.width_m)});
+      }
+      if (is_near(track) && plane.warned.insert(track.id).second) {
+        send({"contact_near", fmt::format("object {} at {:.2f} m will be here in {:.2f} s",
+                                          track.id, line.range_m, track.time_to_contact_s)});
+      }
+    }
+    found_.forget_unseen(key, [&](std::uint64_t track) {
+      plane.warned.erase(track);
+      send({"object_lost", fmt::format("object {} is not followed any more", track)});
+    });
+  }
+
+  // Somebody on the pavement is no reason for an alarm.
+  bool is_near(const ObjectTrack& track) const {
+    return track.confidence >= FoundTracks::kSure && track.zone != ObjectZone::kBehindCurb &&
+           track.time_to_contact_s <= arguments_.contact_s;
   }
 
   const ObjectsArguments& arguments_;
   ObjectOptions options_;
   std::optional<CsvWriter<ObjectLine>> table_;
-  std::map<Key, Plane> planes_;
-  std::map<std::pair<Key, std::uint64_t>, bool> sure_;
-  ObjectLine line_;
+  std::optional<ObjectPlot> plot_;
+  std::map<FoundTracks::Plane, Plane> planes_;
+  FoundTracks found_;
   ObjectsResult result_;
 };
 
@@ -187,14 +232,16 @@ ExitCode objects(const ObjectsArguments& arguments) {
   ObjectsRun run(arguments);
   const FollowCounts counts =
       follow_scans(arguments.follow, events.port(),
-                   [&](const PolarScan& scan, const std::optional<Motion>& motion) {
-                     run.look_at(scan, motion);
-                   });
+                   [&](const FollowedScan& followed) { run.look_at(followed); });
   const ObjectsResult& result = run.finish();
   say(fmt::format("followed {} in {}", count(result.objects, "object"),
                   count(counts.scans, "scan")));
   if (std::isfinite(result.soonest_contact_s))
     say(fmt::format("soonest contact {:.2g} s ahead", result.soonest_contact_s));
+  if (arguments.follow.plot) {
+    write_file_atomically(*arguments.follow.plot, run.svg());
+    say(fmt::format("wrote {}", *arguments.follow.plot));
+  }
   if (arguments.follow.output) say(fmt::format("wrote {}", *arguments.follow.output));
   if (arguments.follow.json) print_json(json_of(counts, result, events));
   return ExitCode::kDone;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <set>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -13,9 +15,11 @@
 #include <striper/motion/odometer.hpp>
 #include <striper/motion/odometer_csv.hpp>
 #include <striper/scans/open_scans.hpp>
+#include <striper/stream/open_sink.hpp>
 
 #include "option_bounds.hpp"
 #include "program.hpp"
+#include "sink_arguments.hpp"
 #include "terminal.hpp"
 
 namespace striper::program {
@@ -68,6 +72,42 @@ void complete(PolarScan& scan, double sigma_m, FollowCounts& counts) {
   counts.without_sigma += is_any && !is_known ? 1 : 0;
 }
 
+/// Whoever --to names: they hear of a head before its first scan.
+class FollowSinks {
+ public:
+  FollowSinks(const std::vector<std::string>& addresses, const EventPort& events)
+      : events_([this, events](const Event& event) {
+          events.send(event);
+          bus_.event(event);
+        }),
+        bus_(events_) {
+    for (const SinkUri& uri : parse_sinks(addresses)) {
+      bus_.add(uri.text(), open_sink(uri));
+      has_any_ = true;
+    }
+  }
+
+  const EventPort& events() const noexcept { return events_; }
+  ScanBus& bus() noexcept { return bus_; }
+
+  void write(const PolarScan& scan, ScanSource& source) {
+    if (!has_any_) return;
+    if (heads_.emplace(scan.head()).second) bus_.open(source.info_of(scan.head()));
+    bus_.write(std::make_shared<const PolarScan>(scan));
+  }
+
+  void finish() {
+    bus_.finish();
+    if (bus_.failure()) std::rethrow_exception(bus_.failure());
+  }
+
+ private:
+  EventPort events_;
+  ScanBus bus_;
+  bool has_any_ = false;
+  std::set<std::string, std::less<>> heads_;
+};
+
 void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCounts& counts) {
   if (counts.scans == 0)
     throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", arguments.scans));
@@ -107,6 +147,15 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
                   "Where the table goes; default: the standard output, with --json nowhere")
       ->type_name("FILE");
   command
+      .add_option("--to", arguments.sinks,
+                  "Who else gets the scans and what is found in them: jsonl:FILE, mcap:FILE, "
+                  "web:PORT, ros2:; as often as you like (csv:, ply: and the like take the scans "
+                  "alone)")
+      ->type_name("SINK")
+      ->allow_extra_args(false);
+  command.add_option("--plot", arguments.plot, "A picture of a scan, and of all there was")
+      ->type_name("FILE.svg");
+  command
       .add_option("--up", arguments.up_deg,
                   "The scan plane cuts the ground: the direction that points up, degrees from x to "
                   "y in the scan frame")
@@ -134,14 +183,14 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
   return odometer;
 }
 
-FollowCounts follow_scans(
-    const FollowArguments& arguments, const EventPort& events,
-    const std::function<void(const PolarScan&, const std::optional<Motion>&)>& take) {
+FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& events,
+                          const std::function<void(const FollowedScan&)>& take) {
+  FollowSinks sinks(arguments.sinks, events);
   std::shared_ptr<const StriperModel> model;
   if (arguments.model) {
-    model = std::make_shared<StriperModel>(load_model(*arguments.model, events));
+    model = std::make_shared<StriperModel>(load_model(*arguments.model, sinks.events()));
   }
-  const auto source = open_scans(arguments.scans, model, std::nullopt, events);
+  const auto source = open_scans(arguments.scans, model, std::nullopt, sinks.events());
   std::optional<WheelMotion> wheel;
   if (arguments.odometer) wheel.emplace(*arguments.odometer, arguments.counts_per_m);
   Progress progress("scans", std::nullopt);
@@ -154,9 +203,11 @@ FollowCounts follow_scans(
     complete(scan, arguments.sigma_m, counts);
     const auto motion = wheel ? wheel->at(scan.time.seconds()) : std::nullopt;
     counts.without_motion += wheel && !motion ? 1 : 0;
-    take(scan, motion);
+    sinks.write(scan, *source);
+    take({scan, motion, sinks.bus(), sinks.events()});
     progress.update(++counts.scans);
   }
+  sinks.finish();
   refuse_what_says_nothing(arguments, counts);
   return counts;
 }

@@ -91,6 +91,35 @@ class Curb(InScratch):
         self.assertAlmostEqual(float(rows[-1]["height_m"]), 0.15, delta=0.002)
         self.assertGreater(float(rows[-1]["confidence"]), 0.9)
 
+    def test_whoever_to_names_gets_scans_curbs_and_events(self):
+        def ends(t):
+            return CURB if t < 0.7 else FLAT
+        table = self.write("street.csv", street_csv(ends, 24))
+        lines, recording, picture = self.path("run.jsonl"), self.path("run.mcap"), self.path("curbs.svg")
+        rows, summary, _ = self.curb(table, "--to", lines, "--to", recording, "--plot", picture)
+        with open(lines, encoding="utf-8") as file:
+            said = [json.loads(line) for line in file]
+        found = [line for line in said if "curbs" in line]
+        self.assertEqual(len(found), 24)
+        self.assertEqual([line["sequence"] for line in said if "status" in line], list(range(24)))
+        told = [(line["sequence"], curb["track"], curb["kind"], curb["lateral_m"]) for line in found for curb in line["curbs"]]
+        self.assertEqual(told, [(int(r["frame"]), int(r["track"]), r["kind"], float(r["lateral_m"])) for r in rows])
+        self.assertIsNone(found[3]["curbs"][0]["sigma_cal_lateral_m"])
+        self.assertEqual(list(found[3]["curbs"][0]), COLUMNS[4:])
+        codes = [line["event"] for line in said if "event" in line]
+        self.assertEqual(codes, ["curb_found", "curb_lost"])
+        self.assertEqual([event["event"] for event in summary["events"]], codes)
+        topics = {topic["name"]: topic for topic in json.loads(striper("info", recording, "--json").stdout)["topics"]}
+        self.assertEqual(topics["/striper/curbs"]["count"], 24)
+        self.assertEqual(topics["/striper/curbs"]["type"], "striper_msgs/msg/Curbs")
+        # Both files are scans as well.
+        for again in (lines, recording):
+            self.assertEqual(self.curb(again)[0], rows)
+        with open(picture, encoding="utf-8") as file:
+            drawn = file.read()
+        for text in ("across the road", "Curbs along the way", "Their heights", "face", "one sigma"):
+            self.assertIn(text, drawn)
+
     def test_says_what_is_wrong(self):
         table = self.write("flat.csv", street_csv(lambda t: FLAT, 2))
         rows, summary, said = self.curb(table, "--up", "0")

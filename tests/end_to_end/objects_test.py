@@ -126,6 +126,30 @@ class Objects(InScratch):
         for row in last:
             self.assertLess(abs(float(row["closing_m_s"])), 5 * float(row["sigma_v_m_s"]) + 0.02, row)
 
+    def test_whoever_to_names_gets_scans_objects_and_events(self):
+        table = self.write("scans.csv", faces_csv(lambda t: [(4 - 10 * t, -0.3, 0.3)] if t < 0.3 else [(9, -9, 9)], 14))
+        lines, recording, picture = self.path("run.jsonl"), self.path("run.mcap"), self.path("objects.svg")
+        rows, done = self.objects(table, "--sigma", "0.005", "--json", "--contact", "0.2", "--to", lines, "--to", recording,
+                                  "--plot", picture)
+        with open(lines, encoding="utf-8") as file:
+            said = [json.loads(line) for line in file]
+        told = [(line["sequence"], one["track"], one["range_m"], one["zone"])
+                for line in said if "objects" in line for one in line["objects"]]
+        self.assertEqual(told, [(int(r["frame"]), int(r["track"]), float(r["range_m"]), r["zone"]) for r in rows])
+        events = [line for line in said if "event" in line]
+        self.assertEqual([event["event"] for event in events][:2], ["object_found", "contact_near"])
+        self.assertIn("object_lost", [event["event"] for event in events])
+        near = next(event for event in events if event["event"] == "contact_near")
+        self.assertEqual(near["severity"], "warning")
+        self.assertLess((4 - 10 * near["time_s"]) / 10, 0.21)
+        self.assertIn("warning", done.stderr)
+        topics = {topic["name"]: topic for topic in json.loads(striper("info", recording, "--json").stdout)["topics"]}
+        self.assertEqual(topics["/striper/objects"]["count"], 14)
+        with open(picture, encoding="utf-8") as file:
+            drawn = file.read()
+        for text in ("from above", "Their ranges", "closest point of an object"):
+            self.assertIn(text, drawn)
+
     def test_says_what_is_wrong(self):
         table = self.write("scans.csv", faces_csv(lambda t: [(4, -0.3, 0.3)], 2))
         self.assertIn("--sigma", striper("objects", table, code=2).stderr)

@@ -104,6 +104,8 @@ class Ros2Sink : public ScanSink {
   void open(const HeadInfo& head) override;
   void write(const PolarScan& scan) override { topics_->scans().write(scan); }
   void write(const Frame& frame) override { topics_->scans().write(frame); }
+  void curbs(const CurbsSeen& seen) override { topics_->scans().curbs(seen); }
+  void objects(const ObjectsSeen& seen) override { topics_->scans().objects(seen); }
   void status(const ScannerStatus& status) override;
 
  private:

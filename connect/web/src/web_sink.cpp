@@ -91,6 +91,8 @@ class WebSink : public ScanSink {
   void write(const Frame& frame) override { scans_.write(frame); }
   void status(const ScannerStatus& status) override { scans_.status(status); }
   void event(const Event& event) override { watch_.see(event); }
+  void curbs(const CurbsSeen& seen) override { scans_.curbs(seen); }
+  void objects(const ObjectsSeen& seen) override { scans_.objects(seen); }
   void finish() override { server_.stop(); }
 
  private:

@@ -10,6 +10,7 @@
 #include <striper/core/error.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/stream/mcap_recording.hpp>
+#include <striper/stream/messages/finding_messages.hpp>
 #include <striper/stream/messages/frame_messages.hpp>
 #include <striper/stream/messages/head_messages.hpp>
 #include <striper/stream/messages/scan_messages.hpp>
@@ -77,6 +78,7 @@ struct RecordedHead {
   HeadInfo info;
   std::string optical_frame;
   Topic polar_scan, points, scan, image, camera_info, frame_info;
+  std::optional<Topic> curbs, objects;  // Once there are any.
   LaserScans scans;
 
   RecordedHead(const HeadInfo& head, McapSeries& series)
@@ -109,6 +111,8 @@ class McapRecording::Impl {
   void write(const Frame& frame);
   void write(const ScannerStatus& status);
   void write(const Event& event);
+  void write(const CurbsSeen& seen);
+  void write(const ObjectsSeen& seen);
   void close() {
     if (series_) series_->close();
   }
@@ -121,6 +125,13 @@ class McapRecording::Impl {
   void write_heads(std::uint64_t log_time_ns);
   void write_camera(RecordedHead& head, const PixelGrid& pixels, const FrameTime& time);
   Topic& events_of(const std::string& head);
+
+  // The topic of something that not every recording has.
+  template <typename Message>
+  Topic& topic_of(std::optional<Topic>& topic, const std::string& head, std::string_view name) {
+    if (!topic) topic = add_topic<Message>(*series_, fmt::format("/{}/{}", head, name));
+    return *topic;
+  }
 
   template <typename Message>
   void put(Topic& topic, const Message& message, std::uint64_t log_time_ns) {
@@ -147,6 +158,8 @@ class McapRecording::Impl {
   wire::Image image_;
   wire::FrameInfo frame_info_;
   wire::CameraInfo camera_info_;
+  wire::Curbs curbs_;
+  wire::Objects objects_;
 };
 
 void McapRecording::Impl::open(const HeadInfo& head) {
@@ -259,6 +272,20 @@ void McapRecording::Impl::write(const Event& event) {
   put(events_of(event.head), message, has_clock ? log_time_of(event) : last_log_ns_);
 }
 
+void McapRecording::Impl::write(const CurbsSeen& seen) {
+  RecordedHead& head = head_of(seen.scan.head);
+  to_message(seen, curbs_);
+  put(topic_of<wire::Curbs>(head.curbs, seen.scan.head, "curbs"), curbs_,
+      log_time_of(seen.scan.time));
+}
+
+void McapRecording::Impl::write(const ObjectsSeen& seen) {
+  RecordedHead& head = head_of(seen.scan.head);
+  to_message(seen, objects_);
+  put(topic_of<wire::Objects>(head.objects, seen.scan.head, "objects"), objects_,
+      log_time_of(seen.scan.time));
+}
+
 McapRecording::McapRecording(std::filesystem::path path, wire::McapRotation rotation)
     : impl_(std::make_unique<Impl>(std::move(path), rotation)) {}
 
@@ -269,6 +296,8 @@ void McapRecording::write(const PolarScan& scan) { impl_->write(scan); }
 void McapRecording::write(const Frame& frame) { impl_->write(frame); }
 void McapRecording::write(const ScannerStatus& status) { impl_->write(status); }
 void McapRecording::write(const Event& event) { impl_->write(event); }
+void McapRecording::write(const CurbsSeen& seen) { impl_->write(seen); }
+void McapRecording::write(const ObjectsSeen& seen) { impl_->write(seen); }
 void McapRecording::close() { impl_->close(); }
 std::vector<std::filesystem::path> McapRecording::paths() const { return impl_->paths(); }
 

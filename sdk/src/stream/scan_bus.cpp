@@ -241,6 +241,16 @@ void ScanBus::event(const Event& event) {
   for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) lane->take(shared);
 }
 
+void ScanBus::curbs(CurbsSeen seen) {
+  const auto shared = std::make_shared<const CurbsSeen>(std::move(seen));
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) lane->take(shared);
+}
+
+void ScanBus::objects(ObjectsSeen seen) {
+  const auto shared = std::make_shared<const ObjectsSeen>(std::move(seen));
+  for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) lane->take(shared);
+}
+
 void ScanBus::finish() { impl_->finish(); }
 
 std::vector<SinkReport> ScanBus::sinks() const {

@@ -9,6 +9,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/stream/messages/compressed_image.hpp>
+#include <striper/stream/messages/finding_messages.hpp>
 #include <striper/stream/messages/frame_messages.hpp>
 #include <striper/stream/messages/head_messages.hpp>
 #include <striper/stream/messages/scan_messages.hpp>
@@ -37,6 +38,7 @@ struct HeadTopics {
   int points = kNoTopic, scan = kNoTopic, camera_info = kNoTopic;
   int image = kNoTopic, compressed = kNoTopic;
   int polar_scan = kNoTopic, frame_info = kNoTopic;
+  int curbs = kNoTopic, objects = kNoTopic;
 
   void set(const HeadInfo& head) {
     info = head;
@@ -61,6 +63,8 @@ struct ScanTopics::Impl {
   wire::CompressedImage compressed;
   wire::PolarScan polar_scan;
   wire::FrameInfo frame_info;
+  wire::Curbs curbs;
+  wire::Objects objects;
 
   Impl(TopicPort& to, Options wanted) : port(to), options(std::move(wanted)) {
     tf_static = offer<wire::TFMessage>("/tf_static", RosQos::kLatched);
@@ -76,6 +80,20 @@ struct ScanTopics::Impl {
   void send(int topic, const Message& message, const wire::Time& stamp) {
     wire::write_cdr(message, bytes);
     port.send(topic, bytes, time_ns(stamp));
+  }
+
+  // What was found in a head's scan; its topic is offered with the first.
+  template <typename Seen, typename Message>
+  void send_found(const Seen& seen, const char* name, int HeadTopics::*at, Message& message) {
+    HeadTopics& head = head_of(seen.scan.head);
+    int& topic = head.*at;
+    if (topic == kNoTopic) {
+      topic = offer<Message>(fmt::format("{}/{}/{}", options.prefix, head.info.head, name),
+                             options.qos);
+    }
+    if (!is_wanted(topic)) return;
+    to_message(seen, message);
+    send(topic, message, message.header.stamp);
   }
 
   bool is_wanted(int topic) const { return topic != kNoTopic && port.is_wanted(topic); }
@@ -181,6 +199,14 @@ void ScanTopics::write(const Frame& frame) {
   if (!impl_->is_wanted(head.compressed)) return;
   to_message(frame, frame_id, impl_->compressed);
   impl_->send(head.compressed, impl_->compressed, impl_->compressed.header.stamp);
+}
+
+void ScanTopics::curbs(const CurbsSeen& seen) {
+  impl_->send_found(seen, "curbs", &HeadTopics::curbs, impl_->curbs);
+}
+
+void ScanTopics::objects(const ObjectsSeen& seen) {
+  impl_->send_found(seen, "objects", &HeadTopics::objects, impl_->objects);
 }
 
 void ScanTopics::status(const ScannerStatus& status) {

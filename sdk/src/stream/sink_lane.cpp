@@ -70,6 +70,10 @@ void SinkLane::take(std::shared_ptr<const HeadInfo> head) { push_control(std::mo
 
 void SinkLane::take(std::shared_ptr<const Event> event) { push_control(std::move(event)); }
 
+void SinkLane::take(std::shared_ptr<const CurbsSeen> seen) { push_control(std::move(seen)); }
+
+void SinkLane::take(std::shared_ptr<const ObjectsSeen> seen) { push_control(std::move(seen)); }
+
 void SinkLane::take(const std::shared_ptr<const PolarScan>& scan, bool can_wait) {
   std::unique_lock lock(mutex_);
   const bool is_lossless = needs_.delivery == Delivery::kLossless;
@@ -190,10 +194,15 @@ bool SinkLane::wait_for_job(std::unique_lock<std::mutex>& lock, Job& job) {
     --scans_queued_;
     room_.notify_all();
   }
-  const bool is_control = std::holds_alternative<std::shared_ptr<const HeadInfo>>(job) ||
-                          std::holds_alternative<std::shared_ptr<const Event>>(job);
-  if (is_control) --controls_queued_;
+  if (is_control(job)) --controls_queued_;
   return true;
+}
+
+bool SinkLane::is_control(const Job& job) noexcept {
+  return std::holds_alternative<std::shared_ptr<const HeadInfo>>(job) ||
+         std::holds_alternative<std::shared_ptr<const Event>>(job) ||
+         std::holds_alternative<std::shared_ptr<const CurbsSeen>>(job) ||
+         std::holds_alternative<std::shared_ptr<const ObjectsSeen>>(job);
 }
 
 void SinkLane::execute(const Job& job) {
@@ -205,6 +214,8 @@ void SinkLane::execute(const Job& job) {
     void operator()(const std::shared_ptr<const HeadInfo>& head) const { sink.open(*head); }
     void operator()(const std::shared_ptr<const ScannerStatus>& s) const { sink.status(*s); }
     void operator()(const std::shared_ptr<const Event>& event) const { sink.event(*event); }
+    void operator()(const std::shared_ptr<const CurbsSeen>& seen) const { sink.curbs(*seen); }
+    void operator()(const std::shared_ptr<const ObjectsSeen>& seen) const { sink.objects(*seen); }
     void operator()(Finish) const { sink.finish(); }
   };
   std::visit(Visitor{*sink_}, job);

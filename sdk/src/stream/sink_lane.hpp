@@ -35,6 +35,8 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   void take(std::shared_ptr<const Frame> frame);
   void take(std::shared_ptr<const ScannerStatus> status);
   void take(std::shared_ptr<const Event> event);
+  void take(std::shared_ptr<const CurbsSeen> seen);
+  void take(std::shared_ptr<const ObjectsSeen> seen);
 
   const std::string& uri() const noexcept { return uri_; }
   const SinkNeeds& needs() const noexcept { return needs_; }
@@ -57,7 +59,8 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   using Job =
       std::variant<std::monostate, std::shared_ptr<const PolarScan>, std::shared_ptr<const Frame>,
                    std::shared_ptr<const HeadInfo>, std::shared_ptr<const ScannerStatus>,
-                   std::shared_ptr<const Event>, Finish>;
+                   std::shared_ptr<const Event>, std::shared_ptr<const CurbsSeen>,
+                   std::shared_ptr<const ObjectsSeen>, Finish>;
   struct Entry {
     Job job;
     Clock::time_point since;
@@ -72,6 +75,7 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   bool is_open() const noexcept { return state_ == SinkReport::State::kOpen; }
   void push(Job job);
   void push_control(Job job);
+  static bool is_control(const Job& job) noexcept;
   bool has_waited_too_long() noexcept;
   void withdraw_oldest_scan();
   template <typename Kind>
@@ -92,7 +96,7 @@ class SinkLane : public std::enable_shared_from_this<SinkLane> {
   std::condition_variable room_;
   Ring<Entry> queue_;
   std::size_t scans_queued_ = 0;
-  std::size_t controls_queued_ = 0;  // Heads and events.
+  std::size_t controls_queued_ = 0;  // All that is neither scan, frame nor status.
   SinkReport::State state_ = SinkReport::State::kOpen;
   std::uint64_t written_ = 0;
   std::uint64_t lost_ = 0;

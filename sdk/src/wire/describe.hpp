@@ -270,6 +270,59 @@ STRIPER_MESSAGE(Event, "striper_msgs/msg/Event") {
   STRIPER_FIELD(advice);
 }
 
+STRIPER_MESSAGE(Curb, "striper_msgs/msg/Curb") {
+  STRIPER_FIELD(track);
+  STRIPER_FIELD(kind);
+  STRIPER_FIELD(state);
+  STRIPER_FIELD(foot_x_m);
+  STRIPER_FIELD(foot_y_m);
+  STRIPER_FIELD(top_x_m);
+  STRIPER_FIELD(top_y_m);
+  STRIPER_FIELD(lateral_m);
+  STRIPER_FIELD(sigma_lateral_m);
+  STRIPER_FIELD(sigma_cal_lateral_m);
+  STRIPER_FIELD(height_m);
+  STRIPER_FIELD(sigma_height_m);
+  STRIPER_FIELD(sigma_cal_height_m);
+  STRIPER_FIELD(confidence);
+}
+
+STRIPER_MESSAGE(Curbs, "striper_msgs/msg/Curbs") {
+  STRIPER_FIELD(header);
+  STRIPER_FIELD(sequence);
+  STRIPER_FIELD(laser);
+  STRIPER_FIELD(curbs);
+}
+
+STRIPER_MESSAGE(Object, "striper_msgs/msg/Object") {
+  STRIPER_FIELD(track);
+  STRIPER_FIELD(x_m);
+  STRIPER_FIELD(y_m);
+  STRIPER_FIELD(sigma_x_m);
+  STRIPER_FIELD(sigma_y_m);
+  STRIPER_FIELD(corr_xy);
+  STRIPER_FIELD(bearing_rad);
+  STRIPER_FIELD(range_m);
+  STRIPER_FIELD(width_m);
+  STRIPER_FIELD(vx_m_s);
+  STRIPER_FIELD(vy_m_s);
+  STRIPER_FIELD(sigma_v_m_s);
+  STRIPER_FIELD(observable_rad);
+  STRIPER_FIELD(closing_m_s);
+  STRIPER_FIELD(time_to_contact_s);
+  STRIPER_FIELD(ttc_low_s);
+  STRIPER_FIELD(ttc_high_s);
+  STRIPER_FIELD(zone);
+  STRIPER_FIELD(confidence);
+}
+
+STRIPER_MESSAGE(Objects, "striper_msgs/msg/Objects") {
+  STRIPER_FIELD(header);
+  STRIPER_FIELD(sequence);
+  STRIPER_FIELD(laser);
+  STRIPER_FIELD(objects);
+}
+
 #undef STRIPER_MESSAGE
 #undef STRIPER_FIELD
 

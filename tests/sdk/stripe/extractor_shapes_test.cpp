@@ -49,9 +49,10 @@ void PrintTo(const Shape& s, std::ostream* out) {
   *out << s.cols << 'x' << s.rows << " full scale " << s.full_scale_dn << ", content "
        << static_cast<int>(s.content) << (s.has_dark ? " dark" : "")
        << (s.has_masked ? " masked" : "") << (s.has_variance ? " variance" : "") << ", method "
-       << static_cast<int>(s.options.method) << " axis " << static_cast<int>(s.options.axis)
-       << " peak " << static_cast<int>(s.options.peak) << " width "
-       << s.options.stripe_sigma_px.value_or(0.0) << (s.options.noise ? " noise" : "");
+       << static_cast<int>(s.options.method) << " axis "
+       << static_cast<int>(StripeAxis{s.options.axis}) << " peak "
+       << static_cast<int>(s.options.peak) << " width " << s.options.stripe_sigma_px.value_or(0.0)
+       << (s.options.noise ? " noise" : "");
 }
 
 Shape any_shape() {

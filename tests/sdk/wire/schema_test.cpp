@@ -58,6 +58,10 @@ TEST(SchemaOf, OurOwnMessagesAreFrozen) {
             "RIHS01_c95bff0a9261d5dcc5391b7471c7b28e419969f1834ef2250421733130ab242c");
   EXPECT_EQ(schema_of<Event>().type_hash,
             "RIHS01_c8dd6f27733bd308f50b44a56546f76c4a1be1e3d671234548b0755921abbada");
+  EXPECT_EQ(schema_of<Curbs>().type_hash,
+            "RIHS01_2883d33c4163a9009030b54e1f9d1ea77761db9be7de90ae495523bbe557af09");
+  EXPECT_EQ(schema_of<Objects>().type_hash,
+            "RIHS01_d1fc4d2b5fa002086ce70ecbb1cf8880b77fa46ea9bbbd4df8f0bf3e1aacd4da");
 }
 
 TEST(SchemaOf, TextHasTheUsedTypesBehindIt) {

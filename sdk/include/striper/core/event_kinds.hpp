@@ -123,6 +123,11 @@ inline constexpr EventKind kEventKinds[] = {
     {"shared_memory_foreign", Severity::kWarning, "Programs of another user use shared memory."},
     {"interface_unfit", Severity::kError, "A network interface cannot carry a sink's topics."},
     // Applications.
+    {"curb_found", Severity::kInfo, "A curb is there with a probability of .9 and more."},
+    {"curb_lost", Severity::kInfo, "A curb that was found is not followed any more."},
+    {"object_found", Severity::kInfo, "An object is there with a probability of .9 and more."},
+    {"object_lost", Severity::kInfo, "An object that was found is not followed any more."},
+    {"contact_near", Severity::kWarning, "An object that is not behind a curb will be here soon."},
     {"limit_broken", Severity::kWarning, "A measured value is outside its limits."},
     {"drift", Severity::kWarning, "What should stand still moves slowly."},
     {"seam", Severity::kWarning, "Two heads of a rig disagree where they meet."},

@@ -45,7 +45,9 @@ class McapRecording {
   /// or with one of another type than cameras give, as its FrameInfo alone.
   void write(const Frame& frame);
   void write(const ScannerStatus& status);
-  void write(const Event& event);  ///< Before the first head: kept until then.
+  void write(const Event& event);       ///< Before the first head: kept until then.
+  void write(const CurbsSeen& seen);    ///< As /HEAD/curbs.
+  void write(const ObjectsSeen& seen);  ///< As /HEAD/objects.
 
   void close();
 

@@ -75,6 +75,9 @@ class ScanBus {
   /// Passed on once a second and when it changed: call it as often as you like.
   void status(const ScannerStatus& status);
   void event(const Event& event);
+  /// What was found in a scan, after the scan.
+  void curbs(CurbsSeen seen);
+  void objects(ObjectsSeen seen);
 
   /// Writes what is queued, finishes every sink and waits for that. A second call does nothing.
   void finish();

@@ -11,6 +11,7 @@
 #include <striper/model/striper_model.hpp>
 #include <striper/pipeline/scanner_status.hpp>
 #include <striper/scan/polar_scan.hpp>
+#include <striper/stream/scan_findings.hpp>
 
 namespace striper {
 
@@ -74,6 +75,9 @@ class ScanSink {
   /// Once a second, and when something other than a count changed.
   virtual void status(const ScannerStatus& /*status*/) {}
   virtual void event(const Event& /*event*/) {}
+  /// What was found in a scan that was written before.
+  virtual void curbs(const CurbsSeen& /*seen*/) {}
+  virtual void objects(const ObjectsSeen& /*seen*/) {}
   /// There will be nothing more. @throws Error{kIo} where what was written is not safe.
   virtual void finish() {}
 };

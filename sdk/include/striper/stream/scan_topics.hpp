@@ -59,6 +59,9 @@ class ScanTopics {
   void write(const PolarScan& scan);
   void write(const Frame& frame);
   void status(const ScannerStatus& status);
+  /// As `curbs` and `objects` of their head, topics that are offered with the first of them.
+  void curbs(const CurbsSeen& seen);
+  void objects(const ObjectsSeen& seen);
 
  private:
   struct Impl;

@@ -83,4 +83,61 @@ struct Event {
   std::string advice;
 };
 
+/// striper_msgs/msg/Curb: a line of curbs.csv but for what its scan is. NaN: not known.
+struct Curb {
+  std::uint64_t track = 0;
+  std::uint8_t kind = 0;   ///< 1 up, 2 down, 3 ramp.
+  std::uint8_t state = 0;  ///< 0 new, 1 tracked, 2 hidden.
+  double foot_x_m = 0.0;
+  double foot_y_m = 0.0;
+  double top_x_m = 0.0;
+  double top_y_m = 0.0;
+  double lateral_m = 0.0;
+  double sigma_lateral_m = 0.0;
+  double sigma_cal_lateral_m = 0.0;
+  double height_m = 0.0;
+  double sigma_height_m = 0.0;
+  double sigma_cal_height_m = 0.0;
+  double confidence = 0.0;
+};
+
+/// striper_msgs/msg/Curbs: the curbs that are followed at one scan.
+struct Curbs {
+  Header header;  ///< The scan's.
+  std::uint64_t sequence = 0;
+  std::uint8_t laser = 0;
+  std::vector<Curb> curbs;
+};
+
+/// striper_msgs/msg/Object: a line of objects.csv but for what its scan is. NaN: not known.
+struct Object {
+  std::uint64_t track = 0;
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double sigma_x_m = 0.0;
+  double sigma_y_m = 0.0;
+  double corr_xy = 0.0;
+  double bearing_rad = 0.0;
+  double range_m = 0.0;
+  double width_m = 0.0;
+  double vx_m_s = 0.0;
+  double vy_m_s = 0.0;
+  double sigma_v_m_s = 0.0;
+  double observable_rad = 0.0;
+  double closing_m_s = 0.0;
+  double time_to_contact_s = 0.0;
+  double ttc_low_s = 0.0;
+  double ttc_high_s = 0.0;
+  std::uint8_t zone = 0;  ///< 0 unknown, 1 road, 2 behind_curb.
+  double confidence = 0.0;
+};
+
+/// striper_msgs/msg/Objects: the objects that are followed at one scan.
+struct Objects {
+  Header header;  ///< The scan's.
+  std::uint64_t sequence = 0;
+  std::uint8_t laser = 0;
+  std::vector<Object> objects;
+};
+
 }  // namespace striper::wire

@@ -31,7 +31,8 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
     scan.is_stripe_seen = true;
   }
 
-  bool is_event() const noexcept { return is_event_; }
+  /// Whether it is an event, or what was found in a scan.
+  bool is_no_scan() const noexcept { return is_no_scan_; }
   const std::string& problem() const noexcept { return problem_; }
   const std::string& head() const noexcept { return head_; }
   const std::string& frame_id() const noexcept { return frame_id_; }
@@ -53,7 +54,6 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
   bool string(string_t& text) override {
     if (is_in_array_ && column_ != nullptr) return number(text);
     if (is_in_array_ && key_ == "status") return status(text);
-    if (key_ == "event") is_event_ = true;
     if (key_ == "head") head_ = text;
     if (key_ == "frame_id") frame_id_ = text;
     if (key_ == "field") scan_->field = text == "top" ? Field::kTop : Field::kBottom;
@@ -66,6 +66,7 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
   bool start_object(std::size_t /*elements*/) override { return true; }
   bool key(string_t& name) override {
     key_ = name;
+    if (name == "event" || name == "curbs" || name == "objects") is_no_scan_ = true;
     column_ = detail::find_scan_column(name);
     return true;
   }
@@ -130,7 +131,7 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
   bool is_in_array_ = false;
   std::size_t at_ = 0;
   std::size_t rows_ = kNone;
-  bool is_event_ = false;
+  bool is_no_scan_ = false;
   bool has_sequence_ = false;
   bool has_time_ = false;
   bool has_status_ = false;
@@ -168,7 +169,7 @@ class JsonlScans : public ScanSource {
       if (text_.empty()) continue;
       handler_.begin(scan);
       const bool is_read = nlohmann::json::sax_parse(text_, &handler_);
-      if (handler_.is_event()) continue;
+      if (handler_.is_no_scan()) continue;
       const bool is_good = is_read && handler_.is_whole();
       if (!is_good && !reader_.is_ended()) return false;  // Its writer was killed.
       if (!is_read) reader_.fail(handler_.problem());

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -18,6 +19,8 @@ namespace {
 
 constexpr std::string_view kScanBegins = "{\"head\":";
 constexpr std::string_view kEventBegins = "{\"event\":";
+constexpr std::string_view kCurbsBegin = "{\"curbs\":";
+constexpr std::string_view kObjectsBegin = "{\"objects\":";
 
 void append_text(std::string& out, std::string_view text) {
   out += '"';
@@ -107,13 +110,55 @@ void append_event(std::string& out, const Event& event) {
   out += "}\n";
 }
 
-// A line of JSON per scan and event.
+// A cell of a table as JSON: text in quotes, numbers as they are, but for what JSON lacks.
+template <typename Row>
+void append_cell(std::string& out, const CsvColumn<Row>& column, const Row& row,
+                 std::string& cell) {
+  cell.clear();
+  column.write(cell, row);
+  const bool is_infinite = cell == "inf" || cell == "-inf";
+  if (column.is_text || is_infinite) {
+    append_text(out, cell);
+  } else {
+    out += cell.empty() ? "null" : cell;
+  }
+}
+
+// {"curbs":[{...}],"head":...}: of each line its columns behind those that say which scan.
+template <typename Row>
+void append_found(std::string& out, std::string_view begins, const ScanStamp& scan,
+                  std::span<const CsvColumn<Row>> columns, const std::vector<Row>& rows) {
+  constexpr std::size_t kOfScan = 4;
+  out += begins;
+  out += '[';
+  std::string cell;
+  for (const Row& row : rows) {
+    if (&row != &rows.front()) out += ',';
+    char separator = '{';
+    for (const auto& column : columns.subspan(kOfScan)) {
+      out += std::exchange(separator, ',');
+      append_text(out, column.name);
+      out += ':';
+      append_cell(out, column, row, cell);
+    }
+    out += '}';
+  }
+  out += "],\"head\":";
+  append_text(out, scan.head);
+  fmt::format_to(std::back_inserter(out), ",\"laser\":{},\"sequence\":{},\"time_s\":{}", scan.laser,
+                 scan.sequence, scan.time.seconds());
+  append_key(out, "frame_id");
+  append_text(out, scan.frame_id);
+  out += "}\n";
+}
+
+// A line of JSON per scan, event and what was found in a scan.
 class JsonlScanSink : public ScanSink {
  public:
   using ScanSink::write;
 
   explicit JsonlScanSink(std::string path) : path_(std::move(path)) {
-    detail::require_replaceable(path_, {kScanBegins, kEventBegins});
+    detail::require_replaceable(path_, {kScanBegins, kEventBegins, kCurbsBegin, kObjectsBegin});
   }
 
   void open(const HeadInfo& /*head*/) override {
@@ -131,6 +176,16 @@ class JsonlScanSink : public ScanSink {
   void event(const Event& event) override {
     append_event(file_ ? file_->lines() : early_, event);
     if (file_) file_->flush();
+  }
+
+  void curbs(const CurbsSeen& seen) override {
+    append_found(file_->lines(), kCurbsBegin, seen.scan, curb_columns(), seen.lines);
+    file_->flush();
+  }
+
+  void objects(const ObjectsSeen& seen) override {
+    append_found(file_->lines(), kObjectsBegin, seen.scan, object_columns(), seen.lines);
+    file_->flush();
   }
 
   void finish() override {

@@ -33,6 +33,8 @@ class McapScanSink : public ScanSink {
   void write(const Frame& frame) override { recording_.write(frame); }
   void status(const ScannerStatus& status) override { recording_.write(status); }
   void event(const Event& event) override { recording_.write(event); }
+  void curbs(const CurbsSeen& seen) override { recording_.write(seen); }
+  void objects(const ObjectsSeen& seen) override { recording_.write(seen); }
   void finish() override { recording_.close(); }
 
  private:
