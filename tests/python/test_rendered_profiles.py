@@ -32,12 +32,14 @@ objects:
 
 def scan_of(folder, objects, seed):
     """A scan of objects, each (size_x, size_y, x, y, yaw_deg), by the perfect model."""
-    text = HEAD.format(seed=seed)
-    for number, (size_x, size_y, x, y, yaw) in enumerate(objects):
-        text += (f"  - {{name: box {number}, shape: box, size_m: [{size_x}, {size_y}, 1.2], position_m: [{x}, {y}, -0.5],"
-                 f" rotation_deg: [0, 0, {yaw}], reflectance: 0.6}}\n")
+    return scan_of_text(folder, "".join(
+        f"  - {{name: box {number}, shape: box, size_m: [{size_x}, {size_y}, 1.2], position_m: [{x}, {y}, -0.5],"
+        f" rotation_deg: [0, 0, {yaw}], reflectance: 0.6}}\n" for number, (size_x, size_y, x, y, yaw) in enumerate(objects)), seed)
+
+
+def scan_of_text(folder, objects, seed):
     path = folder / f"{seed}.yaml"
-    path.write_text(text)
+    path.write_text(HEAD.format(seed=seed) + objects)
     return striper.scan(f"sim:{path}", model=striper.simulated_model(path)).next()
 
 
@@ -123,7 +125,59 @@ def test_a_corner_is_where_the_scene_has_it(tmp_path):
         joint = min(joints, key=lambda joint: np.linalg.norm(joint.corner_m - nearest))
         whitened = np.linalg.solve(np.linalg.cholesky(joint.covariance), joint.corner_m - nearest)
         pulls += list(whitened)
-    assert_true_body(pulls)
+    assert_true_bars(pulls)
+
+
+def test_a_wave_is_followed(tmp_path):
+    """A corrugated wall, 30 columns a wave and 10 sigmas high: the smoothed returns against the exact ones, less what the
+    sheet's thickness moves all of them by."""
+    single, pulls, ratios, biases = [], [], [], []
+    for seed in range(400, 400 + SCENES):
+        distance = np.random.default_rng(seed).uniform(1.4, 1.8)
+        # A column is distance / focal length wide, 461 pixels; a sigma of .014 pixels is distance^2 / (461 * .5) of that.
+        period, height = 30.0 * distance / 461.0, 10.0 * 0.014 * distance ** 2 / (461.0 * 0.5)
+        across = np.arange(-1.0, 1.0, period / 60.0)
+        profile = ", ".join(f"[{y:.5f}, {height * math.sin(2.0 * math.pi * y / period):.6f}]" for y in across)
+        wave = (f"  - {{name: wave, shape: sweep, profile_m: [{profile}], length_m: 1.2, position_m: [{distance}, 0, -0.5],"
+                " rotation_deg: [0, -90, 0], reflectance: 0.6}\n")
+        scan = scan_of_text(tmp_path, wave, seed)
+        (_, truth), = striper.simulate(tmp_path / f"{seed}.yaml", 1)
+        smooth = striper.smooth(scan).returns
+        ok = (smooth["status"] == striper.Status.OK) & np.isfinite(truth.lines["range_m"])
+        assert np.count_nonzero(ok) > 400
+        error = (scan.returns["range_m"] - truth.lines["range_m"])[ok]
+        thickness = np.mean(error)
+        error_smooth = (smooth["range_m"] - truth.lines["range_m"])[ok] - thickness
+        assert abs(thickness) < 50e-6
+        single.append(rms((error - thickness) / scan.returns["sigma_m"][ok]))
+        pulls.append(rms(error_smooth / smooth["sigma_m"][ok]))
+        ratios.append(rms(error_smooth) / rms(error - thickness))
+        biases.append(np.mean(error_smooth / scan.returns["sigma_m"][ok]))
+    print(f"\nwaves: pulls {rms(pulls):.3f} (of single columns {rms(single):.3f}), rms {rms(ratios):.3f} of a single column's")
+    assert rms(ratios) < 0.6
+    assert np.max(np.abs(biases)) < 1.0
+    assert abs(rms(pulls) - rms(single)) < (0.05 if FULL else 0.1)
+    assert abs(rms(single) - 1.0) < 0.1
+
+
+def test_an_arc_is_the_circle_of_the_scene(tmp_path):
+    """Pipes before nothing. Where a pipe turns away a column sees less of it than it is wide, so the tool measures what
+    faces the sensor; the exact circle is that of the same returns without noise, which the scene's must be to 50 um."""
+    pulls = []
+    for seed in range(500, 500 + SCENES):
+        random = np.random.default_rng(seed)
+        radius, x, y = random.uniform(0.1, 0.3), random.uniform(1.5, 1.8), random.uniform(-0.2, 0.2)
+        pipe = (f"  - {{name: pipe, shape: cylinder, radius_m: {radius}, length_m: 1.2, position_m: [{x}, {y}, -0.5],"
+                " reflectance: 0.6}\n")
+        scan = scan_of_text(tmp_path, pipe, seed)
+        tool = f"pipe:circle:y={y - 0.7 * radius}..{y + 0.7 * radius}"
+        rows = striper.measure(scan, tool)
+        exact = striper.measure(scan_without_noise(tmp_path, seed), tool)
+        for row, without_noise, truth in zip(rows, exact, (radius, x, y)):
+            assert row.status == "ok"
+            print(f"{row.tool} {truth:.4f} off {1e6 * (without_noise.value - truth):.0f} um, sigma {1e6 * row.sigma:.0f} um")
+            pulls.append((row.value - without_noise.value) / row.sigma)
+    assert_true_bars(pulls)
 
 
 TOOLS = [
