@@ -28,18 +28,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-std::string unpacked(const std::filesystem::path& path) {
-  const std::string command = "gzip -dc '" + path.string() + "'";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
-  std::string text;
-  std::vector<char> block(65536);
-  for (std::size_t size = 1; size > 0;) {
-    size = std::fread(block.data(), 1, block.size(), pipe.get());
-    text.append(block.data(), size);
-  }
-  return text;
-}
-
 // The lidar's own noise; what the vehicle's outline is off a box by; how a model vehicle that
 // swerves at 12.5 Hz accelerates. Chosen on these recordings.
 constexpr double kSigma_m = 0.01;
@@ -97,11 +85,11 @@ Recording load(const std::string& name, double sigma_m) {
   const auto folder = testing::real_data("datmo-moving-objects");
   Recording recording;
   CsvReader<TruthLine> truth(
-      CsvInput::of_text("truth", unpacked(folder / ("datmo_" + name + "_truth.csv.gz"))),
+      CsvInput::of_text("truth", testing::unpacked(folder / ("datmo_" + name + "_truth.csv.gz"))),
       kTruthColumns, "a table of poses");
   TruthLine line;
   while (truth.next(line)) (line.who == "ego" ? recording.ego : recording.red).add(line);
-  std::string text = unpacked(folder / ("datmo_" + name + "_scans.csv.gz"));
+  std::string text = testing::unpacked(folder / ("datmo_" + name + "_scans.csv.gz"));
   text.replace(0, 4, "frame");  // Their word is `scan`.
   ScanCsvOptions options;
   options.sigma_m = sigma_m;
