@@ -14,6 +14,9 @@ std::filesystem::path source_path(const std::string& relative);
 /// A set of real pictures in the optional folder of extra test data beside the project.
 std::filesystem::path real_data(const std::string& set);
 
+/// What is in a file that gzip has packed.
+std::string unpacked(const std::filesystem::path& path);
+
 }  // namespace striper::testing
 
 /// Skips the test, saying so, where a set of real pictures is absent.

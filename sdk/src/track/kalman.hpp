@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+
 #include <Eigen/Core>
 
 namespace striper::detail {
@@ -36,22 +38,19 @@ struct KalmanState {
 
   /// Takes the measurement that the innovation is of.
   void correct(const Vector& h, const Innovation& innovation) noexcept {
-    const Vector ph = covariance * h;
+    correct_by(covariance * h, innovation);
+  }
+  /// The same where `covariance * h` is known.
+  void correct_by(const Vector& ph, const Innovation& innovation) noexcept {
     mean += ph * (innovation.value / innovation.variance);
-    covariance -= ph * ph.transpose() / innovation.variance;
-    make_symmetric();
+    const Vector share = ph / std::sqrt(innovation.variance);
+    covariance.noalias() -= share.lazyProduct(share.transpose());
   }
 
   /// Foretells: `advance` carries the state on, `noise` is what comes to its covariance.
   void predict(const Matrix& advance, const Matrix& noise) noexcept {
     mean = (advance * mean).eval();
     covariance = (advance * covariance * advance.transpose() + noise).eval();
-  }
-
- private:
-  // Rounding makes the halves differ; the difference would grow.
-  void make_symmetric() noexcept {
-    covariance = (0.5 * (covariance + covariance.transpose())).eval();
   }
 };
 

@@ -84,11 +84,11 @@ Recording load(const std::string& name, double sigma_m) {
   const auto folder = testing::real_data("datmo-moving-objects");
   Recording recording;
   CsvReader<TruthLine> truth(
-      CsvInput::of_text("truth", unpacked(folder / ("datmo_" + name + "_truth.csv.gz"))),
+      CsvInput::of_text("truth", testing::unpacked(folder / ("datmo_" + name + "_truth.csv.gz"))),
       kTruthColumns, "a table of poses");
   TruthLine line;
   while (truth.next(line)) (line.who == "ego" ? recording.ego : recording.red).add(line);
-  std::string text = unpacked(folder / ("datmo_" + name + "_scans.csv.gz"));
+  std::string text = testing::unpacked(folder / ("datmo_" + name + "_scans.csv.gz"));
   text.replace(0, 4, "frame");  // Their word is `scan`.
   ScanCsvOptions options;
   options.sigma_m = sigma_m;

@@ -182,8 +182,7 @@ Outcome drive(const Drive& how) {
   return outcome;
 }
 
-// What is left is that all beams see the same worn edge, which the filter takes for different ones.
-constexpr double kWhite = 0.065;
+constexpr double kWhite = 0.05;
 
 void expect_white(const Outcome& outcome) {
   for (std::size_t b = 0; b < 3; ++b) {

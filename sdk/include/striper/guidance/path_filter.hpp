@@ -49,7 +49,7 @@ struct SightVerdict {
 
 /// Follows a worn stripe: a Kalman filter over the way, of the state
 /// [lateral, heading, curvature of the stripe, curvature of the stripe less that of the vehicle's
-/// way], and of the wear that each beam sees.
+/// way, change of the stripe's curvature], and of the wear that beams see.
 ///
 /// The quadratic of the 1991 report amplifies the beams' noise 1.85 times at the gun and forgets
 /// all but the last scan; this weighs what beams saw over the last metres too, as far as the
@@ -57,19 +57,22 @@ struct SightVerdict {
 /// a truck on a straight road to one that swerves on a bend, and weigh by what they foretold.
 ///
 /// Wear of the edges is alike over some centimetres, so that scans that follow closely do not see
-/// it anew. It is a state of its own for each beam, an Ornstein-Uhlenbeck process. How large it is,
-/// is learnt from the stripe's widths, which the vehicle's motion does not change: where both edges
-/// wear independently the middle's variance is a quarter of the width's.
+/// it anew: an Ornstein-Uhlenbeck process over the road. Nor does the next beam: it sees the very
+/// edges that the foremost one saw, copies of whose wear stay in the state until it has passed them
+/// (beams within 1.5 m; one further behind counts them as new). How large wear is, is learnt from
+/// the stripe's widths, which the vehicle's motion does not change: where both edges wear
+/// independently the middle's variance is a quarter of the width's.
 ///
 /// A sight beyond three sigma counts less the further out it is; beyond eight it is not taken,
 /// unless nothing else is seen for a metre. In a gap the sigma grows.
 ///
-/// Level road, whose curvature is alike within the beams' reach: where it changes from straight to
-/// a radius of 50 ft within 8 m errors are up to 0.6 in, four times sigma. The reference, x = 0, is
-/// where the vehicle does not slip sideways: on its rear axle, or near it beside the curves'
-/// radius. No allocation after construction. Not thread-safe. About 2 us a sight. Source:
-/// section 2.3 of Advanced Retro Technology, *Automated Paint Restriping Recognition and Guidance
-/// System*, UCD-ARR-91-11-01-01, 1991, leaves the smoothing to its second phase.
+/// Level road. Without the middle of three beams, or with one beam alone, an offset and a bend look
+/// alike without a gyroscope; sigma says so. Where curvature jumps by 1 / 50 ft at once, errors are
+/// up to 0.7 in for some metres and sigma is too small. The reference, x = 0, is where the vehicle
+/// does not slip sideways: on its rear axle, or near it beside the curves' radius. No allocation
+/// after construction. Not thread-safe. About 3 us a sight. Source: section 2.3 of Advanced Retro
+/// Technology, *Automated Paint Restriping Recognition and Guidance System*, UCD-ARR-91-11-01-01,
+/// 1991, leaves the smoothing to its second phase.
 class PathFilter {
  public:
   explicit PathFilter(const PathFilterOptions& options);  ///< @throws Error as `validate` does.
