@@ -27,7 +27,6 @@
 #include <striper/core/robust.hpp>
 #include <striper/detect/curb_finder.hpp>
 
-#include "support/gzip_text.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {

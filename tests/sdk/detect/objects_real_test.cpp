@@ -18,14 +18,12 @@
 #include <striper/detect/objects.hpp>
 #include <striper/scan/scan_csv.hpp>
 
-#include "support/gzip_text.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
 namespace {
 
 using Eigen::Vector2d;
-using testing::unpacked;
 
 // The lidar's own noise; what the vehicle's outline is off a box by; how a model vehicle that
 // swerves at 12.5 Hz accelerates. Chosen on these recordings.
