@@ -9,6 +9,7 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/model/source_fit.hpp>
+#include <striper/pipeline/exposure_control.hpp>
 #include <striper/scans/open_scans.hpp>
 #include <striper/stream/scan_files.hpp>
 
@@ -25,6 +26,7 @@ class ScannedSource : public ScanSource {
       : source_(std::move(source)),
         info_(head_info(options.head, source_->info(), model, options.stripe.axis)),
         scanner_(*model, options) {
+    if (options.adapts_exposure) exposure_.emplace(source_->controls());
     source_->start();
   }
 
@@ -38,7 +40,9 @@ class ScannedSource : public ScanSource {
       const NextStatus status = source_->next(frame_, std::max(left, std::chrono::milliseconds(0)));
       if (status == NextStatus::kTimeout || status == NextStatus::kStopped) return status;
       has_ended_ = status == NextStatus::kEnd;
-      keep(has_ended_ ? scanner_.finish() : scanner_.process(frame_));
+      const ScanSpan scans = has_ended_ ? scanner_.finish() : scanner_.process(frame_);
+      keep(scans);
+      if (exposure_ && !has_ended_) adapt_exposure(scans);
       const bool is_late = ready_.empty() && Clock::now() >= end;
       if (is_late && !has_ended_) return NextStatus::kTimeout;
     }
@@ -50,6 +54,15 @@ class ScannedSource : public ScanSource {
   void stop() override { source_->stop(); }
 
  private:
+  // A camera that was lost meanwhile takes nothing.
+  void adapt_exposure(ScanSpan scans) {
+    try {
+      exposure_->update(frame_, scans);
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::kDevice) throw;
+    }
+  }
+
   void keep(ScanSpan scans) {
     for (std::size_t i = 0; i < scans.size(); ++i) ready_.push_back(scans.shared(i));
   }
@@ -57,6 +70,7 @@ class ScannedSource : public ScanSource {
   std::unique_ptr<FrameSource> source_;
   HeadInfo info_;
   Scanner scanner_;
+  std::optional<ExposureControl> exposure_;
   Frame frame_;
   std::deque<std::shared_ptr<const PolarScan>> ready_;
   bool has_ended_ = false;

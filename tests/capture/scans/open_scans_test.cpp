@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that a source with a model gives the scans of its Scanner, and recordings the same again.
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -117,6 +119,39 @@ TEST(OpenScans, FramesOfARecordingWithoutAnyModelAreRefused) {
 TEST(OpenScans, FramesWithoutAModelAreRefused) {
   const Error error = testing::error_of([] { open_scans(source_uri(), nullptr); });
   EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+}
+
+ScannerOptions with_automatic_exposure() {
+  ScannerOptions options;
+  options.adapts_exposure = true;
+  return options;
+}
+
+// The simulated room, its exposure set by its own stripe: nine tenths of that are at about half of
+// the full scale.
+TEST(OpenScans, ExposureIsSetByTheStripe) {
+  const auto scans =
+      open_scans("sim:" + scene_path() + "?frames=6", model(), with_automatic_exposure());
+  PolarScan scan;
+  std::vector<double> amplitudes;
+  while (scans->next(scan, 0ms) == NextStatus::kFrame) {
+    amplitudes.clear();
+    for (const Return& one : scan.returns) {
+      if (one.status == ReturnStatus::kOk) amplitudes.push_back(one.intensity_dn);
+    }
+  }
+  ASSERT_GT(amplitudes.size(), 450U);
+  std::sort(amplitudes.begin(), amplitudes.end());
+  EXPECT_NEAR(amplitudes[amplitudes.size() * 9 / 10], 0.45 * 255.0, 0.15 * 255.0);
+}
+
+TEST(OpenScans, ExposureOfAFileCannotBeSet) {
+  const testing::ScratchDirectory scratch;
+  record_frames(scratch / "run.mcap", model());
+  const Error error = testing::error_of([&] {
+    open_scans("mcap:" + (scratch / "run.mcap").string(), model(), with_automatic_exposure());
+  });
+  EXPECT_EQ(error.kind(), ErrorKind::kUnsupported);
 }
 
 }  // namespace

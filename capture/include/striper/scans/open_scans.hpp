@@ -27,6 +27,7 @@ namespace striper {
 ///        The cadence is the source's.
 /// @param events hears of the source and the scanner.
 /// @throws Error{kBadValue} where the model is of another sensor than the source's,
+///         Error{kUnsupported} where it is to set an exposure that cannot be set,
 ///         Error as `open_source` and Scanner do, as `read_csv_scans` does; Error{kUsage} for a
 ///         source of frames without a model.
 std::unique_ptr<ScanSource> open_scans(std::string_view uri,
