@@ -14,6 +14,7 @@ void bind_scans(pybind11::module_& module);
 void bind_streams(pybind11::module_& module);
 void bind_profiles(pybind11::module_& module);
 void bind_curbs(pybind11::module_& module);
+void bind_tracks(pybind11::module_& module);
 void bind_designs(pybind11::module_& module);
 void bind_simulation(pybind11::module_& module);
 void bind_calibration(pybind11::module_& module);

@@ -50,6 +50,9 @@ void bind_curbs(py::module_& module) {
       .def_readonly("sigma_lateral_m", &CurbFinding::sigma_lateral_m)
       .def_readonly("height_m", &CurbFinding::height_m, "Positive, of kind down too.")
       .def_readonly("sigma_height_m", &CurbFinding::sigma_height_m)
+      .def_readonly("sigma_cal_lateral_m", &CurbFinding::sigma_cal_lateral_m,
+                    "The calibration's, common to all scans.")
+      .def_readonly("sigma_cal_height_m", &CurbFinding::sigma_cal_height_m)
       .def_readonly("face_rad", &CurbFinding::face_rad, "From the road to the face.")
       .def_readonly("sigma_face_rad", &CurbFinding::sigma_face_rad)
       .def_readonly("road", &CurbFinding::road);

@@ -13,6 +13,7 @@ PYBIND11_MODULE(_striper, module) {
   bind_streams(module);
   bind_profiles(module);
   bind_curbs(module);
+  bind_tracks(module);
   bind_designs(module);
   bind_simulation(module);
   bind_calibration(module);

@@ -109,6 +109,41 @@ def test_a_curb_is_found():
     assert abs(sum(curb.posterior.values()) - 1.0) < 1e-6
 
 
+def test_curbs_and_objects_are_followed():
+    scene = ROOT / "data" / "scenes" / "curb.yaml"
+    model = striper.simulated_model(scene)
+    detector = striper.CurbDetector(up_rad=np.radians(118), model=model)
+    tracker = striper.ObjectTracker(up_rad=np.radians(118))
+    for k, scan in zip(range(6), striper.scan(f"sim:{scene}", model=model)):
+        motion = striper.Motion(distance_m=0.4 * k, speed_m_s=12.0)
+        curbs = detector.update(scan, motion)
+        objects = tracker.update(scan, motion)
+    (curb,) = [one for one in curbs if one.confidence > 0.9]
+    assert (curb.kind, curb.state, curb.hits, curb.id) == ("up", "tracked", 6, 1)
+    assert abs(curb.lateral_m - 1.2) < 5.0 * curb.sigma_lateral_m and abs(curb.height_m - 0.15) < 2e-3
+    assert abs(curb.way_m - 2.0) < 1e-9 and np.isnan(curb.sigma_cal_lateral_m)  # No covariance.
+    assert all(0.0 <= one.confidence <= 1.0 for one in objects)
+    with pytest.raises(striper.Error):
+        striper.CurbDetector(min_height_m=0.5)
+
+
+def test_an_object_comes_closer(tmp_path):
+    lines = ["frame,time_s,bearing_rad,range_m,sigma_m"]
+    for k in range(5):
+        distance = 3.0 - 0.2 * k
+        for bearing in np.linspace(-0.1, 0.1, 41):
+            lines.append(f"{k},{0.05 * k},{bearing},{distance / np.cos(bearing)},0.002")
+    table = tmp_path / "scans.csv"
+    table.write_text("\n".join(lines) + "\n")
+    tracker = striper.ObjectTracker(roughness_m=0.001)
+    for scan in striper.scan(table):
+        (track,) = tracker.update(scan)
+    assert track.is_seen and track.hits == 5 and track.zone == "unknown"
+    assert abs(track.closing_m_s - 4.0) < 4.0 * track.sigma_closing_m_s + 0.01
+    assert track.ttc_low_s < track.time_to_contact_s < track.ttc_high_s
+    assert abs(track.position_m[0] - 2.2) < 0.01
+
+
 def test_a_design_has_figures():
     design = striper.StriperDesign(striper.simulated_model(ROOM))
     design.camera.rate_hz = 60.0

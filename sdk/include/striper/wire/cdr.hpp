@@ -23,8 +23,8 @@ struct MessageSchema {
 /// The schema of a message, made from the same list of fields as its bytes. Thread-safe; made once.
 /// Source of the hash: ROS 2, package rosidl_generator_type_description.
 /// M: PointCloud2, LaserScan, Image, CompressedImage, CameraInfo, TFMessage, DiagnosticArray,
-/// ParticipantEntitiesInfo of both sizes, PolarScan, FrameInfo, Odometer, Event, Curbs, Objects; Header and
-/// PointField as well.
+/// ParticipantEntitiesInfo of both sizes, PolarScan, FrameInfo, Odometer, Event, Curbs, Objects;
+/// Header and PointField as well.
 template <typename M>
 const MessageSchema& schema_of();
 
