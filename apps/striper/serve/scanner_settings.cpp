@@ -33,6 +33,14 @@ std::optional<std::string> text_of(const Parameter& wanted) {
               fmt::format("{}: a number, a word or null is expected", wanted.name));
 }
 
+// Who reaches the port does not choose which files of this machine are read.
+void refuse_files(const ScannerOption& option) {
+  if (option.form != "FILE") return;
+  throw Error(ErrorKind::kUnsupported,
+              fmt::format("{} names a file of this machine - give it where the program is started",
+                          option.name));
+}
+
 }  // namespace
 
 ScannerSettings::ScannerSettings(ScannerArguments arguments, std::string head, bool explains)
@@ -100,7 +108,9 @@ bool ScannerSettings::has(std::string_view name) { return find_scanner_option(na
 void ScannerSettings::set(const Parameter& wanted) {
   const std::lock_guard lock(mutex_);
   ScannerArguments changed = arguments_;
-  const std::string name(find_scanner_option(wanted.name)->name);
+  const ScannerOption& option = *find_scanner_option(wanted.name);
+  refuse_files(option);
+  const std::string name(option.name);
   if (const auto text = text_of(wanted)) {
     ScannerOptions tried;
     set_scanner_option(tried, name, *text);

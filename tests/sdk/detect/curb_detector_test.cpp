@@ -143,7 +143,7 @@ void add_rough(double from_m, double to_m, double low_m, double high_m, RoadProf
     profile.emplace_back(at, testing::uniform(low_m, high_m));
 }
 
-// Asphalt of 1.5 mm (a uniform band of 2.6 mm each way), a third of the returns faint and gone.
+// Asphalt of 1.5 mm (a uniform band of 2.6 mm each way).
 TEST(CurbDetector, FindsCurbsBesideRoughAsphalt) {
   const auto street = [] {
     const double at = testing::uniform(1.0, 2.0);
