@@ -29,6 +29,7 @@ void add_guide(CLI::App& striper, Action& action) {
   add_guide_simulate(guide, action);
   add_guide_evaluate(guide, action);
   add_guide_align(guide, action);
+  add_guide_console(guide, action);
   add_guide_plan(guide, action);
 }
 
