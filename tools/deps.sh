@@ -15,10 +15,11 @@ packages_to_build=(
   libceres-dev libzstd-dev liblz4-dev
   libaravis-dev libusb-1.0-0-dev
   cyclonedds-dev cyclonedds-tools # the sink ros2:
+  libncurses-dev                  # the screen of guide console
 )
 packages_to_test=(
   pybind11-dev python3-dev python3-numpy python3-pytest python3-matplotlib mypy # the Python package
-  libgtest-dev libgmock-dev libbenchmark-dev git python3 gnuplot-nox
+  libgtest-dev libgmock-dev libbenchmark-dev git python3 gnuplot-nox tmux
   systemd python3-prometheus-client                        # what checks the service's unit and its metrics
   qemu-system-x86 busybox-static kmod v4l-utils # the virtual machine of tests/v4l2_vm
   can-utils                                     # candump, in that machine

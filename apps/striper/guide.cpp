@@ -28,6 +28,8 @@ void add_guide(Command& striper, Action& action) {
   add_guide_run(guide, action);
   add_guide_simulate(guide, action);
   add_guide_evaluate(guide, action);
+  add_guide_align(guide, action);
+  add_guide_console(guide, action);
   add_guide_plan(guide, action);
 }
 

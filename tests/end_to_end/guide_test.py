@@ -125,6 +125,43 @@ class Guide(InScratch):
         self.assertIn("road.yaml:3", striper("guide", "simulate", road, "-o", self.path("x"), code=1).stderr)
         striper("guide", code=2)
 
+    def test_a_drive_along_a_tape_aligns_beams_and_gun(self):
+        run = self.simulated("taped")
+        with open(os.path.join(run, "volts.csv"), "w", encoding="utf-8") as file:
+            file.write("volts,lateral_m\n" + "".join(f"{v},{0.01 - v / 9.8}\n" for v in (-3, -1, 1, 3)))
+        with open(os.path.join(run, "painted.csv"), "w", encoding="utf-8") as file:
+            file.write("gun,state,signal_m,speed_m_s,painted_m\n")
+            for k in range(20):
+                speed, late = (3, 0.06) if k < 10 else (12, 0.06)
+                file.write(f"gun,{'ON' if k % 2 else 'OFF'},{8 * k},{speed},{8 * k - 0.1 + speed * late}\n")
+        aligned = self.path("aligned.yaml")
+        done = json.loads(striper("guide", "align", run, "-o", aligned, "--json").stdout)
+        for beam, zero_m, scale in zip(done["beams"], (0.0254, -0.0127, 0.0), (1.0, 1.03, 0.98)):
+            self.assertLess(abs(beam["zero_m"] - zero_m), 4 * beam["sigma_zero_m"], beam)
+            self.assertLess(abs(beam["scale"] - scale), 4 * beam["sigma_scale"], beam)
+        self.assertAlmostEqual(done["output"]["volts_per_m"], -9.8, places=6)
+        self.assertAlmostEqual(done["guns"][0]["on_delay_s"], 0.06, places=6)
+        self.assertAlmostEqual(done["guns"][0]["x_m"], -0.1, places=6)
+        errors, sigmas = [], []
+        for config in (os.path.join(run, "guidance.yaml"), aligned):
+            job = self.path("job-aligned")
+            striper("guide", "run", run, "--config", config, "-o", job)
+            errors.append(abs(self.evaluated(job, "taped", "--from", "15")["lateral"]["mean_m"]))
+            sigmas.append(min(float(row["sigma_m"]) for row in self.table(job, "lateral.csv") if row["sigma_m"]))
+        self.assertLess(errors[1], 0.05 * 0.0254)
+        self.assertGreater(errors[0], 5 * errors[1])
+        self.assertGreater(sigmas[1], sigmas[0])
+
+        self.write("tape.csv", "time_s,x_m,lateral_m\n5,0,0.01\n")
+        refused = striper("guide", "align", run, "--tape", self.path("tape.csv"), "-o", self.path("no.yaml"), code=3)
+        self.assertIn("refused: beam front: its zero is known to", refused.stderr)
+        self.assertFalse(os.path.exists(self.path("no.yaml")))
+        self.write("one-speed.csv", "gun,state,signal_m,speed_m_s,painted_m\ngun,ON,1,3,1.1\ngun,OFF,4,3,4.1\n")
+        refused = striper("guide", "align", run, "--painted", self.path("one-speed.csv"), "-o", self.path("no.yaml"), code=3)
+        self.assertIn("paint at two speeds", refused.stderr)
+        said = striper("guide", "align", self.simulated("dashes"), "-o", self.path("no.yaml"), code=1).stderr
+        self.assertIn("there is no tape.csv", said)
+
     def test_a_plan_says_what_limits(self):
         plan = json.loads(striper("guide", "plan", "--json").stdout)
         self.assertAlmostEqual(plan["noise_gain"], 1.8505, places=4)

@@ -9,6 +9,8 @@ namespace striper::program {
 void add_guide_run(Command& guide, Action& action);
 void add_guide_simulate(Command& guide, Action& action);
 void add_guide_evaluate(Command& guide, Action& action);
+void add_guide_align(Command& guide, Action& action);
+void add_guide_console(Command& guide, Action& action);
 void add_guide_plan(Command& guide, Action& action);
 
 }  // namespace striper::program

@@ -19,7 +19,9 @@
 
 #include "guide/guidance_outputs.hpp"
 #include "guide/guide_commands.hpp"
+#include "guide/live/live_run.hpp"
 #include "guide/run_inputs.hpp"
+#include "guide/run_tables.hpp"
 #include "option_bounds.hpp"
 #include "program.hpp"
 #include "summary.hpp"
@@ -32,17 +34,24 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RunArguments {
-  std::string run;
+  std::optional<std::string> run;
   std::string output;
   std::optional<std::string> config;
   std::optional<std::string> method;
   std::optional<double> alpha;
   std::vector<std::string> to;
   bool json = false;
+  std::vector<std::string> heads;
+  std::vector<std::string> models;
+  std::optional<std::string> record;
+  std::optional<double> seconds;
+  bool resume = false;
 };
 
 constexpr const char* kDescription =
-    "Run guidance over what a truck has recorded: where the stripe is at the gun, when guns paint.";
+    "Run guidance over what a truck has recorded, or live: where the stripe is at the gun, when "
+    "guns "
+    "paint.";
 
 constexpr const char* kHelp =
     "The directory gets\n"
@@ -62,14 +71,44 @@ constexpr const char* kHelp =
     "are described by data/can/guidance.dbc ('?id=800' moves the first of their four "
     "identifiers).\n"
     "candump:FILE is a log of the same frames, which canplayer plays.\n\n"
+    "With --head it runs live, on the cameras of the beams' heads, until Ctrl-C. The odometer is "
+    "what\n"
+    "odometer: source: of the file says: encoder (of the first head's camera; the default), or\n"
+    "serial:DEVICE?baud=19200 with a line COUNTS for each reading. job.json keeps the totals, "
+    "second\n"
+    "by second; --resume goes on with them, with tables of its own in part-2, part-3, ...\n\n"
     "Examples:\n"
     "  striper guide run run -o job\n"
     "  striper guide run run --method report --alpha 0.9 -o as-in-1991\n"
     "  striper guide run run --config other.yaml -o other --json\n"
-    "  striper guide run run -o job --to can:can0";
+    "  striper guide run run -o job --to can:can0\n"
+    "  striper guide run --config truck.yaml --head 'truck=gige:STRIPER1?encoder=yes&laser=0,1,2' "
+    "\\\n"
+    "      --model truck=striper.yaml -o job --record run";
+
+CommandOption* define_live(Command& command, RunArguments& arguments) {
+  auto* const head =
+      command.add_option("--head", arguments.heads, "Live: where a head's frames come from")
+          ->type_name("NAME=SOURCE")
+          ->one_word_each();
+  command.add_option("--model", arguments.models, "And its model; as often as there are heads")
+      ->type_name("NAME=FILE")
+      ->one_word_each()
+      ->needs(head);
+  command.add_option("--record", arguments.record, "Keep what came in, as a RUN of its own")
+      ->type_name("RUN")
+      ->needs(head);
+  command.add_option("--seconds", arguments.seconds, "End after so long; default: Ctrl-C")
+      ->type_name("S")
+      ->check(above_zero())
+      ->needs(head);
+  command.add_flag("--resume", arguments.resume, "Go on with the job that is in DIR")->needs(head);
+  return head;
+}
 
 void define(Command& command, RunArguments& arguments) {
-  command.add_option("RUN", arguments.run, "The directory of the recorded run")->required();
+  auto* const run =
+      command.add_option("RUN", arguments.run, "The directory of the recorded run; or --head");
   command.add_option("-o,--output", arguments.output, "The directory for the results; it is made")
       ->type_name("DIR")
       ->required();
@@ -90,12 +129,13 @@ void define(Command& command, RunArguments& arguments) {
       ->type_name("OUTPUT")
       ->one_word_each();
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
+  define_live(command, arguments)->excludes(run);
   command.footer(kHelp);
 }
 
 GuidanceConfig config_of(const RunArguments& arguments) {
   const fs::path file =
-      arguments.config ? fs::path(*arguments.config) : fs::path(arguments.run) / "guidance.yaml";
+      arguments.config ? fs::path(*arguments.config) : fs::path(*arguments.run) / "guidance.yaml";
   GuidanceConfig config = load_guidance(file);
   if (arguments.alpha) config.smoothing.alpha = *arguments.alpha;
   if (!arguments.method) return config;
@@ -107,119 +147,6 @@ GuidanceConfig config_of(const RunArguments& arguments) {
     if (*arguments.method == word) config.smoothing.method = method;
   }
   return config;
-}
-
-// Writes what guidance says; faults are said on the terminal, too.
-class RunTables : public GuidanceListener {
- public:
-  explicit RunTables(const fs::path& directory)
-      : lateral_((directory / "lateral.csv").string(), lateral_columns()),
-        guns_((directory / "guns.csv").string(), gun_columns()),
-        seen_((directory / "seen.csv").string(), seen_columns()),
-        faults_((directory / "faults.csv").string(), fault_columns()) {}
-
-  void lateral(const LateralLine& line) override {
-    lateral_.add(line);
-    if (++waiting_ % 256 == 0) flush();
-  }
-  void gun(const GunLine& line) override { guns_.add(line); }
-  void seen(const SeenLine& line) override { seen_.add(line); }
-  void fault(const FaultLine& line) override {
-    faults_.add(line);
-    constexpr int kMost = 10;
-    if (++said_ > kMost) return;
-    say(fmt::format("fault at {:.3f} s: {}; {}", line.time_s, to_string(line.code),
-                    to_string(line.action)));
-  }
-
-  void close() {
-    lateral_.close();
-    guns_.close();
-    seen_.close();
-    faults_.close();
-  }
-
- private:
-  void flush() {
-    lateral_.flush();
-    guns_.flush();
-    seen_.flush();
-    faults_.flush();
-  }
-
-  CsvWriter<LateralLine> lateral_;
-  CsvWriter<GunLine> guns_;
-  CsvWriter<SeenLine> seen_;
-  CsvWriter<FaultLine> faults_;
-  std::uint64_t waiting_ = 0;
-  int said_ = 0;
-};
-
-nlohmann::json json_of(const GuidanceTotals& totals) {
-  nlohmann::json json{{"sweeps", totals.sweeps},
-                      {"sweeps_of_unknown_beams", totals.unknown_sweeps},
-                      {"scans", totals.scans},
-                      {"way_m", totals.way_m},
-                      {"dashes_lost", totals.dashes_lost},
-                      {"dashes_not_allowed", totals.dashes_not_allowed}};
-  constexpr std::array kStates{"tracking", "bridging", "lost", "fault"};
-  for (std::size_t i = 0; i < kStates.size(); ++i) {
-    json["scans_of_state"][kStates[i]] = totals.scans_of_state[i];
-  }
-  json["guns"] = nlohmann::json::array();
-  for (const GuidanceTotals::Gun& gun : totals.guns) {
-    nlohmann::json one{{"name", gun.name}, {"on_m", gun.on_m}, {"dashes", gun.dashes}};
-    if (std::isfinite(gun.cycle_m)) {
-      one["pattern"] = {{"dash_m", gun.dash_m},
-                        {"gap_m", gun.cycle_m - gun.dash_m},
-                        {"quality", gun.pattern_quality}};
-    }
-    json["guns"].push_back(one);
-  }
-  for (std::size_t i = 0; i < kSeenKinds; ++i) {
-    json["seen"][std::string(to_string(static_cast<SeenKind>(i)))] = totals.seen[i];
-  }
-  for (std::size_t i = 0; i < kGuidanceFaults; ++i) {
-    json["faults"][std::string(to_string(static_cast<GuidanceFault>(i)))] = totals.faults[i];
-  }
-  return json;
-}
-
-void say_totals(const GuidanceTotals& totals) {
-  const auto share = [&](PathState state) {
-    return 100.0 * static_cast<double>(totals.scans_of_state[static_cast<std::size_t>(state)]) /
-           static_cast<double>(std::max<std::uint64_t>(totals.scans, 1));
-  };
-  say(
-      fmt::format("{:.1f} m in {}; the stripe tracked in {:.1f} %, bridged in {:.1f} %, lost in "
-                  "{:.1f} %, faults in {:.1f} %",
-                  totals.way_m, count(totals.scans, "scan"), share(PathState::kTracking),
-                  share(PathState::kBridging), share(PathState::kLost), share(PathState::kFault)));
-  for (const GuidanceTotals::Gun& gun : totals.guns) {
-    std::string text =
-        fmt::format("{}: {:.2f} m painted, switched on {} times", gun.name, gun.on_m, gun.dashes);
-    if (std::isfinite(gun.cycle_m)) {
-      text += fmt::format("; a pattern of {:.2f} m and {:.2f} m gap", gun.dash_m,
-                          gun.cycle_m - gun.dash_m);
-    }
-    say(text);
-  }
-  std::string seen;
-  for (const SeenKind kind : {SeenKind::kMarker, SeenKind::kTape, SeenKind::kSpot, SeenKind::kCross,
-                              SeenKind::kLetter, SeenKind::kWet}) {
-    const auto number = totals.seen[static_cast<std::size_t>(kind)];
-    if (number > 0)
-      seen += fmt::format("{}{} {}", seen.empty() ? "" : ", ", number, to_string(kind));
-  }
-  if (!seen.empty()) say("no stripe: " + seen);
-  constexpr double kBackwards_m = -1.0;
-  if (totals.way_m < kBackwards_m) {
-    say("by its odometer the truck went backwards: is the sign of counts_per_m right?");
-  }
-  if (totals.unknown_sweeps > 0) {
-    say(fmt::format("{} of beams that guidance.yaml does not name",
-                    count(totals.unknown_sweeps, "sweep")));
-  }
 }
 
 // Waits until an input is due, of a run that began when this was made; less where it is to stop.
@@ -253,23 +180,16 @@ void play(RunInputs& inputs, Guidance& guidance, bool is_live) {
   }
 }
 
-ExitCode guide_run(const RunArguments& arguments) {
+ExitCode run_recorded(const RunArguments& arguments, const GuidanceConfig& config) {
   if (arguments.json && std::count(arguments.to.begin(), arguments.to.end(), "-") > 0) {
     throw Error(ErrorKind::kUsage, "--json and --to - both write to the standard output");
   }
   const TerminalEvents events;
-  const GuidanceConfig config = config_of(arguments);
   const fs::path output = arguments.output;
-  if (fs::exists(output) && fs::equivalent(output, arguments.run)) {
+  if (fs::exists(output) && fs::equivalent(output, *arguments.run)) {
     throw Error(ErrorKind::kUsage, "-o names the run itself: its guidance.yaml would be replaced");
   }
-  const auto used = std::count_if(config.beams.begin(), config.beams.end(),
-                                  [](const GuidanceBeam& b) { return b.use != BeamUse::kOff; });
-  if (used < 2) {
-    say("warning: one beam alone tells neither the direction of the stripe nor its bend; lateral_m "
-        "may be off by a foot, and sigma_m does not say so");
-  }
-  RunInputs inputs(arguments.run, config, events.port());
+  RunInputs inputs(*arguments.run, config, events.port());
   fs::create_directories(output);
   RunTables tables(output);
   GuidanceOutputs outputs(arguments.to, config);
@@ -284,13 +204,42 @@ ExitCode guide_run(const RunArguments& arguments) {
   if (totals.sweeps == 0) {
     throw Error(ErrorKind::kBadFile, fmt::format("{} has no sweeps of the beams that guidance.yaml "
                                                  "names",
-                                                 arguments.run));
+                                                 *arguments.run));
   }
   say_totals(totals);
   say(fmt::format("wrote lateral.csv, guns.csv, seen.csv and faults.csv into {}",
                   arguments.output));
   if (arguments.json) print_json(json_of(totals));
   return is_all_sent ? ExitCode::kDone : ExitCode::kFailed;
+}
+
+ExitCode guide_run(const RunArguments& arguments) {
+  if (!arguments.run && arguments.heads.empty()) {
+    throw Error(ErrorKind::kUsage, "expected the directory of a run, or --head NAME=SOURCE");
+  }
+  if (!arguments.run && !arguments.config) {
+    throw Error(ErrorKind::kUsage, "--head needs --config: the truck's guidance.yaml");
+  }
+  const GuidanceConfig config = config_of(arguments);
+  const auto used = std::count_if(config.beams.begin(), config.beams.end(),
+                                  [](const GuidanceBeam& b) { return b.use != BeamUse::kOff; });
+  if (used < 2) {
+    say("warning: one beam alone tells neither the direction of the stripe nor its bend; lateral_m "
+        "may be off by a foot, and sigma_m does not say so");
+  }
+  if (arguments.run) return run_recorded(arguments, config);
+  if (!arguments.to.empty()) {
+    throw Error(ErrorKind::kUsage, "--to does not go with --head yet - record the run and play it");
+  }
+  LiveRunOptions live;
+  live.heads = live_heads(arguments.heads, arguments.models);
+  live.output = arguments.output;
+  if (arguments.record) live.record = *arguments.record;
+  live.seconds = arguments.seconds;
+  live.resumes = arguments.resume;
+  const GuidanceTotals totals = run_live(config, live);
+  if (arguments.json) print_json(json_of(totals));
+  return totals.sweeps > 0 ? ExitCode::kDone : ExitCode::kFailed;
 }
 
 }  // namespace

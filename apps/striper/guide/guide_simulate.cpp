@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -37,7 +38,8 @@ constexpr const char* kHelp =
     "drives\n"
     "and how; data/roads/README.md explains every key. The directory is a RUN for guide run, with\n"
     "truth.csv: distance_m,lateral_m,line0,line1 (0 or 1: paint that is there), a line a "
-    "centimetre.\n\n"
+    "centimetre,\n"
+    "and, where the road has a tape measure, tape.csv for guide align.\n\n"
     "Examples:\n"
     "  striper guide simulate data/roads/dashes.yaml -o run\n"
     "  striper guide run run -o job\n"
@@ -70,6 +72,16 @@ std::uint64_t write_truth(const RoadDrive& drive, const fs::path& file) {
   return rows;
 }
 
+// @return how many; without any there is no file.
+std::size_t write_tape(const RoadDrive& drive, const fs::path& file) {
+  const std::vector<TapeReading> readings = drive.tape_readings();
+  if (readings.empty()) return 0;
+  CsvWriter<TapeReading> tape(file.string(), tape_columns());
+  for (const TapeReading& reading : readings) tape.add(reading);
+  tape.close();
+  return readings.size();
+}
+
 ExitCode guide_simulate(const SimulateRoadArguments& arguments) {
   const Road road = load_road(arguments.road);
   const fs::path output = arguments.output;
@@ -99,11 +111,16 @@ ExitCode guide_simulate(const SimulateRoadArguments& arguments) {
   sweeps.close();
   odometer.close();
   const std::uint64_t rows = write_truth(drive, output / "truth.csv");
+  const std::size_t readings = write_tape(drive, output / "tape.csv");
   write_file_atomically(output / "guidance.yaml", format_guidance(road.truck));
   say(fmt::format("simulated {:.1f} m in {:.1f} s: {}", drive.way_m(), drive.duration_s(),
                   count(written, "sweep")));
   say(fmt::format("wrote guidance.yaml, sweeps.csv, odometer.csv and truth.csv into {}",
                   arguments.output));
+  if (readings > 0) {
+    say(fmt::format("wrote tape.csv: {}; align: striper guide align {} -o aligned.yaml",
+                    count(readings, "reading"), shell_word(arguments.output)));
+  }
   say(fmt::format("guide: striper guide run {} -o job", shell_word(arguments.output)));
   if (arguments.json) {
     print_json({{"sweeps", written},

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -108,7 +109,7 @@ double RunInputs::next_s() const noexcept {
   return next_s;
 }
 
-bool RunInputs::give_next(Guidance& guidance) {
+RunInput RunInputs::next() {
   const std::size_t head = next_head();
   HeadBeam* const next_head = head < heads_.size() ? &heads_[head] : nullptr;
   const double sweep_s = sweep_ ? sweep_->time_s : kNever;
@@ -117,25 +118,26 @@ bool RunInputs::give_next(Guidance& guidance) {
   const double state_s = state_ ? state_->time_s : kNever;
   // Of one time the odometer comes first: the others need it.
   if (reading_ && reading_s <= std::min({sweep_s, head_s, state_s})) {
-    guidance.take(*reading_);
+    const OdometerReading reading = *reading_;
     read_odometer();
-    return true;
+    return reading;
   }
   if (state_ && state_s <= std::min(sweep_s, head_s)) {
-    guidance.take(*state_);
+    const TruckState state = *state_;
     read_state();
-    return true;
+    return state;
   }
-  if (next_head == nullptr && !sweep_) return false;
+  if (next_head == nullptr && !sweep_) return {};
   ++sweeps_;
+  // The buffers change places: nothing is copied.
   if (next_head != nullptr && head_s < sweep_s) {
-    guidance.take(next_head->sweep);
+    std::swap(given_, next_head->sweep);
     read_head(*next_head);
-    return true;
+  } else {
+    std::swap(given_, *sweep_);
+    read_sweep();
   }
-  guidance.take(*sweep_);
-  read_sweep();
-  return true;
+  return &given_;
 }
 
 }  // namespace striper::program

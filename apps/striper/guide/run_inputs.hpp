@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include <striper/core/event.hpp>
@@ -12,6 +13,9 @@
 #include <striper/stream/scan_source.hpp>
 
 namespace striper::program {
+
+/// One of them; a sweep is valid until the next is asked for.
+using RunInput = std::variant<std::monostate, OdometerReading, TruckState, const BeamSweep*>;
 
 /// The inputs of a recorded run, in the order of time: sweeps.csv and the scans of heads,
 /// odometer.csv, state.csv.
@@ -23,8 +27,21 @@ class RunInputs {
 
   /// When the next one is of; infinite at the end.
   double next_s() const noexcept;
-  /// Gives the next one to guidance. @return false at the end.
-  bool give_next(Guidance& guidance);
+  /// The next one; the first of the alternatives at the end.
+  RunInput next();
+
+  /// Gives the next one to what has a `take` for it; for the truck's state it need not have one.
+  /// @return false at the end.
+  template <typename Taker>
+  bool give_next(Taker& taker) {
+    const RunInput input = next();
+    if (const auto* reading = std::get_if<OdometerReading>(&input)) taker.take(*reading);
+    if constexpr (requires(TruckState state) { taker.take(state); }) {
+      if (const auto* state = std::get_if<TruckState>(&input)) taker.take(*state);
+    }
+    if (const auto* sweep = std::get_if<const BeamSweep*>(&input)) taker.take(**sweep);
+    return input.index() != 0;
+  }
 
   std::uint64_t sweeps() const noexcept { return sweeps_; }
 
@@ -48,6 +65,7 @@ class RunInputs {
   std::optional<CsvReader<TruckState>> state_file_;
   std::vector<HeadBeam> heads_;
   std::optional<BeamSweep> sweep_;
+  BeamSweep given_;
   std::optional<OdometerReading> reading_;
   std::optional<TruckState> state_;
   std::uint64_t sweeps_ = 0;

@@ -9,6 +9,7 @@
 
 #include <striper/guidance/guidance.hpp>
 
+#include "guidance/align/alignment_sigma.hpp"
 #include "guidance/beam/beam_reader.hpp"
 #include "guidance/beam/stripe_choice.hpp"
 #include "guidance/dashes/dash_book.hpp"
@@ -20,6 +21,7 @@
 namespace striper {
 namespace {
 
+using detail::AlignmentSigma;
 using detail::BeamReader;
 using detail::DashBook;
 using detail::ExpectedLine;
@@ -106,8 +108,10 @@ struct Guidance::Impl {
   std::int64_t first_counts = 0;
   bool has_counts = false;
   PathFollower path;
+  AlignmentSigma alignment;
   FaultWatch faults;
   std::vector<Beam> beams;
+  std::vector<double> aligned_m;  // Where the line is under each beam, by its zero and scale.
   std::vector<GunPost> guns;
   std::vector<DashBook> books;  // Of line 0 and, of a double line, line 1.
   double apart_m = 0.0;         // The other line of a double one, to the left of the followed.
@@ -122,7 +126,8 @@ struct Guidance::Impl {
 };
 
 Guidance::Impl::Impl(const GuidanceConfig& how, GuidanceListener& who)
-    : config(how), listener(who), odometer(how.odometer), path(how), faults(how) {
+    : config(how), listener(who), odometer(how.odometer), path(how), alignment(how), faults(how) {
+  aligned_m.resize(how.beams.size());
   for (const GuidanceBeam& beam : config.beams) beams.emplace_back(beam, config.stripe);
   for (const GuidanceGun& gun : config.guns) {
     guns.emplace_back(config, gun);
@@ -467,7 +472,11 @@ void Guidance::Impl::end_scan(double now_s) {
   line.odometer_counts = here.counts;
   line.distance_m = here.distance_m;
   line.lateral_m = answer.lateral_m;
-  line.sigma_m = answer.sigma_m;
+  for (std::size_t i = 0; i < beams.size(); ++i) {
+    const GuidanceBeam& beam = beams[i].beam;
+    aligned_m[i] = (path.expected(i, 0.0).lateral_m - beam.zero_m) / beam.scale;
+  }
+  line.sigma_m = std::hypot(answer.sigma_m, alignment.at(aligned_m));
   line.beams = std::exchange(beams_seen, 0);
   const auto action = faults.action();
   line.state = state_of(answer, action.has_value());

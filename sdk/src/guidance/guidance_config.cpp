@@ -42,8 +42,32 @@ void validate_beam(const GuidanceBeam& beam) {
           "0 to 1 / rate_hz");
   require(is_within(beam.samples, 8, 65536), name + "samples", beam.samples, "8 to 65536");
   require(is_within(beam.bits, 1, 24), name + "bits", beam.bits, "1 to 24");
+  require(is_within(beam.zero_m, -1.0, 1.0), name + "zero_m", beam.zero_m, "-1 to 1 m");
+  require(is_within(beam.scale, 0.5, 2.0), name + "scale", beam.scale, "0.5 to 2");
   for (const double gain : beam.response) {
     require(is_within(gain, 1e-3, 1e3), name + "response", gain, "gains of .001 to 1000");
+  }
+}
+
+// A covariance: as many rows as parameters, alike across its diagonal, no variance below zero.
+void validate_alignment(const std::vector<double>& covariance, std::size_t parameters) {
+  if (covariance.empty()) return;
+  if (covariance.size() != parameters * parameters) {
+    throw Error(ErrorKind::kBadValue,
+                fmt::format("alignment: covariance has {} numbers; expected {}", covariance.size(),
+                            parameters * parameters));
+  }
+  for (std::size_t i = 0; i < parameters; ++i) {
+    require(covariance[i * parameters + i] >= 0.0, "alignment: covariance: a variance",
+            covariance[i * parameters + i], "0 or more");
+    for (std::size_t k = 0; k < i; ++k) {
+      const double one = covariance[i * parameters + k];
+      const double other = covariance[k * parameters + i];
+      const double most =
+          std::sqrt(covariance[i * parameters + i] * covariance[k * parameters + k]);
+      require(std::abs(one - other) <= 1e-9 * most + 1e-300 && std::abs(one) <= 1.000001 * most,
+              "alignment: covariance", one, "alike across the diagonal, within the variances");
+    }
   }
 }
 
@@ -56,7 +80,7 @@ std::string_view to_string(FaultAction action) noexcept {
   return kActionWords[static_cast<std::size_t>(action)];
 }
 
-double GuidanceBeam::lateral_m(double index) const noexcept {
+double GuidanceBeam::window_m(double index) const noexcept {
   const double middle_m = 0.5 * (y_left_m + y_right_m);
   const double half_m = 0.5 * (y_left_m - y_right_m);
   const double side = 1.0 - 2.0 * index / (samples - 1);
@@ -69,7 +93,9 @@ double GuidanceBeam::delay_s(double index) const noexcept {
   return index * sweep_s / (samples - 1);
 }
 
-double GuidanceBeam::sample_m() const noexcept { return (y_left_m - y_right_m) / (samples - 1); }
+double GuidanceBeam::sample_m() const noexcept {
+  return scale * (y_left_m - y_right_m) / (samples - 1);
+}
 
 double GuidanceOutput::volts(double lateral_m) const noexcept {
   if (!std::isfinite(lateral_m)) return volts_safe;
@@ -119,6 +145,9 @@ void GuidanceConfig::validate() const {
           "less than volts_max");
   require(is_within(output.volts_safe, output.volts_min, output.volts_max), "output: volts_safe",
           output.volts_safe, "within volts_min and volts_max");
+  require(is_within(output.offset_sd_m, 0.0, 1.0), "output: offset_sd_m", output.offset_sd_m,
+          "0 to 1 m");
+  validate_alignment(alignment_covariance, 2 * beams.size());
   require(std::isfinite(output.volts_per_m) && output.volts_per_m != 0.0, "output: volts_per_m",
           output.volts_per_m, "a number, not 0");
 }

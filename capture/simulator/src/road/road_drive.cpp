@@ -12,12 +12,24 @@
 namespace striper {
 namespace {
 
-enum Purpose : std::uint64_t { kSampleNoise = 11, kYawNoise };
+enum Purpose : std::uint64_t { kSampleNoise = 11, kYawNoise, kTapeNoise };
 
 bool is_within(const std::vector<RoadStretch>& stretches, double along_m) {
   return std::any_of(stretches.begin(), stretches.end(), [&](const RoadStretch& one) {
     return along_m >= one.from_m && along_m < one.to_m;
   });
+}
+
+// The truck as it is, not as its file has it.
+Road misaligned(Road road) {
+  for (GuidanceBeam& beam : road.truck.beams) {
+    for (const RoadMisalignment& one : road.misaligned) {
+      if (one.beam != beam.name) continue;
+      beam.zero_m = one.zero_m;
+      beam.scale = one.scale;
+    }
+  }
+  return road;
 }
 
 std::int64_t wrapped(double counts, int bits) {
@@ -28,7 +40,7 @@ std::int64_t wrapped(double counts, int bits) {
 }  // namespace
 
 struct RoadDrive::Impl {
-  explicit Impl(const Road& how) : road(how), course(how), paint(how) {
+  explicit Impl(const Road& how) : road(misaligned(how)), course(how), paint(how) {
     double longest_s = 0.0;
     for (const GuidanceBeam& one : road.truck.beams) longest_s = std::max(longest_s, one.sweep_s);
     end_s = course.duration_s() - longest_s;
@@ -98,7 +110,7 @@ void RoadDrive::Impl::fill(const GuidanceBeam& beam, double time_s, BeamSweep& s
   const double spot_m = road.light.spot_m * std::hypot(1.0, beam.x_m / beam.height_m);
   const double full = std::ldexp(1.0, beam.bits) - 1.0;
   const double middle_m = beam.lateral_m(0.5 * (beam.samples - 1));
-  const double half_m = 0.5 * (beam.y_left_m - beam.y_right_m);
+  const double half_m = 0.5 * (beam.lateral_m(0.0) - beam.lateral_m(beam.samples - 1));
   const auto place = static_cast<std::uint64_t>(&beam - road.truck.beams.data());
   detail::PixelRandom random(road.seed, kSampleNoise + 16 * place, scan, 0);
   paint.cut(at[1].along_m, spot_m, cuts);
@@ -176,6 +188,20 @@ RoadTruth RoadDrive::truth_at(double distance_m) const noexcept {
       impl_->road.truck.guns.empty() ? 0.0 : impl_->road.truck.guns.front().gun.x_m;
   return {distance_m, lateral_at(distance_m, gun_x_m, 0), is_painted(distance_m, 0) ? 1 : 0,
           is_painted(distance_m, 1) ? 1 : 0};
+}
+
+std::vector<TapeReading> RoadDrive::tape_readings() const {
+  const RoadTape& tape = impl_->road.tape;
+  std::vector<TapeReading> readings;
+  if (!(tape.every_m > 0.0)) return readings;
+  detail::PixelRandom random(impl_->road.seed, kTapeNoise, 0, 0);
+  for (double at_m = tape.every_m; at_m < way_m(); at_m += tape.every_m) {
+    for (const double x_m : tape.x_m) {
+      const double lateral_m = lateral_at(at_m, x_m) + tape.sigma_m * random.normal();
+      readings.push_back({time_at(at_m), x_m, lateral_m, tape.sigma_m});
+    }
+  }
+  return readings;
 }
 
 void RoadDrive::paint(double from_m, double to_m, double lateral_m) {

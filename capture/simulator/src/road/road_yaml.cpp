@@ -96,6 +96,25 @@ RoadStretch read_stretch(const YamlField& field) {
           field.at("to_m", "metres along the road").number()};
 }
 
+RoadMisalignment read_misalignment(const YamlField& field) {
+  field.require_map({"beam", "zero_m", "scale"});
+  RoadMisalignment one;
+  one.beam = field.at("beam", "a beam of the truck").word("a beam of the truck");
+  field.read("zero_m", one.zero_m);
+  field.read("scale", one.scale);
+  return one;
+}
+
+void read_tape(const YamlField& field, RoadTape& tape) {
+  field.require_map({"every_m", "x_m", "sigma_m"});
+  tape.every_m = field.at("every_m", "metres of the truck's way").number();
+  if (const auto list = field.find("x_m")) {
+    tape.x_m.clear();
+    for (const YamlField& x_m : list->list()) tape.x_m.push_back(x_m.number());
+  }
+  field.read("sigma_m", tape.sigma_m);
+}
+
 void read_wear(const YamlField& field, RoadWear& wear) {
   field.require_map({"edge_sd_m", "edge_length_m", "chunks_per_m", "chunk_depth_m", "end_sd_m"});
   field.read("edge_sd_m", wear.edge_sd_m);
@@ -152,13 +171,19 @@ void Road::validate() const {
   require(odometer_rate_hz >= 1.0 && odometer_rate_hz <= 1e5, "odometer_rate_hz", odometer_rate_hz,
           "1 to 100000");
   truck.validate();
+  for (const RoadMisalignment& one : misaligned) {
+    require(std::abs(one.zero_m) <= 1.0, "misaligned: zero_m", one.zero_m, "1 m at most");
+    require(one.scale >= 0.5 && one.scale <= 2.0, "misaligned: scale", one.scale, "0.5 to 2");
+  }
+  require(tape.every_m >= 0.0 && tape.sigma_m >= 0.0, "tape: every_m", tape.every_m,
+          "0 or more, and so sigma_m");
 }
 
 Road parse_road(const std::string& text, const std::string& name) {
   const YamlField root = YamlField::parse(text, {name, {}, detail::UnknownKeys::kRefuse});
   root.require_map({"striper_road", "seed", "length_m", "course", "speed_m_s", "speeds", "wander",
                     "lines", "wear", "objects", "wet", "shadows", "light", "odometer_rate_hz",
-                    "yaw_rate_sigma_rad_s", "truck"});
+                    "yaw_rate_sigma_rad_s", "truck", "misaligned", "tape"});
   root.at("striper_road", "1").whole(1, 1, "the format's version");
   Road road;
   if (const auto seed = root.find("seed")) {
@@ -181,6 +206,8 @@ Road parse_road(const std::string& text, const std::string& name) {
     const std::filesystem::path file = truck->word("a guidance.yaml beside this file");
     road.truck = load_guidance(std::filesystem::path(name).parent_path() / file);
   }
+  read_list(root, "misaligned", road.misaligned, read_misalignment);
+  if (const auto tape = root.find("tape")) read_tape(*tape, road.tape);
   try {
     road.validate();
   } catch (const Error& error) {

@@ -48,13 +48,18 @@ struct GuidanceBeam {
   std::string head;  ///< Whose scans are the sweeps; empty: sweeps.csv has them.
   int laser = 0;
   BeamUse use = BeamUse::kOn;
+  double zero_m =
+      0.0;  ///< As aligned: what is at y of the window is at zero + scale y of the road.
+  double scale = 1.0;
 
-  /// Where sample `index` (0 the left end) meets the road. Design contract: y = y_mid + half
+  /// Where sample `index` (0 the left end) is in the window. Design contract: y = y_mid + half
   /// tan(phi (1 - 2 i / (samples - 1))) / tan(phi), phi half the fan.
-  double lateral_m(double index) const noexcept;
+  double window_m(double index) const noexcept;
+  /// Where that is beside the truck, by the beam's zero and scale.
+  double lateral_m(double index) const noexcept { return zero_m + scale * window_m(index); }
   /// When, after the sweep's own time.
   double delay_s(double index) const noexcept;
-  double sample_m() const noexcept;  ///< Between samples, on average.
+  double sample_m() const noexcept;  ///< Between samples on the road, on average.
 };
 
 /// Which of a double line's two the path is.
@@ -96,6 +101,7 @@ struct GuidanceOutput {
   double volts_min = -10.0;
   double volts_max = 10.0;
   double volts_safe = 0.0;
+  double offset_sd_m = 0.0;  ///< One sigma of `offset_m`, as aligned; it is in every lateral sigma.
 
   /// Within the limits; the safe value where it is not known.
   double volts(double lateral_m) const noexcept;
@@ -141,6 +147,9 @@ struct GuidanceConfig {
   GuidanceStripe stripe;
   GuidanceOutput output;
   GuidanceSmoothing smoothing;
+  /// Of zero and scale of all beams in turn, row by row, as aligned; it is in every lateral sigma.
+  /// Empty: not aligned.
+  std::vector<double> alignment_covariance;
   std::array<FaultAction, kGuidanceFaults> faults{
       FaultAction::kStop, FaultAction::kWarn, FaultAction::kWarn, FaultAction::kStop,
       FaultAction::kStop, FaultAction::kStop, FaultAction::kWarn, FaultAction::kWarn};

@@ -36,10 +36,10 @@ bool sweep_of_scan(const PolarScan& scan, const GuidanceBeam& beam, BeamSweep& s
   sweep.time_s = scan.time.seconds();
   sweep.beam = beam.name;
   sweep.samples.resize(static_cast<std::size_t>(beam.samples));
-  const double near_m = kNearSamples * beam.sample_m();
+  const double near_m = kNearSamples * (beam.window_m(0.0) - beam.window_m(1.0));
   std::size_t next = 0;  // The first spot right of the place.
   for (std::size_t i = 0; i < sweep.samples.size(); ++i) {
-    const double y_m = beam.lateral_m(static_cast<double>(i));
+    const double y_m = beam.window_m(static_cast<double>(i));
     while (next < spots.size() && spots[next].y_m > y_m) ++next;
     const bool is_between = next > 0 && next < spots.size();
     if (!is_between || spots[next - 1].y_m - spots[next].y_m > near_m) {

@@ -100,7 +100,7 @@ void read_or_auto(const YamlField& map, std::string_view key, double& value) {
 GuidanceBeam read_beam(const YamlField& field) {
   field.require_map({"name", "kind", "x_m", "y_left_m", "y_right_m", "height_m", "fan_deg",
                      "sweep_s", "rate_hz", "samples", "bits", "threshold", "response", "head",
-                     "laser", "use"});
+                     "laser", "use", "zero_m", "scale"});
   GuidanceBeam beam;
   beam.name = field.at("name", "the beam's name").word("the beam's name");
   read_word(field, "kind", kKinds, beam.kind);
@@ -122,6 +122,8 @@ GuidanceBeam read_beam(const YamlField& field) {
   read_text(field, "head", beam.head);
   field.read("laser", beam.laser);
   read_word(field, "use", kUses, beam.use);
+  field.read("zero_m", beam.zero_m);
+  field.read("scale", beam.scale);
   return beam;
 }
 
@@ -175,9 +177,34 @@ void read_faults(const YamlField& field, GuidanceConfig& config) {
   }
 }
 
+// What the rows are of, for who reads the file: BEAM_zero_m, BEAM_scale, ...
+std::vector<std::string> alignment_parameters(const GuidanceConfig& config) {
+  std::vector<std::string> names;
+  for (const GuidanceBeam& beam : config.beams) {
+    names.push_back(beam.name + "_zero_m");
+    names.push_back(beam.name + "_scale");
+  }
+  return names;
+}
+
+void read_alignment(const YamlField& field, GuidanceConfig& config) {
+  field.require_map({"parameters", "covariance"});
+  const std::vector<std::string> expected = alignment_parameters(config);
+  const YamlField parameters = field.at("parameters", "zero and scale of each beam in turn");
+  const std::vector<YamlField> names = parameters.list();
+  for (std::size_t i = 0; i < names.size() || i < expected.size(); ++i) {
+    if (i >= names.size() || i >= expected.size() || names[i].word("a name") != expected[i]) {
+      parameters.refuse(fmt::format("[{}]", fmt::join(expected, ", ")).c_str());
+    }
+  }
+  for (const YamlField& number : field.at("covariance", "its rows in one list").list()) {
+    config.alignment_covariance.push_back(number.number());
+  }
+}
+
 GuidanceConfig read_config(const YamlField& root) {
-  root.require_map(
-      {"striper_guidance", "beams", "odometer", "guns", "stripe", "output", "smoothing", "faults"});
+  root.require_map({"striper_guidance", "beams", "odometer", "guns", "stripe", "output",
+                    "smoothing", "faults", "alignment"});
   root.at("striper_guidance", "1").whole(1, 1, "the format's version");
   GuidanceConfig config;
   for (const YamlField& beam : root.at("beams", "a list of beams").list()) {
@@ -193,12 +220,14 @@ GuidanceConfig read_config(const YamlField& root) {
   }
   if (const auto stripe = root.find("stripe")) read_stripe(*stripe, config.stripe);
   if (const auto output = root.find("output")) {
-    output->require_map({"offset_m", "volts_per_m", "volts_min", "volts_max", "volts_safe"});
+    output->require_map(
+        {"offset_m", "volts_per_m", "volts_min", "volts_max", "volts_safe", "offset_sd_m"});
     output->read("offset_m", config.output.offset_m);
     output->read("volts_per_m", config.output.volts_per_m);
     output->read("volts_min", config.output.volts_min);
     output->read("volts_max", config.output.volts_max);
     output->read("volts_safe", config.output.volts_safe);
+    output->read("offset_sd_m", config.output.offset_sd_m);
   }
   if (const auto smoothing = root.find("smoothing")) {
     smoothing->require_map({"method", "alpha"});
@@ -206,6 +235,7 @@ GuidanceConfig read_config(const YamlField& root) {
     smoothing->read("alpha", config.smoothing.alpha);
   }
   if (const auto faults = root.find("faults")) read_faults(*faults, config);
+  if (const auto alignment = root.find("alignment")) read_alignment(*alignment, config);
   return config;
 }
 
@@ -240,7 +270,8 @@ void format_beam(std::string& out, const GuidanceBeam& beam) {
                  beam.response.empty() ? std::string(kAuto)
                                        : fmt::format("[{}]", fmt::join(beam.response, ", ")));
   if (!beam.head.empty()) fmt::format_to(to, " head: {},", in_quotes(beam.head));
-  fmt::format_to(to, " laser: {}, use: {}}}\n", beam.laser, text_of(kUses, beam.use));
+  fmt::format_to(to, " laser: {}, use: {},\n     zero_m: {}, scale: {}}}\n", beam.laser,
+                 text_of(kUses, beam.use), beam.zero_m, beam.scale);
 }
 
 }  // namespace
@@ -295,9 +326,9 @@ std::string format_guidance(const GuidanceConfig& config) {
                  stripe.marker_max_m);
   fmt::format_to(to,
                  "output: {{offset_m: {}, volts_per_m: {}, volts_min: {}, volts_max: {}, "
-                 "volts_safe: {}}}\n",
+                 "volts_safe: {},\n         offset_sd_m: {}}}\n",
                  config.output.offset_m, config.output.volts_per_m, config.output.volts_min,
-                 config.output.volts_max, config.output.volts_safe);
+                 config.output.volts_max, config.output.volts_safe, config.output.offset_sd_m);
   fmt::format_to(to, "smoothing: {{method: {}, alpha: {}}}\nfaults: {{",
                  text_of(kMethods, config.smoothing.method), config.smoothing.alpha);
   for (std::size_t i = 0; i < kGuidanceFaults; ++i) {
@@ -305,6 +336,11 @@ std::string format_guidance(const GuidanceConfig& config) {
                    to_string(config.faults[i]));
   }
   out += "}\n";
+  if (config.alignment_covariance.empty()) return out;
+  std::vector<std::string> names;
+  for (const std::string& name : alignment_parameters(config)) names.push_back(in_quotes(name));
+  fmt::format_to(to, "alignment:\n  parameters: [{}]\n  covariance: [{}]\n", fmt::join(names, ", "),
+                 fmt::join(config.alignment_covariance, ", "));
   return out;
 }
 

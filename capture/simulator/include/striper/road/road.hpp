@@ -83,6 +83,20 @@ struct RoadLight {
   double fresh_share = 0.3;  ///< Of what paint returns, where it is wet itself.
 };
 
+/// How a beam really lies, where the truck's own file does not know it.
+struct RoadMisalignment {
+  std::string beam;
+  double zero_m = 0.0;
+  double scale = 1.0;
+};
+
+/// A mechanic with a tape measure, who says where line 0 is beside the truck.
+struct RoadTape {
+  double every_m = 0.0;          ///< Of the truck's way; 0: nobody does.
+  std::vector<double> x_m{0.0};  ///< Where along the truck.
+  double sigma_m = 0.001;
+};
+
 /// All that `guide simulate` needs: a road, what lies on it, a truck and how it is driven.
 struct Road {
   std::uint64_t seed = 1;
@@ -99,6 +113,8 @@ struct Road {
   double odometer_rate_hz = 500.0;
   double yaw_rate_sigma_rad_s = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no gyroscope.
   GuidanceConfig truck = report_truck();
+  std::vector<RoadMisalignment> misaligned;
+  RoadTape tape;
 
   /// @throws Error{kBadValue} naming field, value and bound.
   void validate() const;

@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <vector>
 
+#include <striper/guidance/beam_alignment.hpp>
 #include <striper/guidance/beam_sweep.hpp>
 #include <striper/guidance/guidance_csv.hpp>
 #include <striper/motion/odometer_csv.hpp>
@@ -40,6 +42,9 @@ class RoadDrive {
   double lateral_at(double distance_m, double x_m, int line = 0) const noexcept;
   /// Whether paint of a line is there, abreast of the truck's reference.
   bool is_painted(double distance_m, int line) const noexcept;
+
+  /// What the tape measure says, in the order of time; empty where the road has none.
+  std::vector<TapeReading> tape_readings() const;
 
   /// The gun paints here: fresh paint of the stripe's width, so far to the left of the truck's
   /// axis, which beams behind see.

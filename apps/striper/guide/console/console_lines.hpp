@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "guide/console/guide_console.hpp"
+
+namespace striper::program {
+
+/// The console without a screen: one line is one function, its answer is text.
+///
+/// @return what it says; of what is wrong `error: ...`, of what is no command the list of all
+std::string answer_line(GuideConsole& console, std::string_view line);
+
+/// What `help` says.
+std::string line_help();
+
+}  // namespace striper::program
