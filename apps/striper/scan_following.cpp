@@ -152,7 +152,7 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
                   "web:PORT, ros2:; as often as you like (csv:, ply: and the like take the scans "
                   "alone)")
       ->type_name("SINK")
-      ->allow_extra_args(false);
+      ->one_word_each();
   command.add_option("--plot", arguments.plot, "A picture of a scan, and of all there was")
       ->type_name("FILE.svg");
   command

@@ -27,7 +27,8 @@ struct SmoothedReturn {
 /// Ansley 1987 for its likelihood), of that strength which the returns make most likely; where its
 /// residuals say that it is known better or worse, the sigmas follow; where one of its joints is
 /// none of a curve it breaks off there. Never across a step, nor across a corner: a return that may
-/// be on either side of one has the mean of both surfaces, as far as each is probable. In rough pieces the scatter is the surface's own: these stay as they are.
+/// be on either side of one has the mean of both surfaces, as far as each is probable. In rough
+/// pieces the scatter is the surface's own: these stay as they are.
 ///
 /// Of each return bearing, near, far, row sigma and pixel stay; range_m, x_m, y_m and sigma_m
 /// change. sigma_m is then true for one return; means over neighbours do not get better with it.
