@@ -155,11 +155,13 @@ class RunTables : public GuidanceListener {
   int said_ = 0;
 };
 
-nlohmann::json json_of(const GuidanceTotals& totals) {
+nlohmann::json json_of(const GuidanceTotals& totals, const GuidanceStripe& stripe) {
   nlohmann::json json{{"sweeps", totals.sweeps},
                       {"sweeps_of_unknown_beams", totals.unknown_sweeps},
                       {"scans", totals.scans},
                       {"way_m", totals.way_m},
+                      {"longest_gap_m", totals.longest_gap_m},
+                      {"gap_limit_m", stripe.gap_limit_m},
                       {"dashes_lost", totals.dashes_lost},
                       {"dashes_not_allowed", totals.dashes_not_allowed}};
   constexpr std::array kStates{"tracking", "bridging", "lost", "fault"};
@@ -185,7 +187,7 @@ nlohmann::json json_of(const GuidanceTotals& totals) {
   return json;
 }
 
-void say_totals(const GuidanceTotals& totals) {
+void say_totals(const GuidanceTotals& totals, const GuidanceStripe& stripe) {
   const auto share = [&](PathState state) {
     return 100.0 * static_cast<double>(totals.scans_of_state[static_cast<std::size_t>(state)]) /
            static_cast<double>(std::max<std::uint64_t>(totals.scans, 1));
@@ -195,6 +197,8 @@ void say_totals(const GuidanceTotals& totals) {
                   "{:.1f} %, faults in {:.1f} %",
                   totals.way_m, count(totals.scans, "scan"), share(PathState::kTracking),
                   share(PathState::kBridging), share(PathState::kLost), share(PathState::kFault)));
+  say(fmt::format("longest gap: {:.2f} m of at most {:.2f} m", totals.longest_gap_m,
+                  stripe.gap_limit_m));
   for (const GuidanceTotals::Gun& gun : totals.guns) {
     std::string text =
         fmt::format("{}: {:.2f} m painted, switched on {} times", gun.name, gun.on_m, gun.dashes);
@@ -265,6 +269,10 @@ ExitCode guide_run(const RunArguments& arguments) {
   }
   const auto used = std::count_if(config.beams.begin(), config.beams.end(),
                                   [](const GuidanceBeam& b) { return b.use != BeamUse::kOff; });
+  if (used == 2) {
+    say("note: two beams alone do not tell an offset from a bend; without a gyroscope's yaw rate "
+        "lateral_m may be inches off in bends");
+  }
   if (used < 2) {
     say("warning: one beam alone tells neither the direction of the stripe nor its bend; lateral_m "
         "may be off by a foot, and sigma_m does not say so");
@@ -286,10 +294,10 @@ ExitCode guide_run(const RunArguments& arguments) {
                                                  "names",
                                                  arguments.run));
   }
-  say_totals(totals);
+  say_totals(totals, config.stripe);
   say(fmt::format("wrote lateral.csv, guns.csv, seen.csv and faults.csv into {}",
                   arguments.output));
-  if (arguments.json) print_json(json_of(totals));
+  if (arguments.json) print_json(json_of(totals, config.stripe));
   return is_all_sent ? ExitCode::kDone : ExitCode::kFailed;
 }
 
