@@ -60,6 +60,10 @@ class Guide(InScratch):
         self.assertEqual(self.table(job, "faults.csv"), [])
         self.assertIn("a pattern of", stderr)
         self.assertAlmostEqual(summary["guns"][0]["pattern"]["dash_m"], 3.0, delta=0.1)
+        # Of 9.1 m of gap the next beam sees the next dash .9 m earlier or, of the rear beam, the one before.
+        self.assertGreater(summary["longest_gap_m"], 1.0)
+        self.assertLess(summary["longest_gap_m"], 9.5)
+        self.assertEqual(summary["gap_limit_m"], 15.0)
         found = self.evaluated(job, "dashes", "--from", "25")
         self.assertLess(found["lateral"]["rms_m"], 0.003)
         self.assertEqual(found["ends"]["missed"], 0)

@@ -97,7 +97,7 @@ def share(options):
     installed = options.prefix / "share/striper"
     for folder, pattern, part in (("apps/examples", "*.cpp", "examples"), ("apps/plot", "*.gp", "plot"),
                                   ("data/scenes", "*", "scenes"), ("data/roads", "*", "roads"), ("data/can", "*", "can")):
-        files = sorted(path.relative_to(options.source / folder) for path in (options.source / folder).glob(pattern))
+        files = sorted(path.relative_to(options.source / folder) for path in (options.source / folder).rglob(pattern) if path.is_file())
         if not files:
             fail(f"{folder} holds no {pattern}")
         for file in files:

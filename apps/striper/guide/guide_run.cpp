@@ -206,10 +206,10 @@ ExitCode run_recorded(const RunArguments& arguments, const GuidanceConfig& confi
                                                  "names",
                                                  *arguments.run));
   }
-  say_totals(totals);
+  say_totals(totals, config.stripe);
   say(fmt::format("wrote lateral.csv, guns.csv, seen.csv and faults.csv into {}",
                   arguments.output));
-  if (arguments.json) print_json(json_of(totals));
+  if (arguments.json) print_json(json_of(totals, config.stripe));
   return is_all_sent ? ExitCode::kDone : ExitCode::kFailed;
 }
 
@@ -223,6 +223,10 @@ ExitCode guide_run(const RunArguments& arguments) {
   const GuidanceConfig config = config_of(arguments);
   const auto used = std::count_if(config.beams.begin(), config.beams.end(),
                                   [](const GuidanceBeam& b) { return b.use != BeamUse::kOff; });
+  if (used == 2) {
+    say("note: two beams alone do not tell an offset from a bend; without a gyroscope's yaw rate "
+        "lateral_m may be inches off in bends");
+  }
   if (used < 2) {
     say("warning: one beam alone tells neither the direction of the stripe nor its bend; lateral_m "
         "may be off by a foot, and sigma_m does not say so");
@@ -238,7 +242,7 @@ ExitCode guide_run(const RunArguments& arguments) {
   live.seconds = arguments.seconds;
   live.resumes = arguments.resume;
   const GuidanceTotals totals = run_live(config, live);
-  if (arguments.json) print_json(json_of(totals));
+  if (arguments.json) print_json(json_of(totals, config.stripe));
   return totals.sweeps > 0 ? ExitCode::kDone : ExitCode::kFailed;
 }
 

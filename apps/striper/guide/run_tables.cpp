@@ -41,11 +41,13 @@ void RunTables::close() {
   faults_.close();
 }
 
-nlohmann::json json_of(const GuidanceTotals& totals) {
+nlohmann::json json_of(const GuidanceTotals& totals, const GuidanceStripe& stripe) {
   nlohmann::json json{{"sweeps", totals.sweeps},
                       {"sweeps_of_unknown_beams", totals.unknown_sweeps},
                       {"scans", totals.scans},
                       {"way_m", totals.way_m},
+                      {"longest_gap_m", totals.longest_gap_m},
+                      {"gap_limit_m", stripe.gap_limit_m},
                       {"dashes_lost", totals.dashes_lost},
                       {"dashes_not_allowed", totals.dashes_not_allowed}};
   constexpr std::array kStates{"tracking", "bridging", "lost", "fault"};
@@ -71,7 +73,7 @@ nlohmann::json json_of(const GuidanceTotals& totals) {
   return json;
 }
 
-void say_totals(const GuidanceTotals& totals) {
+void say_totals(const GuidanceTotals& totals, const GuidanceStripe& stripe) {
   const auto share = [&](PathState state) {
     return 100.0 * static_cast<double>(totals.scans_of_state[static_cast<std::size_t>(state)]) /
            static_cast<double>(std::max<std::uint64_t>(totals.scans, 1));
@@ -81,6 +83,8 @@ void say_totals(const GuidanceTotals& totals) {
                   "{:.1f} %, faults in {:.1f} %",
                   totals.way_m, count(totals.scans, "scan"), share(PathState::kTracking),
                   share(PathState::kBridging), share(PathState::kLost), share(PathState::kFault)));
+  say(fmt::format("longest gap: {:.2f} m of at most {:.2f} m", totals.longest_gap_m,
+                  stripe.gap_limit_m));
   for (const GuidanceTotals::Gun& gun : totals.guns) {
     std::string text =
         fmt::format("{}: {:.2f} m painted, switched on {} times", gun.name, gun.on_m, gun.dashes);

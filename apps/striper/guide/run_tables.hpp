@@ -8,6 +8,7 @@
 
 #include <striper/core/csv_table.hpp>
 #include <striper/guidance/guidance.hpp>
+#include <striper/guidance/guidance_config.hpp>
 
 namespace striper::program {
 
@@ -39,7 +40,7 @@ class RunTables : public GuidanceListener {
 };
 
 /// What a job comes to, for programs and in words.
-nlohmann::json json_of(const GuidanceTotals& totals);
-void say_totals(const GuidanceTotals& totals);
+nlohmann::json json_of(const GuidanceTotals& totals, const GuidanceStripe& stripe);
+void say_totals(const GuidanceTotals& totals, const GuidanceStripe& stripe);
 
 }  // namespace striper::program

@@ -461,6 +461,9 @@ void Guidance::Impl::end_scan(double now_s) {
   const bool is_missing =
       answer.unseen_m > config.stripe.gap_limit_m && here.distance_m > config.stripe.gap_limit_m;
   faults.stripe(is_missing, now_s);
+  if (std::isfinite(answer.unseen_m)) {
+    totals.longest_gap_m = std::max(totals.longest_gap_m, answer.unseen_m);
+  }
   std::uint64_t lost = 0;
   for (GunPost& gun : guns) lost += gun.gun().lost();
   faults.queue(lost > totals.dashes_lost, now_s);

@@ -57,6 +57,16 @@ TEST(ReportPath, OfOneBeamIsAParallel) {
   EXPECT_EQ(point.beams, 1);
 }
 
+TEST(ReportPath, TakesTheLastPositionOfABeamThatSeesNothing) {
+  ReportPath stripe = path(0.0);
+  std::array<double, 3> y_m = parabola(0.03, -0.2, 0.11);
+  stripe.update(y_m);
+  y_m[0] = kNone;
+  const ReportPathPoint point = stripe.update(y_m);
+  EXPECT_NEAR(point.lateral_m, 0.11, 1e-12);
+  EXPECT_EQ(point.beams, 2);
+}
+
 TEST(ReportPath, KeepsItsAnswerWhereNothingIsSeen) {
   ReportPath stripe = path(0.5);
   EXPECT_TRUE(std::isnan(stripe.update(std::array{kNone, kNone, kNone}).lateral_m));

@@ -159,7 +159,7 @@ class LiveRun {
     tables_.close();
     if (odometer_) odometer_->close();
     write_file_atomically(job_.tables() / "guidance.yaml", format_guidance(config_));
-    say_totals(totals);
+    say_totals(totals, config_.stripe);
     if (heads_.inputs().late() > 0) {
       say(fmt::format("{} came too late and were left out",
                       count(heads_.inputs().late(), "input")));

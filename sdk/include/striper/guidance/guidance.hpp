@@ -15,7 +15,8 @@
 
 namespace striper {
 
-/// Hears what guidance decides, at once and in the order of time. Its functions must not throw.
+/// Hears what guidance decides, at once and in the order of time. What its functions throw comes
+/// out of the call that they were told in; that guidance is then of no further use.
 class GuidanceListener {
  public:
   virtual ~GuidanceListener() = default;
@@ -43,6 +44,7 @@ struct GuidanceTotals {
   std::uint64_t scans = 0;
   std::array<std::uint64_t, 4> scans_of_state{};  ///< As PathState.
   double way_m = 0.0;
+  double longest_gap_m = 0.0;  ///< Without a sight of the followed line, once it was seen.
   std::vector<Gun> guns;
   std::array<std::uint64_t, kSeenKinds> seen{};  ///< By the first forward beam; lines by all.
   std::array<std::uint64_t, kGuidanceFaults> faults{};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -46,6 +46,7 @@ ReportPath::ReportPath(const ReportPathOptions& options)
     : beams_(options.beam_x_m.size()), alpha_(options.alpha) {
   options.validate();
   weights_.resize(beams_ << beams_);
+  last_m_.assign(beams_, std::numeric_limits<double>::quiet_NaN());
   for (unsigned seen = 1; seen < 1U << beams_; ++seen) {
     put_weights(options.beam_x_m, seen, std::span(weights_).subspan(seen * beams_, beams_));
   }
@@ -53,18 +54,24 @@ ReportPath::ReportPath(const ReportPathOptions& options)
 
 ReportPathPoint ReportPath::update(std::span<const double> beam_lateral_m) noexcept {
   const std::size_t given = std::min(beam_lateral_m.size(), beams_);
-  unsigned seen = 0;
+  int seeing = 0;
   for (std::size_t i = 0; i < given; ++i) {
-    if (std::isfinite(beam_lateral_m[i])) seen |= 1U << i;
+    if (!std::isfinite(beam_lateral_m[i])) continue;
+    last_m_[i] = beam_lateral_m[i];
+    ++seeing;
   }
-  if (seen == 0) return {lateral_m_, 0};
+  if (seeing == 0) return {lateral_m_, 0};
+  unsigned known = 0;
+  for (std::size_t i = 0; i < beams_; ++i) {
+    if (std::isfinite(last_m_[i])) known |= 1U << i;
+  }
   double at_gun_m = 0.0;
-  for (std::size_t i = 0; i < given; ++i) {
-    if ((seen >> i & 1U) != 0) at_gun_m += weights_[seen * beams_ + i] * beam_lateral_m[i];
+  for (std::size_t i = 0; i < beams_; ++i) {
+    if ((known >> i & 1U) != 0) at_gun_m += weights_[known * beams_ + i] * last_m_[i];
   }
   // Equation (10); the first answer has none before it.
   lateral_m_ = std::isnan(lateral_m_) ? at_gun_m : (1.0 - alpha_) * at_gun_m + alpha_ * lateral_m_;
-  return {lateral_m_, std::popcount(seen)};
+  return {lateral_m_, seeing};
 }
 
 }  // namespace striper
