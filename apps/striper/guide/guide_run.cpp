@@ -181,8 +181,11 @@ void play(RunInputs& inputs, Guidance& guidance, bool is_live) {
 }
 
 ExitCode run_recorded(const RunArguments& arguments, const GuidanceConfig& config) {
-  if (arguments.json && std::count(arguments.to.begin(), arguments.to.end(), "-") > 0) {
-    throw Error(ErrorKind::kUsage, "--json and --to - both write to the standard output");
+  const auto to_output =
+      std::count_if(arguments.to.begin(), arguments.to.end(),
+                    [](const std::string& to) { return to == "-" || to.ends_with(":-"); });
+  if (to_output + (arguments.json ? 1 : 0) > 1) {
+    throw Error(ErrorKind::kUsage, "--json and each --to - write to the standard output: one may");
   }
   const TerminalEvents events;
   const fs::path output = arguments.output;
@@ -190,9 +193,9 @@ ExitCode run_recorded(const RunArguments& arguments, const GuidanceConfig& confi
     throw Error(ErrorKind::kUsage, "-o names the run itself: its guidance.yaml would be replaced");
   }
   RunInputs inputs(*arguments.run, config, events.port());
+  GuidanceOutputs outputs(arguments.to, config);  // Before the tables of an earlier job go.
   fs::create_directories(output);
   RunTables tables(output);
-  GuidanceOutputs outputs(arguments.to, config);
   outputs.add(tables);
   Guidance guidance(config, outputs);
   play(inputs, guidance, outputs.is_live());

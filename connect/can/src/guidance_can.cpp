@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <exception>
 #include <limits>
 
 #include <fmt/format.h>
@@ -27,7 +28,13 @@ GuidanceCan::GuidanceCan(const GuidanceConfig& config, std::unique_ptr<CanPort> 
 }
 
 GuidanceCan::~GuidanceCan() {
-  if (!is_finished_) make_safe();
+  if (is_finished_) return;
+  make_safe();
+  try {
+    port_->close();
+  } catch (const std::exception&) {
+    // What broke the run off is told; this would hide it.
+  }
 }
 
 void GuidanceCan::lateral(const LateralLine& line) {
@@ -71,8 +78,8 @@ void GuidanceCan::make_safe() noexcept {
   last_.volts = volts_safe_;
   last_.beams = 0;
   last_.state = PathState::kLost;
-  send(now_s_, frames_.lateral(last_));
   send_guns(now_s_);
+  send(now_s_, frames_.lateral(last_));
 }
 
 void GuidanceCan::finish() {

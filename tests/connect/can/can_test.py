@@ -157,6 +157,30 @@ class Frames(WithRun):
         self.assertEqual(sorted(off, key=["may shine", "off"].index), off)
         self.assertEqual(off[-1], "off")
 
+    def test_a_run_that_breaks_off_leaves_no_gun_on(self):
+        run = self.run_of()
+        with open(os.path.join(run, "sweeps.csv"), encoding="utf-8") as file:
+            lines = file.readlines()
+        lines[len(lines) // 2] = "nan" + lines[len(lines) // 2]
+        with open(os.path.join(run, "sweeps.csv"), "w", encoding="utf-8") as file:
+            file.writelines(lines)
+        striper("guide", "run", run, "-o", self.path("job"), "--to", f"candump:{self.path('log')}", code=1)
+        dbc = Dbc(DBC)
+        frames = [dbc.decode(number, data) for _, _, number, data in log_lines(self.path("log"))]
+        guns = [values["gun0"] for name, values in frames if name == "GUIDANCE_GUNS"]
+        self.assertIn(1.0, guns)
+        self.assertEqual(guns[-1], 0.0)
+        self.assertEqual([values["volts"] for name, values in frames if name == "GUIDANCE_LATERAL"][-1], 0.0)
+
+    def test_an_output_that_cannot_be_leaves_the_earlier_job(self):
+        run = self.run_of()
+        striper("guide", "run", run, "-o", self.path("job"))
+        with open(self.path("job", "lateral.csv"), encoding="utf-8") as file:
+            before = file.read()
+        striper("guide", "run", run, "-o", self.path("job"), "--to", "can:nosuch", code=1)
+        with open(self.path("job", "lateral.csv"), encoding="utf-8") as file:
+            self.assertEqual(file.read(), before)
+
     def test_lines_of_json_are_the_tables_too(self):
         run = self.run_of()
         done = striper("guide", "run", run, "-o", self.path("job"), "--to", "-", "--to", f"jsonl:{self.path('lines.jsonl')}")
@@ -182,7 +206,8 @@ class Frames(WithRun):
         def said(code, *arguments):
             return striper("guide", "run", run, "-o", self.path("x"), *arguments, code=code).stderr
         self.assertIn("expected can:INTERFACE, candump:FILE, jsonl:FILE or -", said(2, "--to", "udp:1"))
-        self.assertIn("both write to the standard output", said(2, "--to", "-", "--json"))
+        self.assertIn("write to the standard output", said(2, "--to", "-", "--json"))
+        self.assertIn("write to the standard output", said(2, "--to", "-", "--to", "candump:-"))
         self.assertIn("id=3000", said(2, "--to", "candump:x.log?id=3000"))
         self.assertIn("can:nowhere7", said(1, "--to", "can:nowhere7"))
         self.assertIn("no/such", said(1, "--to", "candump:" + self.path("no/such/log")))

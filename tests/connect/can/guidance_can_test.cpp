@@ -145,8 +145,8 @@ TEST(GuidanceCan, IsSafeAtTheEndHoweverItComes) {
     if (is_finished) can->finish();
     can.reset();
     ASSERT_EQ(sent.frames.size(), 2U);
-    EXPECT_THAT(bytes(sent.frames[0]), ElementsAre(0x00, 0x80, 0xFF, 0xFF, 0xE8, 0x03, 0x02, 1));
-    EXPECT_THAT(bytes(sent.frames[1]), ElementsAre(0, 0, 2));
+    EXPECT_THAT(bytes(sent.frames[0]), ElementsAre(0, 0, 2));  // Guns first.
+    EXPECT_THAT(bytes(sent.frames[1]), ElementsAre(0x00, 0x80, 0xFF, 0xFF, 0xE8, 0x03, 0x02, 1));
   }
 }
 
