@@ -86,6 +86,13 @@ bool is_change(const Request& request) {
   return request.method() == http::verb::post || request.method() == http::verb::put;
 }
 
+// Which anybody may at any time.
+bool is_lasers_off(const Request& request) {
+  const Target target(view(request.target()));
+  return request.method() == http::verb::post && target.path.starts_with("/api/v1/heads/") &&
+         target.path.ends_with("/lasers_off");
+}
+
 // By which a client that comes back knows whether it is the same program.
 std::string random_session() {
   std::random_device random;
@@ -113,10 +120,12 @@ class WebServer::Impl {
   void start() {
     accept();
     thread_ = std::thread([this] { context_.run(); });
-    slow_thread_ = std::thread([this] {
-      const auto stays = asio::make_work_guard(slow_);
-      slow_.run();
-    });
+    for (Aside* const aside : {&slow_, &urgent_}) {
+      aside->thread = std::thread([aside] {
+        const auto stays = asio::make_work_guard(aside->context);
+        aside->context.run();
+      });
+    }
   }
 
   void stop() noexcept;
@@ -152,7 +161,14 @@ class WebServer::Impl {
   void hand_out();
   // What is done on the thread of slow answers, and gives what is then done on the server's.
   using Then = std::function<void()>;
-  bool do_slowly(std::function<Then()> work);
+  // A thread of slow answers, and how many wait for it.
+  struct Aside {
+    asio::io_context context{1};
+    std::thread thread;
+    std::size_t waiting = 0;  // Of the server's thread.
+  };
+  bool do_slowly(std::function<Then()> work) { return do_aside(slow_, std::move(work)); }
+  bool do_aside(Aside& aside, std::function<Then()> work);
   void tell_parameters();
   enum class Shown { kNothing, kRight, kWrong, kTooOften };
   Shown look_at_token(const Request& request, const std::string& address);
@@ -169,7 +185,6 @@ class WebServer::Impl {
   // Of the server's thread alone.
   std::size_t connections_ = 0;
   std::size_t sockets_ = 0;
-  std::size_t slow_waiting_ = 0;
   std::set<Client*> open_;
   AddressLimits changes_{kChangesPerSecond, kChangesAtOnce};
   AddressLimits wrong_tokens_{kWrongTokensPerSecond, kWrongTokensAtOnce};
@@ -183,9 +198,9 @@ class WebServer::Impl {
   // Last: what is under way goes with the context, and looks at all of the above when it does.
   asio::io_context context_{1};
   tcp::acceptor acceptor_;
-  asio::io_context slow_{1};
+  Aside slow_;
+  Aside urgent_;  // Lasers off: nothing that others ask may be before it.
   std::thread thread_;
-  std::thread slow_thread_;
 };
 
 // A program that hears topics. Lives as long as something of it is under way.
@@ -530,7 +545,8 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
       return refusal(request, http::status::too_many_requests,
                      "that was the wrong secret too often: wait");
     }
-    if (is_change(request) && !server_.changes_.take(address_, RateLimit::Clock::now())) {
+    const bool is_counted = is_change(request) && !is_lasers_off(request);
+    if (is_counted && !server_.changes_.take(address_, RateLimit::Clock::now())) {
       return refusal(request, http::status::too_many_requests,
                      "that are too many changes in a second");
     }
@@ -565,7 +581,8 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
       if (is_change) self->server_.tell_parameters();
     };
     if (!server_.desk_.is_slow(ask)) return give(server_.desk_.answer(ask));
-    const bool is_taken = server_.do_slowly([this, give, ask = std::move(ask)]() -> Then {
+    Aside& aside = is_lasers_off(request) ? server_.urgent_ : server_.slow_;
+    const bool is_taken = server_.do_aside(aside, [this, give, ask = std::move(ask)]() -> Then {
       auto made = std::make_shared<HttpAnswer>(server_.desk_.answer(ask));
       return [give, made] { give(std::move(*made)); };
     });
@@ -684,14 +701,14 @@ void WebServer::Impl::accept() {
   });
 }
 
-bool WebServer::Impl::do_slowly(std::function<Then()> work) {
-  if (slow_waiting_ >= kMostSlow) return false;
-  ++slow_waiting_;
-  asio::post(slow_, [this, work = std::move(work)]() mutable {
+bool WebServer::Impl::do_aside(Aside& aside, std::function<Then()> work) {
+  if (aside.waiting >= kMostSlow) return false;
+  ++aside.waiting;
+  asio::post(aside.context, [this, &aside, work = std::move(work)]() mutable {
     Then then = work();
     // The work goes to the server's thread, too: what it holds may be the last of a connection.
-    asio::post(context_, [this, then = std::move(then), work = std::move(work)] {
-      --slow_waiting_;
+    asio::post(context_, [&aside, then = std::move(then), work = std::move(work)] {
+      --aside.waiting;
       then();
     });
   });
@@ -718,7 +735,8 @@ void WebServer::Impl::tell_parameters() {
   });
 }
 
-// An old secret in a browser's cookie is as none where nothing is changed.
+// An old secret in a browser's cookie is as none where nothing is changed, and any wrong one where
+// lasers are to go off.
 WebServer::Impl::Shown WebServer::Impl::look_at_token(const Request& request,
                                                       const std::string& address) {
   const Target target(view(request.target()));
@@ -732,6 +750,7 @@ WebServer::Impl::Shown WebServer::Impl::look_at_token(const Request& request,
   if (shown.text().empty()) return Shown::kNothing;
   const std::string token = desk_.token();
   if (!token.empty() && is_same_secret(shown.text(), token)) return Shown::kRight;
+  if (is_lasers_off(request)) return Shown::kNothing;
   const bool is_cookie = shown.authorization.empty() && shown.query.empty();
   if (is_cookie && !is_change(request)) return Shown::kNothing;
   if (!wrong_tokens_.take(address, RateLimit::Clock::now())) return Shown::kTooOften;
@@ -814,8 +833,10 @@ void WebServer::Impl::stop() noexcept {
     acceptor_.close(ignored);
     context_.stop();
   });
-  slow_.stop();
-  slow_thread_.join();
+  for (Aside* const aside : {&slow_, &urgent_}) {
+    aside->context.stop();
+    aside->thread.join();
+  }
   thread_.join();
 }
 

@@ -657,6 +657,15 @@ class Changes(Served):
         self.assertEqual(self.post("lasers_on", self.right)[0], 200)
         self.assertIs(self.parameters()["laser"], True)
 
+    def test_lasers_go_off_whatever_secret_is_shown_and_whatever_was_asked_before(self):
+        old = ({"Authorization": "Bearer " + "0" * 64}, {"Cookie": "striper_token=" + "0" * 64})
+        for _ in range(20):
+            for headers in old:
+                self.assertEqual(self.post("lasers_off", headers), (200, {"message": "lasers off"}))
+        codes = {self.get("/api/v1/status", "POST")[0] for _ in range(80)}
+        self.assertIn(429, codes)
+        self.assertEqual(self.post("lasers_off")[0], 200)
+
     def test_start_and_stop(self):
         self.assertEqual(self.post("stop")[0], 401)
         self.assertEqual(self.post("stop", self.right)[0], 200)
