@@ -53,6 +53,13 @@ const CommandWord* find_command(std::string_view word) {
   return found == std::end(kCommands) ? nullptr : found;
 }
 
+// Services are numbered from 1 on, the commands of the first head first; null where there is none.
+constexpr std::size_t kOfHead = std::size(kCommands);
+const CommandWord* command_of_service(std::uint32_t service, std::size_t heads) {
+  const bool is_there = service > 0 && service <= heads * kOfHead;
+  return is_there ? &kCommands[(service - 1) % kOfHead] : nullptr;
+}
+
 std::uint64_t number(std::string_view text) {
   std::uint64_t value = 0;
   std::from_chars(text.data(), text.data() + text.size(), value);
@@ -218,6 +225,18 @@ bool WebApi::is_slow(const HttpAsk& ask) const {
   const std::string_view path = Target(ask.target).path;
   return path.starts_with(kHeads) || path.starts_with(kRecordings) || path == kWhy ||
          path == kStopPlaying;
+}
+
+bool WebApi::is_free_to_all(const HttpAsk& ask) const {
+  const std::string_view path = Target(ask.target).path;
+  if (ask.method != "POST" || !path.starts_with(kHeads)) return false;
+  const CommandWord* const command = find_command(path.substr(path.rfind('/') + 1));
+  return command != nullptr && !command->needs_token;
+}
+
+bool WebApi::is_free_to_all(std::uint32_t service) const {
+  const CommandWord* const command = command_of_service(service, heads().size());
+  return command != nullptr && !command->needs_token;
 }
 
 HttpAnswer WebApi::answer(const HttpAsk& ask) {
@@ -443,14 +462,12 @@ void WebApi::set_parameter(const Parameter& wanted) {
 
 std::string WebApi::call(std::uint32_t service, std::string_view request, bool has_token) {
   const std::vector<std::string> names = heads();
-  const std::size_t index = static_cast<std::size_t>(service) - 1;
-  constexpr std::size_t kOfHead = std::size(kCommands);
-  if (service == 0 || index >= names.size() * kOfHead) {
+  const CommandWord* const command = command_of_service(service, names.size());
+  if (command == nullptr) {
     throw Error(ErrorKind::kNotFound, fmt::format("there is no service {}", service));
   }
-  const CommandWord& command = kCommands[index % kOfHead];
   HttpAsk ask{"POST", {}, std::string(request), has_token};
-  const HttpAnswer answer = command_of(ask, names[index / kOfHead], command.word);
+  const HttpAnswer answer = command_of(ask, names[(service - 1) / kOfHead], command->word);
   if (answer.status == 200) return answer.body;
   throw Error(ErrorKind::kUnsupported, parse_json(answer.body)["error"].get<std::string>());
 }

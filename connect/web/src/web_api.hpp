@@ -36,6 +36,8 @@ class WebApi : public WebDesk {
   std::string token() const override;
   void note_refusal(const std::string& address) override;
   bool is_slow(const HttpAsk& ask) const override;
+  bool is_free_to_all(const HttpAsk& ask) const override;
+  bool is_free_to_all(std::uint32_t service) const override;
   HttpAnswer answer(const HttpAsk& ask) override;
   std::vector<foxglove::Service> services() const override;
   std::vector<Parameter> parameters(std::span<const std::string> names) override;

@@ -51,13 +51,18 @@ class WebDesk {
   virtual void note_refusal(const std::string& address) = 0;
   /// Whether answering takes as long as a camera takes. Any thread.
   virtual bool is_slow(const HttpAsk& ask) const = 0;
-  /// On the server's thread; where it is slow, on that of slow answers.
+  /// Whether it is a command that anybody may give at any time: no secret is asked for, no rate is
+  /// limited, and nothing that others ask is before it. Any thread.
+  virtual bool is_free_to_all(const HttpAsk& ask) const = 0;
+  virtual bool is_free_to_all(std::uint32_t service) const = 0;
+  /// On the server's thread; where it is slow, on that of slow answers, or of what is free to all.
   virtual HttpAnswer answer(const HttpAsk& ask) = 0;
 
   /// Of the Foxglove WebSocket, on the server's thread.
   virtual std::vector<foxglove::Service> services() const = 0;
 
-  // On the thread of slow answers. Names are "/HEAD/NAME". @throws Error.
+  // On the thread of slow answers; `call` of what is free to all on its own. Names are
+  // "/HEAD/NAME". @throws Error.
   virtual std::vector<Parameter> parameters(std::span<const std::string> names) = 0;
   virtual void set_parameter(const Parameter& wanted) = 0;
   /// @return the answer, as JSON.

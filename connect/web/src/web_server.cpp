@@ -86,13 +86,6 @@ bool is_change(const Request& request) {
   return request.method() == http::verb::post || request.method() == http::verb::put;
 }
 
-// Which anybody may at any time.
-bool is_lasers_off(const Request& request) {
-  const Target target(view(request.target()));
-  return request.method() == http::verb::post && target.path.starts_with("/api/v1/heads/") &&
-         target.path.ends_with("/lasers_off");
-}
-
 // By which a client that comes back knows whether it is the same program.
 std::string random_session() {
   std::random_device random;
@@ -168,6 +161,12 @@ class WebServer::Impl {
     std::size_t waiting = 0;  // Of the server's thread.
   };
   bool do_slowly(std::function<Then()> work) { return do_aside(slow_, std::move(work)); }
+  bool is_free_to_all(const Request& request) const {
+    return desk_.is_free_to_all(HttpAsk{std::string(view(request.method_string())),
+                                        std::string(view(request.target())),
+                                        {},
+                                        false});
+  }
   bool do_aside(Aside& aside, std::function<Then()> work);
   void tell_parameters();
   enum class Shown { kNothing, kRight, kWrong, kTooOften };
@@ -199,7 +198,7 @@ class WebServer::Impl {
   asio::io_context context_{1};
   tcp::acceptor acceptor_;
   Aside slow_;
-  Aside urgent_;  // Lasers off: nothing that others ask may be before it.
+  Aside urgent_;  // What is free to all: lasers off.
   std::thread thread_;
 };
 
@@ -311,9 +310,10 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
   }
 
   // Does it where there is room for it; what it throws becomes a status.
-  void do_slowly(std::function<Then()> work) {
+  void do_slowly(std::function<Then()> work) { do_aside(server_.slow_, std::move(work)); }
+  void do_aside(Aside& aside, std::function<Then()> work) {
     const bool is_taken =
-        server_.do_slowly([self = shared_from_this(), work = std::move(work)]() -> Then {
+        server_.do_aside(aside, [self = shared_from_this(), work = std::move(work)]() -> Then {
           try {
             return work();
           } catch (const std::exception& error) {
@@ -374,23 +374,27 @@ class WebServer::Impl::Client : public std::enable_shared_from_this<Client> {
 
   void call(std::string_view bytes) {
     const foxglove::Call call = foxglove::parse_call(bytes);
-    if (!changes_.take(RateLimit::Clock::now())) {
+    const bool is_free = server_.desk_.is_free_to_all(call.service);
+    if (!is_free && !changes_.take(RateLimit::Clock::now())) {
       return say(foxglove::service_failure(call.service, call.call, "too many calls in a second"));
     }
-    do_slowly([this, service = call.service, number = call.call,
-               request = std::string(call.payload)]() -> Then {
-      try {
-        const std::string made = server_.desk_.call(service, request, has_token_);
-        const auto answer = foxglove::service_response(service, number, made);
-        return [this, text = std::string(answer.begin(), answer.end())] {
-          say(ClientOutbox::Text{text, true});
-          server_.tell_parameters();
-        };
-      } catch (const Error& error) {
-        return
-            [this, text = foxglove::service_failure(service, number, error.what())] { say(text); };
-      }
-    });
+    Aside& aside = is_free ? server_.urgent_ : server_.slow_;
+    do_aside(aside,
+             [this, service = call.service, number = call.call,
+              request = std::string(call.payload)]() -> Then {
+               try {
+                 const std::string made = server_.desk_.call(service, request, has_token_);
+                 const auto answer = foxglove::service_response(service, number, made);
+                 return [this, text = std::string(answer.begin(), answer.end())] {
+                   say(ClientOutbox::Text{text, true});
+                   server_.tell_parameters();
+                 };
+               } catch (const Error& error) {
+                 return [this, text = foxglove::service_failure(service, number, error.what())] {
+                   say(text);
+                 };
+               }
+             });
   }
 
   void complain(const std::string& what) {
@@ -545,7 +549,7 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
       return refusal(request, http::status::too_many_requests,
                      "that was the wrong secret too often: wait");
     }
-    const bool is_counted = is_change(request) && !is_lasers_off(request);
+    const bool is_counted = is_change(request) && !server_.is_free_to_all(request);
     if (is_counted && !server_.changes_.take(address_, RateLimit::Clock::now())) {
       return refusal(request, http::status::too_many_requests,
                      "that are too many changes in a second");
@@ -581,7 +585,7 @@ class WebServer::Impl::Connection : public std::enable_shared_from_this<Connecti
       if (is_change) self->server_.tell_parameters();
     };
     if (!server_.desk_.is_slow(ask)) return give(server_.desk_.answer(ask));
-    Aside& aside = is_lasers_off(request) ? server_.urgent_ : server_.slow_;
+    Aside& aside = server_.desk_.is_free_to_all(ask) ? server_.urgent_ : server_.slow_;
     const bool is_taken = server_.do_aside(aside, [this, give, ask = std::move(ask)]() -> Then {
       auto made = std::make_shared<HttpAnswer>(server_.desk_.answer(ask));
       return [give, made] { give(std::move(*made)); };
@@ -750,7 +754,7 @@ WebServer::Impl::Shown WebServer::Impl::look_at_token(const Request& request,
   if (shown.text().empty()) return Shown::kNothing;
   const std::string token = desk_.token();
   if (!token.empty() && is_same_secret(shown.text(), token)) return Shown::kRight;
-  if (is_lasers_off(request)) return Shown::kNothing;
+  if (is_free_to_all(request)) return Shown::kNothing;
   const bool is_cookie = shown.authorization.empty() && shown.query.empty();
   if (is_cookie && !is_change(request)) return Shown::kNothing;
   if (!wrong_tokens_.take(address, RateLimit::Clock::now())) return Shown::kTooOften;

@@ -800,6 +800,7 @@ class Changes(Served):
             one.hear(5, lambda one=one: one.services)
         self.assertEqual(set(writer.services), {"/striper/" + word for word in ("start", "stop", "lasers_off", "lasers_on", "record")})
         self.assertIn("secret", reader.call("/striper/stop"))
+        self.assertEqual({str(reader.call("/striper/stop")) for _ in range(60)} & {"too many calls in a second"}, {"too many calls in a second"})
         self.assertEqual(reader.call("/striper/lasers_off"), {"message": "lasers off"})
         self.assertIn("--allow-lasers-on", writer.call("/striper/lasers_on"))
         self.assertIn("seconds", writer.call("/striper/record"))
