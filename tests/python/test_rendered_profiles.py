@@ -125,6 +125,7 @@ def test_a_corner_is_where_the_scene_has_it(tmp_path):
         joint = min(joints, key=lambda joint: np.linalg.norm(joint.corner_m - nearest))
         whitened = np.linalg.solve(np.linalg.cholesky(joint.covariance), joint.corner_m - nearest)
         pulls += list(whitened)
+    assert_true_body(pulls)
     assert_true_bars(pulls)
 
 

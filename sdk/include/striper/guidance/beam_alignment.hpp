@@ -31,9 +31,7 @@ struct BeamAlignmentOptions {
   double scale_sigma = 0.01;      ///< as is one whose scale is not to a hundredth.
   double tape_misfit = 3.0;  ///< Tape readings further off than so many sigma (rms) are refused,
   double line_misfit_m = 0.005;  ///< and a line that bends more than this beside the beams.
-  /// Sights are taken so far apart. Where the truck turns back it moves sideways by less than a
-  /// sample in a quarter of a metre, and neighbours share their error: measured, at 0.25 m pulls of
-  /// scales are 1.11.
+  /// Sights are taken so far apart: half as far, and the pulls of scales are the same.
   double every_m = 0.5;
 };
 
