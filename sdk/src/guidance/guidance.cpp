@@ -44,6 +44,8 @@ constexpr double kTracking_m = 1.0;
 constexpr double kEarlyShare = 0.5;
 constexpr double kJump_s = 1.0;
 constexpr double kClockStep_s = 1e-3;
+// A beam may be a period late and its sweep a period long; then all of them are silent.
+constexpr double kSilentPeriods = 2.0;
 // Speed is the way of the last moments: a count more or less matters little, brakes show soon.
 constexpr double kSpeedOver_s = 0.2;
 // What lies wholly within so many widths of the stripe's middle is of the stripe.
@@ -83,6 +85,7 @@ struct Guidance::Impl {
 
   // The clock.
   GunMoment moment_at(double time_s) const;
+  void hold_back(GunMoment& moment) const;
   void run_guns(double until_s);
   void close_guns(double now_s);
   void run_faults(double now_s);
@@ -98,6 +101,7 @@ struct Guidance::Impl {
   bool is_fresh(const Beam& beam, double at_m) const;
   void end_scan_where_due(const Beam& beam, double now_s);
   void end_scan(double now_s);
+  void end_silent_scan(double now_s);
   void tell(SeenKind kind, const Beam& beam, double time_s, double at_m, double lateral_m,
             double length_m, std::string_view reason);
 
@@ -117,8 +121,10 @@ struct Guidance::Impl {
   double apart_m = 0.0;         // The other line of a double one, to the left of the followed.
   GunMoment known;              // Where it was last known.
   double clock_s = kUnknown;
-  double scan_s = kUnknown;  // Of the scan that is under way.
-  int beams_seen = 0;        // Of it, that saw the stripe.
+  double scan_s = kUnknown;      // Of the scan that is under way.
+  double scan_end_s = kUnknown;  // Of the one before.
+  double silence_s = 0.0;        // After so long the next one is ended by the clock.
+  int beams_seen = 0;            // Of it, that saw the stripe.
   double held_volts = 0.0;
   bool is_laser_off = false;
   GuidanceTotals totals;
@@ -128,7 +134,10 @@ struct Guidance::Impl {
 Guidance::Impl::Impl(const GuidanceConfig& how, GuidanceListener& who)
     : config(how), listener(who), odometer(how.odometer), path(how), alignment(how), faults(how) {
   aligned_m.resize(how.beams.size());
-  for (const GuidanceBeam& beam : config.beams) beams.emplace_back(beam, config.stripe);
+  for (const GuidanceBeam& beam : config.beams) {
+    beams.emplace_back(beam, config.stripe);
+    if (beam.use != BeamUse::kOff) silence_s = std::max(silence_s, kSilentPeriods / beam.rate_hz);
+  }
   for (const GuidanceGun& gun : config.guns) {
     guns.emplace_back(config, gun);
     totals.guns.push_back({});
@@ -182,10 +191,20 @@ GunMoment Guidance::Impl::moment_at(double time_s) const {
   return moment;
 }
 
+// What was foretold and then is corrected by less than a count is no way back.
+void Guidance::Impl::hold_back(GunMoment& moment) const {
+  const double back_m = known.distance_m - moment.distance_m;
+  if (back_m > 0.0 && back_m * std::abs(config.odometer.counts_per_m) < 1.0) {
+    moment.distance_m = known.distance_m;
+  }
+}
+
 // Between two inputs the vehicle moves evenly.
 void Guidance::Impl::run_guns(double until_s) {
-  const GunMoment from = moment_at(clock_s);
-  const GunMoment to = moment_at(until_s);
+  GunMoment from = moment_at(clock_s);
+  GunMoment to = moment_at(until_s);
+  hold_back(from);
+  hold_back(to);
   const double passed_s = until_s - clock_s;
   if (!std::isfinite(to.distance_m) || !std::isfinite(from.distance_m)) return close_guns(until_s);
   const bool is_allowed = !faults.action();
@@ -248,6 +267,7 @@ void Guidance::go_to(double time_s) {
     const double next_s = std::min(until_s, m.clock_s + kClockStep_s);
     m.run_faults(next_s);
     m.run_guns(next_s);
+    m.end_silent_scan(next_s);
     m.clock_s = next_s;
   }
   m.clock_s = time_s;
@@ -452,9 +472,18 @@ void Guidance::Impl::end_scan_where_due(const Beam& beam, double now_s) {
   if (is_whole || now_s - scan_s > kEarlyShare / beam.beam.rate_hz) end_scan(now_s);
 }
 
+// Where all beams are silent the truck goes on all the same: blind, by its odometer.
+void Guidance::Impl::end_silent_scan(double now_s) {
+  const double here_m = odometer.at(now_s).distance_m;
+  if (!(now_s - scan_end_s > silence_s) || !std::isfinite(here_m)) return;
+  path.advance(here_m);
+  end_scan(now_s);
+}
+
 void Guidance::Impl::end_scan(double now_s) {
   for (Beam& beam : beams) beam.is_in_scan = false;
   scan_s = kUnknown;
+  scan_end_s = now_s;
   path.end_scan();
   const GunMoment here = moment_at(now_s);
   const PathFollower::Answer answer = path.at_gun();

@@ -88,6 +88,26 @@ TEST(GuidanceFaults, ABeamThatFallsSilentIsMissedWithinASweep) {
   EXPECT_TRUE(is_any_on(run, 51.0, 59.0));  // Others go on: it is only said.
 }
 
+// The odometer goes on: guidance goes on by it, blind, until the gap is too long.
+TEST(GuidanceFaults, WhereAllBeamsFallSilentTheStripeIsMissedAndVoltsAreSafe) {
+  RoadFaults silent;
+  silent.sweep = [](BeamSweep& s) { return s.time_s < 5.0; };
+  const GuidanceConfig config = report_truck();
+  const RoadRun run = guide_road(plain_road(), config, silent);
+  ASSERT_EQ(count_of(run, GuidanceFault::kNoStripe), 1U);
+  // At 10 m/s; the gun's own place was last seen through the beams' reach.
+  EXPECT_LE(latency_s(run, GuidanceFault::kNoStripe, 5.0),
+            config.stripe.gap_limit_m / 10.0 + 3 * kSweep_s);
+  EXPECT_GT(run.points.back().line.distance_m, 110.0);
+  EXPECT_EQ(run.points.back().line.state, PathState::kFault);
+  EXPECT_EQ(run.points.back().line.volts, config.output.volts_safe);
+  for (std::size_t i = 1; i < run.points.size(); ++i) {
+    ASSERT_LE(run.points[i].line.time_s - run.points[i - 1].line.time_s, 2 * kSweep_s + 0.004);
+  }
+  EXPECT_FALSE(is_any_on(run, 60.0, 120.0));
+  for (const GunLine& line : run.guns) EXPECT_GE(line.length_m, 0.0) << line.from_m;
+}
+
 TEST(GuidanceFaults, ABlindBeamIsSeenAtItsSweep) {
   for (const double value : {0.0, 4095.0}) {
     RoadFaults blind;
