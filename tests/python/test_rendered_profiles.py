@@ -135,8 +135,9 @@ def test_a_wave_is_followed(tmp_path):
     single, pulls, ratios, biases = [], [], [], []
     for seed in range(400, 400 + SCENES):
         distance = np.random.default_rng(seed).uniform(1.4, 1.8)
-        # A column is distance / focal length wide, 461 pixels; a sigma of .014 pixels is distance^2 / (461 * .5) of that.
-        period, height = 30.0 * distance / 461.0, 10.0 * 0.014 * distance ** 2 / (461.0 * 0.5)
+        # A column is distance / focal length wide, 461 pixels; what a sigma is, a flat wall there says.
+        flat = scan_of(tmp_path, [(0.2, 4.0, distance + 0.1, 0.0, 0.0)], seed).returns
+        period, height = 30.0 * distance / 461.0, 10.0 * np.median(flat["sigma_m"][flat["status"] == striper.Status.OK])
         across = np.arange(-1.0, 1.0, period / 60.0)
         profile = ", ".join(f"[{y:.5f}, {height * math.sin(2.0 * math.pi * y / period):.6f}]" for y in across)
         wave = (f"  - {{name: wave, shape: sweep, profile_m: [{profile}], length_m: 1.2, position_m: [{distance}, 0, -0.5],"
