@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +16,7 @@
 #include <striper/compare/centroid_repeatability.hpp>
 #include <striper/compare/scan_comparison.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/scans/open_scans.hpp>
@@ -30,8 +30,6 @@
 
 namespace striper::program {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct CompareArguments {
   std::string scans;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper design: what a striper would reach, before its parts are bought.
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 
 #include "design_source.hpp"
@@ -21,8 +21,6 @@
 
 namespace striper::program {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct DesignArguments {
   std::optional<double> fov_deg;

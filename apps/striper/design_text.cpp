@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/units.hpp>
 #include <striper/design/eye_safety.hpp>
 #include <striper/design/paper_table.hpp>
 #include <striper/design/solar_spectrum.hpp>
@@ -17,8 +17,6 @@
 
 namespace striper::program {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 double derived_suppression(const StriperDesign& design) {
   return solar_suppression(design.laser.wavelength_nm, design.camera.filter_width_nm);

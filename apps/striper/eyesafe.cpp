@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper eyesafe: which class a laser is of, what limits it, how near one may come.
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 
@@ -9,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/design/eye_safety.hpp>
 
 #include "option_bounds.hpp"
@@ -18,8 +18,6 @@
 
 namespace striper::program {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct EyesafeArguments {
   double wavelength_nm = 900.0;

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <set>
 #include <string>
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 #include <striper/detect/object_csv.hpp>
 #include <striper/detect/objects.hpp>
@@ -28,7 +28,6 @@
 namespace striper::program {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 struct ObjectsArguments {

@@ -4,13 +4,13 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <set>
 #include <string>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/motion/odometer.hpp>
 #include <striper/motion/odometer_csv.hpp>
@@ -24,8 +24,6 @@
 
 namespace striper::program {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 /// The vehicle's motion at the scans' times, as a wheel's counter says.
 class WheelMotion {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 #include <striper/guidance/beam_alignment.hpp>
 #include <striper/guidance/gun_alignment.hpp>
@@ -27,7 +28,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kInch_m = 0.0254;
 constexpr double kMillimetre_m = 1e-3;
 constexpr double kMillisecond_s = 1e-3;
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/units.hpp>
 #include <striper/guidance/dash_errors.hpp>
 #include <striper/guidance/guidance_errors.hpp>
 
@@ -21,8 +22,6 @@ namespace striper::program {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kInch_m = 0.0254;
 
 struct EvaluateArguments {
   std::string job;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper guide plan: what a truck can do, before it drives.
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/core/units.hpp>
 #include <striper/guidance/truck_plan.hpp>
 
 #include "guide/guide_commands.hpp"
@@ -19,11 +19,7 @@
 namespace striper::program {
 namespace {
 
-constexpr double kInch_m = 0.0254;
-constexpr double kFoot_m = 0.3048;
-constexpr double kMph_m_s = 0.44704;
 constexpr double kGravity_m_s2 = 9.80665;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 struct PlanArguments {
   std::optional<std::string> truck;

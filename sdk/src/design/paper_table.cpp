@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <numbers>
 
+#include <striper/core/units.hpp>
 #include <striper/design/design_figures.hpp>
 #include <striper/design/paper_table.hpp>
 
 namespace striper {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kTableRange_m = 2.0;
 constexpr double kFittedFov_deg = 55.0;
 constexpr double kFittedMaxRange_m = 5.2;

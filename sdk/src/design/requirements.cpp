@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/design/design_figures.hpp>
 #include <striper/design/eye_safety.hpp>
 
@@ -12,8 +12,6 @@ namespace striper {
 namespace {
 
 using Standing = Requirement::Standing;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 Standing met(bool is_met) { return is_met ? Standing::kMet : Standing::kNotMet; }
 

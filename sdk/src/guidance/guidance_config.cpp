@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/guidance/guidance_config.hpp>
 
 namespace striper {
 namespace {
-
-constexpr double kFoot_m = 0.3048;
-constexpr double kInch_m = 0.0254;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 constexpr std::array<std::string_view, kGuidanceFaults> kFaultWords{
     "no_stripe", "beam_silent", "beam_blind", "odometer",

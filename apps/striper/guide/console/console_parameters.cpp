@@ -3,20 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 
 namespace striper::program {
 namespace {
-
-constexpr double kFoot_m = 0.3048;
-constexpr double kInch_m = 0.0254;
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 Refusal out_of_range(std::string_view what, double value, std::string_view range) {
   return fmt::format("{} {:g} is out of range: {}", what, value, range);

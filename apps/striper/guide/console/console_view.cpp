@@ -8,15 +8,14 @@
 
 #include <fmt/format.h>
 
+#include <striper/core/units.hpp>
+
 #include "guide/console/curve_view.hpp"
 #include "terminal.hpp"
 
 namespace striper::program {
 namespace {
 
-constexpr double kInch_m = 0.0254;
-constexpr double kFoot_m = 0.3048;
-constexpr double kMph_m_s = 0.44704;
 constexpr int kBoxColumns = 30;  // Of the parameters, on the right.
 constexpr int kMenuStep = 10;    // From one menu's title to the next.
 constexpr int kTop = 1;          // The row under the menu bar.

@@ -8,12 +8,11 @@
 
 #include <fmt/format.h>
 
+#include <striper/core/units.hpp>
 #include <striper/guidance/paint_finder.hpp>
 
 namespace striper::program {
 namespace {
-
-constexpr double kInch_m = 0.0254;
 
 struct Scale {
   double top = 1.0;  // Of the converter's counts.

@@ -11,12 +11,12 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 
 namespace striper::program {
 namespace {
 
-constexpr double kFoot_m = 0.3048;
 constexpr double kMile_m = 1609.344;
 constexpr double kDay_s = 86400.0;
 constexpr std::size_t kMostTyped = 12;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <numbers>
 #include <string>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 #include <striper/road/road.hpp>
 
@@ -15,8 +15,6 @@ namespace striper {
 namespace {
 
 using detail::YamlField;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 void require(bool is_good, const std::string& field, double value, const char* expected) {
   if (is_good) return;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 
@@ -18,8 +18,6 @@ namespace striper {
 namespace {
 
 using detail::YamlField;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 template <typename Value, std::size_t kCount>
 Value choice(const YamlField& field,

@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include <striper/core/units.hpp>
 
 namespace striper::detail {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // Gutters fall by 6 degrees, roads lean by 3, ramps for wheels by 6; what rises by more is looked
 // at.

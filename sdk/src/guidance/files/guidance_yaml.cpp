@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
 #include <striper/guidance/guidance_config.hpp>
 
@@ -21,7 +21,6 @@ namespace {
 
 using detail::YamlField;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr const char* kAuto = "auto";
 
 template <typename Value>
