@@ -9,7 +9,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
-#include <striper/core/sole_owner.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/images/image_source.hpp>
 #include <striper/images/picture_files.hpp>
 

@@ -7,7 +7,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
-#include <striper/core/sole_owner.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/v4l2/v4l2_source.hpp>
 
 #include "capture/common_keys.hpp"

@@ -8,8 +8,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include <striper/ambient/channel_choice.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/core/robust.hpp>
-#include <striper/core/sole_owner.hpp>
 
 #include "ambient/pixels/clipped_part.hpp"
 #include "ambient/pixels/colour_difference.hpp"
