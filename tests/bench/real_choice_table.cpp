@@ -35,7 +35,7 @@ RealSettings read_arguments(const std::vector<std::string>& words) {
     if (words[i] == "--channel") {
       settings.channel = channel_from_string(value).value();
     } else if (words[i] == "--peak") {
-      settings.peak = value == "continuous" ? PeakRule::kContinuous : PeakRule::kBrightest;
+      settings.peak = value == "brightest" ? PeakRule::kBrightest : PeakRule::kContinuous;
     } else if (words[i] == "--each") {
       settings.is_each = value == "yes";
     } else {

@@ -28,7 +28,7 @@ struct ChoiceTrial {
   std::string kind = "rooms";
   std::uint64_t seed = 1;
   int frames = 0;  ///< 0: 3, or as many as a session has.
-  PeakRule peak = PeakRule::kBrightest;
+  PeakRule peak = ExtractOptions{}.peak;
   bool knows_stripe = true;  ///< The model says what the stripe looks like.
   /// `grey`; `red` or `green`: a colour camera and such a laser; `mixed`: by the seed.
   std::string colour = "grey";

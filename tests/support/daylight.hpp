@@ -44,7 +44,7 @@ struct DaylightScore {
     for (std::size_t i = 0; i < scan.returns.size(); ++i) {
       ++columns;
       if (truth != nullptr && is_countable(truth->lines[i])) {
-        count(scan.returns[i], truth->lines[i].brightest);
+        count(scan.returns[i], truth->lines[i].brightest, truth->axis);
       }
       if (scan.returns[i].status != ReturnStatus::kOk) continue;
       if (truth == nullptr || !is_true(scan.returns[i], *truth, i)) ++false_points;
@@ -67,8 +67,9 @@ struct DaylightScore {
            !line.brightest.blind;
   }
 
-  static bool is_at(const TrueReturn& t, const Return& r) {
-    return std::abs(r.v_px - t.v_px) < kMatchPx;
+  static bool is_at(const TrueReturn& t, const Return& r, StripeAxis axis) {
+    const double off_px = axis == StripeAxis::kColumns ? r.v_px - t.v_px : r.u_px - t.u_px;
+    return std::abs(off_px) < kMatchPx;
   }
 
   // At an edge a column sees a part of what the truth gives to the one beside it.
@@ -77,18 +78,18 @@ struct DaylightScore {
     for (std::size_t i = first; i <= column + 1 && i < truth.lines.size(); ++i) {
       const TrueLine& line = truth.lines[i];
       if (line.status != TruthStatus::kVisible) continue;
-      if (is_at(line.brightest, r)) return true;
+      if (is_at(line.brightest, r, truth.axis)) return true;
       for (const TrueReturn& other : line.others) {
-        if (is_at(other, r)) return true;
+        if (is_at(other, r, truth.axis)) return true;
       }
     }
     return false;
   }
 
-  void count(const Return& r, const TrueReturn& truth) {
+  void count(const Return& r, const TrueReturn& truth, StripeAxis axis) {
     ++countable;
     if (r.status == ReturnStatus::kBlind) ++blind;
-    if (r.status != ReturnStatus::kOk || !is_at(truth, r)) return;
+    if (r.status != ReturnStatus::kOk || !is_at(truth, r, axis)) return;
     ++found;
     const double error_m = r.range_m - truth.range_m;
     errors_mm.push_back(1000.0 * error_m);

@@ -64,7 +64,7 @@ struct RealScore {
 
 struct RealSettings {
   Channel channel = Channel::kAuto;
-  PeakRule peak = PeakRule::kBrightest;
+  PeakRule peak = ExtractOptions{}.peak;
   bool is_each = false;  ///< A new scanner for each picture.
 
   ScannerOptions options(StripeAxis axis) const;

@@ -60,6 +60,11 @@ struct Moment {
   std::map<int, cv::Mat> lasers;  // The same, per laser.
 };
 
+/// The same matrix where it stays as it is.
+cv::Mat times(const cv::Mat& electrons, double factor) {
+  return factor == 1.0 ? electrons : cv::Mat(electrons * factor);
+}
+
 }  // namespace
 
 class Simulator::Impl {
@@ -220,7 +225,7 @@ class Simulator::Impl {
       frame.field_period_ns = std::llround(0.5e9 / scene_.timing.picture_rate_hz);
     }
     frame.time.monotonic_ns = std::llround(1e9 * time_s(picture, 0)) + part * frame.field_period_ns;
-    frame.exposure_ns = std::llround(1e9 * scene_.imager.shutter_s);
+    frame.exposure_ns = std::llround(1e9 * scene_.imager.shutter_s * longer(picture, part));
     frame.illumination = illumination(picture, part);
     frame.field = exposure_field(part);
     if (scan == ScanMode::kTopFirst || scan == ScanMode::kBottomFirst) {
@@ -263,15 +268,31 @@ class Simulator::Impl {
     return light;
   }
 
+  /// How many times as long as the scene's shutter this exposure is: of a bracket.
+  double longer(std::uint64_t picture, int exposure) const noexcept {
+    const double exposure_us =
+        scene_.timing.cadence.exposure_us_at(exposure_number(picture, exposure));
+    return exposure_us > 0.0 ? 1e-6 * exposure_us / scene_.imager.shutter_s : 1.0;
+  }
+  /// How many times as much light of a laser comes in: of a pulsed one as much as ever.
+  double more_laser(std::uint64_t picture, int exposure, int laser) const noexcept {
+    const bool is_continuous = scene_.lasers[static_cast<std::size_t>(laser)].is_continuous;
+    return is_continuous ? longer(picture, exposure) : 1.0;
+  }
+
   Charge charge(std::uint64_t picture, int exposure) {
     Moment& now = moment(picture, exposure);
     const Illumination light = illumination(picture, exposure);
     Charge charge;
     charge.exposure_number = exposure_number(picture, exposure);
     charge.gains = gains_;
-    charge.daylight = detail::binned(daylight(now), scene_.imager.binning);
+    charge.daylight = detail::binned(times(daylight(now), longer(picture, exposure)),
+                                     scene_.imager.binning);
     if (light.is_lit()) {
-      charge.laser = detail::binned(laser_light(now, light.laser_index()), scene_.imager.binning);
+      const int laser = light.laser_index();
+      const double more = more_laser(picture, exposure, laser);
+      charge.laser =
+          detail::binned(times(laser_light(now, laser), more), scene_.imager.binning);
     }
     return charge;
   }
@@ -288,7 +309,9 @@ class Simulator::Impl {
     size.height /= exposures_per_picture();
     truth.lines =
         detail::find_truth({now.view, beams_[static_cast<std::size_t>(laser)], laser,
-                            exposure_grid(exposure), size, daylight(now), laser_light(now, laser)});
+                            exposure_grid(exposure), size,
+                            times(daylight(now), longer(picture, exposure)),
+                            times(laser_light(now, laser), more_laser(picture, exposure, laser))});
     return truth;
   }
 

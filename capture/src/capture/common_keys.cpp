@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/common_keys.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
@@ -40,6 +42,9 @@ void CommonKeys::apply(Frame& frame, std::int64_t picture_period_ns) const {
     frame.field_period_ns = picture_period_ns / 2;
   }
   if (!cadence.is_automatic()) frame.illumination = Illumination::unknown();
+  if (cadence.is_bracket()) {
+    frame.exposure_ns = std::llround(1e3 * cadence.exposure_us_at(frame.exposure_number()));
+  }
 }
 
 }  // namespace striper::detail

@@ -26,7 +26,8 @@ struct CommonKeys {
 
   /// Puts what was given into a frame. A cadence says nothing of a single frame that the pictures
   /// could not refute: where one was given it is the source's, and the frame's own illumination, of
-  /// a recording, gives way to it. What was not given leaves the frame as it is.
+  /// a recording, gives way to it; of a bracket, its exposure too. What was not given leaves the
+  /// frame as it is.
   /// @param picture_period_ns from picture to picture; a field takes half of it.
   void apply(Frame& frame, std::int64_t picture_period_ns) const;
 };

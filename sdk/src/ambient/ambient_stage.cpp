@@ -35,6 +35,7 @@ struct AmbientStage::State {
   detail::OnceEvents events;
   detail::IlluminationTracker tracker;
   detail::LitFrameMaker maker;
+  std::int64_t lit_ns = 0;
   int looks_for_weave = 3;  // First pictures still to be looked at: may they be interlaced?
 };
 
@@ -71,6 +72,7 @@ const LitFrame* AmbientStage::next() {
     const detail::Neighbours darks = tracker.neighbours_of(*lit);
     const bool waits = !tracker.is_finished() && maker.waits_for_background(*lit, tracker.held());
     if (darks.must_wait || waits) break;
+    state_->lit_ns += lit->frame.exposure_ns;
     if (tracker.pass_over_unpaired(*lit, darks)) continue;
     const LitFrame& made = maker.make(*lit, darks, tracker.held());
     if (tracker.is_refuted_by(made, *lit, darks)) continue;
@@ -87,6 +89,8 @@ std::uint64_t AmbientStage::dark_exposures() const noexcept {
 std::uint64_t AmbientStage::unpaired_exposures() const noexcept {
   return state_->tracker.unpaired_exposures();
 }
+
+double AmbientStage::lit_s() const noexcept { return 1e-9 * static_cast<double>(state_->lit_ns); }
 
 AmbientStatus AmbientStage::status() const {
   const detail::IlluminationTracker& tracker = state_->tracker;

@@ -12,6 +12,22 @@ namespace striper {
 namespace {
 
 constexpr int kMaxLaserIndex = 63;
+constexpr double kLongestExposure_us = 1e9;
+
+// The part of an entry behind `@`.
+double parse_exposure(std::string_view entry, std::string_view text) {
+  double exposure_us = 0.0;
+  const auto [end, error] =
+      std::from_chars(entry.data(), entry.data() + entry.size(), exposure_us);
+  const bool is_whole = error == std::errc() && end == entry.data() + entry.size();
+  if (!is_whole || !(exposure_us > 0.0 && exposure_us <= kLongestExposure_us)) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("laser cadence '{}': '@{}' - expected an exposure in microseconds, "
+                            "more than 0 and at most {:.0f}",
+                            text, entry, kLongestExposure_us));
+  }
+  return exposure_us;
+}
 
 Illumination parse_entry(std::string_view entry, std::string_view text) {
   if (entry == "dark") return Illumination::dark();
@@ -28,7 +44,17 @@ Illumination parse_entry(std::string_view entry, std::string_view text) {
 
 }  // namespace
 
-Cadence::Cadence(std::vector<Illumination> pattern) : pattern_(std::move(pattern)) {
+Cadence::Cadence(std::vector<Illumination> pattern) : Cadence(std::move(pattern), {}) {}
+
+Cadence::Cadence(std::vector<Illumination> pattern, std::vector<double> exposures_us)
+    : pattern_(std::move(pattern)), exposures_us_(std::move(exposures_us)) {
+  const bool are_long = std::all_of(exposures_us_.begin(), exposures_us_.end(),
+                                    [](double exposure_us) { return exposure_us > 0.0; });
+  if (!are_long || (is_bracket() && exposures_us_.size() != pattern_.size())) {
+    throw Error(ErrorKind::kUsage,
+                "a laser cadence gives all of its entries an exposure, as in "
+                "'0@20,dark@20,0@200,dark@200', or none");
+  }
   const bool any_lit = std::any_of(pattern_.begin(), pattern_.end(),
                                    [](Illumination entry) { return entry.is_lit(); });
   const bool any_unknown = std::any_of(pattern_.begin(), pattern_.end(),
@@ -43,18 +69,28 @@ Cadence::Cadence(std::vector<Illumination> pattern) : pattern_(std::move(pattern
 Cadence Cadence::parse(std::string_view text) {
   if (text == "auto") return {};
   std::vector<Illumination> pattern;
+  std::vector<double> exposures_us;
   std::size_t begin = 0;
   while (begin <= text.size()) {
     const std::size_t comma = std::min(text.find(',', begin), text.size());
-    pattern.push_back(parse_entry(text.substr(begin, comma - begin), text));
+    const std::string_view entry = text.substr(begin, comma - begin);
+    const std::size_t at = entry.find('@');
+    pattern.push_back(parse_entry(entry.substr(0, at), text));
+    if (at != std::string_view::npos) {
+      exposures_us.push_back(parse_exposure(entry.substr(at + 1), text));
+    }
     begin = comma + 1;
   }
-  return Cadence(std::move(pattern));
+  return {std::move(pattern), std::move(exposures_us)};
 }
 
 Illumination Cadence::at(std::uint64_t exposure_number) const noexcept {
   if (pattern_.empty()) return Illumination::unknown();
   return pattern_[exposure_number % pattern_.size()];
+}
+
+double Cadence::exposure_us_at(std::uint64_t exposure_number) const noexcept {
+  return is_bracket() ? exposures_us_[exposure_number % exposures_us_.size()] : 0.0;
 }
 
 bool Cadence::has_dark() const noexcept {
@@ -65,9 +101,10 @@ bool Cadence::has_dark() const noexcept {
 std::string Cadence::to_string() const {
   if (pattern_.empty()) return "auto";
   std::string text;
-  for (const Illumination entry : pattern_) {
-    if (!text.empty()) text += ',';
-    text += entry.is_dark() ? "dark" : std::to_string(entry.laser_index());
+  for (std::size_t i = 0; i < pattern_.size(); ++i) {
+    if (i > 0) text += ',';
+    text += pattern_[i].is_dark() ? "dark" : std::to_string(pattern_[i].laser_index());
+    if (is_bracket()) text += fmt::format("@{}", exposures_us_[i]);
   }
   return text;
 }

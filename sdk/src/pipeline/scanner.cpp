@@ -13,6 +13,7 @@
 #include <striper/scan/scan_projector.hpp>
 
 #include "pipeline/frame_part.hpp"
+#include "pipeline/stripe_bracket.hpp"
 
 namespace striper {
 namespace {
@@ -118,6 +119,22 @@ ExtractOptions extract_options(const ScannerOptions& options) {
   return stripe;
 }
 
+std::vector<std::unique_ptr<StripeExtractor>> make_extractors(const ScannerOptions& options) {
+  const Cadence& cadence = options.ambient.cadence;
+  const std::size_t count = cadence.is_bracket() ? cadence.pattern().size() : 1;
+  if (count > 1 && options.stripe.peak == PeakRule::kAll) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("--peak all gives no one return of a line, which the exposures of "
+                            "laser={} are put together by - leave one of them out",
+                            cadence.to_string()));
+  }
+  std::vector<std::unique_ptr<StripeExtractor>> extractors;
+  for (std::size_t i = 0; i < count; ++i) {
+    extractors.push_back(make_extractor(extract_options(options)));
+  }
+  return extractors;
+}
+
 // So many scans in a row tell a laser that is off, or on again, from a gap in the stripe.
 constexpr int kScansToTell = 3;
 
@@ -146,24 +163,32 @@ struct Scanner::Stages {
       : events(options.events),
         axis(options.stripe.axis),
         ambient(ambient_options(options)),
-        extractor(make_extractor(extract_options(options))),
+        extractors(make_extractors(options)),
         projector(std::move(projector_in)),
         region(options.region),
-        head(options.head) {}
+        head(options.head) {
+    if (options.ambient.cadence.is_bracket()) bracket.emplace(options.ambient.cadence);
+  }
 
   static std::unique_ptr<Stages> with(const StriperModel& model, const ScannerOptions& options);
 
   bool accepts(const Frame& frame);
   std::string why_refused(const Frame& frame) const;
   void note_stripe(bool is_seen);
-  ScanSpan scan_what_is_ready();
+  ScanSpan scan_what_is_ready(bool is_last = false);
+  void find_stripe(const LitFrame& lit);
+  void scan_bracket();
+  void add_scan(const LitFrame& lit, const Stripe& found);
   std::shared_ptr<PolarScan> new_scan(const LitFrame& lit);
   const std::shared_ptr<const ScanFrame>& frame_of(int laser);
 
   EventPort events;
   StripeAxis axis;
   AmbientStage ambient;
-  std::unique_ptr<StripeExtractor> extractor;
+  // One, or one for each of a laser's exposures in a bracket: what they learn differs.
+  std::vector<std::unique_ptr<StripeExtractor>> extractors;
+  StripeExtractor* asked = nullptr;               // The one of the last scan.
+  std::optional<detail::StripeBracket> bracket;
   ScanProjector projector;
   std::optional<cv::Size> model_size;  // Empty without a model.
   std::optional<cv::Rect> region;
@@ -175,7 +200,6 @@ struct Scanner::Stages {
   std::shared_ptr<const StriperModel> model;             // Null without one.
   std::vector<std::shared_ptr<const ScanFrame>> frames;  // One per laser that was seen.
   ScannerStatistics statistics;
-  double exposure_s = 0.0;      // Of the last frame; those held before it had about the same.
   bool is_stripe_seen = false;  // In the last scan.
   bool is_stripe_said = true;   // As events have it.
   int scans_otherwise = 0;      // In a row.
@@ -205,24 +229,48 @@ ScanSpan Scanner::process(const Frame& frame) {
   } else {
     s.ambient.push(frame);
   }
-  s.exposure_s = 1e-9 * static_cast<double>(frame.exposure_ns);
   return s.scan_what_is_ready();
 }
 
-ScanSpan Scanner::Stages::scan_what_is_ready() {
+ScanSpan Scanner::Stages::scan_what_is_ready(bool is_last) {
   while (const LitFrame* const lit = ambient.next()) {
-    extractor->extract(*lit, stripe);
-    const std::shared_ptr<PolarScan> scan = new_scan(*lit);
-    projector.project(stripe, lit->laser, *scan);
-    scans.push_back(scan);
-    note_stripe(stripe.is_seen);
+    find_stripe(*lit);
+    if (bracket) {
+      bracket->add(*lit, stripe);
+      scan_bracket();
+    } else {
+      add_scan(*lit, stripe);
+    }
+  }
+  if (bracket && is_last) {
+    bracket->finish();
+    scan_bracket();
   }
 
   statistics.dark = ambient.dark_exposures();
   statistics.unpaired = ambient.unpaired_exposures();
   statistics.scans += scans.size();
-  statistics.lit_s += exposure_s * static_cast<double>(scans.size());
+  statistics.lit_s = ambient.lit_s();
   return ScanSpan(scans);
+}
+
+void Scanner::Stages::find_stripe(const LitFrame& lit) {
+  const std::size_t place = bracket ? bracket->place_of(lit) : 0;
+  asked = extractors[place].get();
+  asked->extract(lit, stripe);
+}
+
+void Scanner::Stages::scan_bracket() {
+  for (const detail::BracketedStripe* const made : bracket->ready()) {
+    add_scan(made->first, made->stripe);
+  }
+}
+
+void Scanner::Stages::add_scan(const LitFrame& lit, const Stripe& found) {
+  const std::shared_ptr<PolarScan> scan = new_scan(lit);
+  projector.project(found, lit.laser, *scan);
+  scans.push_back(scan);
+  note_stripe(found.is_seen);
 }
 
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions()) {}
@@ -243,7 +291,7 @@ Scanner::~Scanner() = default;
 ScanSpan Scanner::finish() {
   stages_->scans.clear();
   stages_->ambient.finish();
-  return stages_->scan_what_is_ready();
+  return stages_->scan_what_is_ready(true);
 }
 
 const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->statistics; }
@@ -251,7 +299,7 @@ const ScannerStatistics& Scanner::statistics() const noexcept { return stages_->
 ScanExplanation Scanner::explain(int line) const {
   if (stages_->scans.empty())
     throw Error(ErrorKind::kBadValue, "explain: the last frame gave no scan");
-  return explain_return(stages_->extractor->explain(line), *stages_->scans.back());
+  return explain_return(stages_->asked->explain(line), *stages_->scans.back());
 }
 
 ScannerStatus Scanner::status() const {

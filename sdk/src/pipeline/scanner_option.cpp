@@ -133,9 +133,10 @@ std::vector<ScannerOption> choices() {
       {.name = "peak",
        .unit = {},
        .words = words_of(kPeakRules),
-       .what_if_not_given = "brightest",
-       .help = "Which of several peaks of a line is the stripe: brightest, nearest, farthest, "
-               "continuous (the one that continues its neighbours, for weak stripes) or all",
+       .what_if_not_given = "continuous",
+       .help = "Which of several peaks of a line is the stripe: continuous (the brightest, and "
+               "where a line alone cannot tell the one that continues its neighbours), "
+               "brightest, nearest, farthest or all",
        .put = [](Options& o, Text v) { put_word(kPeakRules, v, o.stripe.peak); },
        .get = [](const Options& o) { return word_for(kPeakRules, o.stripe.peak); }},
       {.name = "axis",

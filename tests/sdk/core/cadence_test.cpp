@@ -38,19 +38,37 @@ TEST(Cadence, AutomaticKnowsNothing) {
 }
 
 TEST(Cadence, TextFormReadsBack) {
-  for (const char* text : {"auto", "0", "0,dark", "2,1,dark,0"}) {
+  for (const char* text : {"auto", "0", "0,dark", "2,1,dark,0", "0@20,dark@20,0@200,dark@200",
+                           "0@0.1,0@1.25"}) {
     EXPECT_EQ(Cadence::parse(text).to_string(), text);
     EXPECT_EQ(Cadence::parse(Cadence::parse(text).to_string()), Cadence::parse(text));
   }
 }
 
 TEST(Cadence, RefusesNonsenseQuotingIt) {
-  for (const char* text : {"", "0,", "0,,1", "lit", "-1", "64", "0 ,1", "0.5"}) {
+  for (const char* text : {"", "0,", "0,,1", "lit", "-1", "64", "0 ,1", "0.5", "0@",
+                           "0@0", "0@-3", "0@20us", "0@1e10"}) {
     SCOPED_TRACE(text);
     const Error error = testing::error_of([&] { Cadence::parse(text); });
     EXPECT_EQ(error.kind(), ErrorKind::kUsage);
     EXPECT_THAT(error.what(), HasSubstr(std::string("'") + text + "'"));
   }
+}
+
+TEST(Cadence, BracketSaysHowLongEachExposureIs) {
+  const Cadence bracket = Cadence::parse("0@20,dark@20,0@200,dark@200");
+  EXPECT_TRUE(bracket.is_bracket());
+  EXPECT_EQ(bracket.exposure_us_at(1), 20.0);
+  EXPECT_EQ(bracket.exposure_us_at(6), 200.0);
+  EXPECT_EQ(bracket.at(6), Illumination::laser(0));
+  EXPECT_FALSE(Cadence::parse("0,dark").is_bracket());
+  EXPECT_EQ(Cadence::parse("0,dark").exposure_us_at(1), 0.0);
+}
+
+TEST(Cadence, RefusesExposuresOfSomeEntriesOnly) {
+  EXPECT_THROW(Cadence::parse("0@20,dark"), Error);
+  EXPECT_THROW(Cadence({Illumination::laser(0)}, {20.0, 200.0}), Error);
+  EXPECT_THROW(Cadence({Illumination::laser(0)}, {0.0}), Error);
 }
 
 TEST(Cadence, RefusesAPatternThatIsNeverLit) {

@@ -215,6 +215,27 @@ void check_object(const std::string& field, const SceneObject& object) {
   check_motion(field, object.motion);
 }
 
+// Both fields of a picture are of one Frame, which has one exposure; and none is longer than its
+// turn.
+void check_bracket(const Timing& timing) {
+  const Cadence& cadence = timing.cadence;
+  if (!cadence.is_bracket()) return;
+  const bool has_two = timing.scan == ScanMode::kTopFirst || timing.scan == ScanMode::kBottomFirst;
+  const double longest_us = (timing.scan == ScanMode::kProgressive ? 1e6 : 5e5) /
+                            timing.picture_rate_hz;
+  for (std::uint64_t n = 0; n < 2 * cadence.pattern().size(); ++n) {
+    const double exposure_us = cadence.exposure_us_at(n);
+    if (exposure_us > longest_us) {
+      refuse("timing.cadence", fmt::format("'{}'", cadence.to_string()),
+             fmt::format("exposures of at most {:.6g} us, at this picture rate", longest_us));
+    }
+    if (has_two && n % 2 == 1 && exposure_us != cadence.exposure_us_at(n - 1)) {
+      refuse("timing.cadence", fmt::format("'{}'", cadence.to_string()),
+             "exposures as long as each other in the two fields of a picture");
+    }
+  }
+}
+
 void check_timing(const Timing& timing, std::size_t lasers) {
   if (lasers == 0) refuse("lasers", "[]", "one laser at least");
   check_range("timing.picture_rate_hz", timing.picture_rate_hz, 1e-3, 1e6);
@@ -227,6 +248,7 @@ void check_timing(const Timing& timing, std::size_t lasers) {
              fmt::format("laser indices below {}, the number of lasers", lasers));
     }
   }
+  check_bracket(timing);
 }
 
 void check_daylight(const Daylight& light) {

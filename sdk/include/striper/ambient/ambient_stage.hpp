@@ -66,6 +66,8 @@ class AmbientStage {
   // The counts in it, for every frame.
   std::uint64_t dark_exposures() const noexcept;
   std::uint64_t unpaired_exposures() const noexcept;
+  /// How long the shutter was open for lit exposures, in all, those that gave nothing included.
+  double lit_s() const noexcept;
 
  private:
   struct State;

@@ -14,15 +14,22 @@ namespace striper {
 ///
 /// Written `0` (laser 0 always on), `0,dark`, `0,1,2,dark`; `auto` leaves it to be found from the
 /// frames.
+///
+/// An exposure bracket is a cadence that says of each entry how long it is exposed, in
+/// microseconds: `0@20,dark@20,0@200,dark@200`. What one laser lights within a round of the pattern
+/// is then one scan (see Scanner).
 class Cadence {
  public:
   Cadence() = default;  ///< Automatic.
 
   /// @throws Error{kUsage} on an empty pattern or one without a lit exposure.
   explicit Cadence(std::vector<Illumination> pattern);
+  /// @param exposures_us as many as there are entries, or none.
+  /// @throws Error{kUsage} also where an exposure is not more than 0 or one is missing.
+  Cadence(std::vector<Illumination> pattern, std::vector<double> exposures_us);
 
   /// Reads the text form. @throws Error{kUsage} quoting the entry that is neither a laser index nor
-  /// `dark`.
+  /// `dark`, or has an exposure that is no number of microseconds.
   static Cadence parse(std::string_view text);
 
   bool is_automatic() const noexcept { return pattern_.empty(); }
@@ -33,6 +40,11 @@ class Cadence {
 
   bool has_dark() const noexcept;
 
+  /// Whether it says how long each entry is exposed.
+  bool is_bracket() const noexcept { return !exposures_us_.empty(); }
+  /// How long exposure number `n` is, microseconds; 0 where the cadence does not say.
+  double exposure_us_at(std::uint64_t exposure_number) const noexcept;
+
   /// The text form, which `parse` reads back.
   std::string to_string() const;
 
@@ -40,6 +52,7 @@ class Cadence {
 
  private:
   std::vector<Illumination> pattern_;
+  std::vector<double> exposures_us_;  // As many, or none.
 };
 
 }  // namespace striper

@@ -57,6 +57,8 @@ const LitFrame& LitFrameMaker::make(HeldExposure& lit, const Neighbours& darks,
   made_.grid = frame.grid;
   made_.sequence = frame.sequence;
   made_.time = frame.time;
+  made_.exposure_number = lit.number;
+  made_.exposure_ns = frame.exposure_ns;
   made_.laser = lit.light.laser_index();
   made_.field = frame.field;
   subtract(lit, darks, held);

@@ -56,7 +56,7 @@ float likelihood_ratio(float z) {
 }  // namespace
 
 void ContinuousTracker::track(const LitFrame& frame, StripeAxis axis, double width,
-                              const PlanNoise& noise) {
+                              const PlanNoise& noise, std::span<const Run> runs) {
   lines_ = line_count(frame.lit, axis);
   length_ = line_length(frame.lit, axis);
   const std::size_t states = static_cast<std::size_t>(lines_) * static_cast<std::size_t>(length_);
@@ -68,13 +68,15 @@ void ContinuousTracker::track(const LitFrame& frame, StripeAxis axis, double wid
     buffer->resize(static_cast<std::size_t>(length_ + 2 * kMostSlope));
   }
   make_filter(width);
-  if (frame.lit.depth() == CV_8U) {
-    find_evidence<std::uint8_t>(frame, axis, noise);
-  } else {
-    find_evidence<std::uint16_t>(frame, axis, noise);
+  for (const Run& run : runs) {
+    if (frame.lit.depth() == CV_8U) {
+      find_evidence<std::uint8_t>(frame, axis, noise, run);
+    } else {
+      find_evidence<std::uint16_t>(frame, axis, noise, run);
+    }
+    run_forward(run);
+    run_backward(run);
   }
-  run_forward();
-  run_backward();
 }
 
 float* ContinuousTracker::row_of(std::vector<float>& table, int line) {
@@ -211,8 +213,8 @@ void ContinuousTracker::filter_line(bool has_extra, float* evidence) {
 
 template <typename Pixel>
 void ContinuousTracker::find_evidence(const LitFrame& frame, StripeAxis axis,
-                                      const PlanNoise& noise) {
-  for (int line = 0; line < lines_; ++line) {
+                                      const PlanNoise& noise, const Run& run) {
+  for (int line = run.first; line < run.end; ++line) {
     load_line<Pixel>(frame, axis, line);
     load_noise<Pixel>(frame, axis, line, noise);
     filter_line(!frame.variance.empty(), row_of(evidence_, line));
@@ -246,11 +248,11 @@ void ContinuousTracker::normalise(float* present, float& absent) const {
   absent *= scale;
 }
 
-void ContinuousTracker::run_forward() {
-  for (int line = 0; line < lines_; ++line) {
+void ContinuousTracker::run_forward(const Run& run) {
+  for (int line = run.first; line < run.end; ++line) {
     float* const now = row_of(forward_, line);
     float& absent = absent_[static_cast<std::size_t>(line)];
-    if (line == 0) {
+    if (line == run.first) {
       std::fill_n(now, length_, kPresentAtFirst / static_cast<float>(length_));
       absent = 1.0F - kPresentAtFirst;
     } else {
@@ -262,10 +264,10 @@ void ContinuousTracker::run_forward() {
   }
 }
 
-void ContinuousTracker::run_backward() {
+void ContinuousTracker::run_backward(const Run& run) {
   float absent = 1.0F;
   std::fill_n(backward_.data(), length_, 1.0F);
-  for (int line = lines_ - 1; line >= 0; --line) {
+  for (int line = run.end - 1; line >= run.first; --line) {
     decide(line, backward_.data(), absent);
     const float* const evidence = row_of(evidence_, line);
     for (int k = 0; k < length_; ++k) backward_[static_cast<std::size_t>(k)] *= evidence[k];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <striper/core/lit_frame.hpp>
@@ -20,8 +21,8 @@ namespace striper::detail {
 /// pixels, or rarely jumps, or goes. Forward and backward (Rabiner 1989) give each pixel's
 /// probability.
 ///
-/// Cost: about 16 ns a pixel, 5 ms for 640x480. No allocation after the first
-/// frame of a size.
+/// Cost: about 16 ns a pixel of the lines that are asked for, 5 ms for all of 640x480. No allocation
+/// after the first frame of a size.
 class ContinuousTracker {
  public:
   struct Answer {
@@ -29,15 +30,24 @@ class ContinuousTracker {
     float probability = 0.0F;  // That the stripe is within two widths of it.
   };
 
+  /// Lines side by side, `end` not among them.
+  struct Run {
+    int first = 0;
+    int end = 0;
+  };
+
+  /// Each run is a chain by itself; lines in none have no answer.
   /// @param width effective sigma of the stripe, @param noise of lit - dark, besides what
   /// `frame.variance` adds.
-  void track(const LitFrame& frame, StripeAxis axis, double width, const PlanNoise& noise);
+  void track(const LitFrame& frame, StripeAxis axis, double width, const PlanNoise& noise,
+             std::span<const Run> runs);
 
   const Answer& of_line(int line) const { return answers_[static_cast<std::size_t>(line)]; }
 
  private:
   template <typename Pixel>
-  void find_evidence(const LitFrame& frame, StripeAxis axis, const PlanNoise& noise);
+  void find_evidence(const LitFrame& frame, StripeAxis axis, const PlanNoise& noise,
+                     const Run& run);
   template <typename Pixel>
   void load_line(const LitFrame& frame, StripeAxis axis, int line);
   template <typename Pixel>
@@ -48,8 +58,8 @@ class ContinuousTracker {
                  float* out) const;
   void sum_windows(bool has_extra, float* sums);
   void filter_line(bool has_extra, float* evidence);
-  void run_forward();
-  void run_backward();
+  void run_forward(const Run& run);
+  void run_backward(const Run& run);
   void step(const float* previous, float previous_absent, float* next, float& next_absent);
   void normalise(float* present, float& absent) const;
   void decide(int line, const float* backward, float backward_absent);

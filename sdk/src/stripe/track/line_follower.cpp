@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include <striper/core/robust.hpp>
 
@@ -33,6 +34,13 @@ constexpr double kSteepestBeside = 3.0;
 constexpr float kPlainSignificance = 5.5F;
 constexpr float kLeastOfBeside = 0.4F;
 
+// A line's only peak of so many sigmas is what the chain would take there too: the tracker counts
+// no peak as more than 9 (kStrongest), and one of 8 is e^30 times likelier than none.
+constexpr float kDecided = 8.0F;
+// So many lines of that kind pin the chain at the end of a run. What lies elsewhere than in the
+// line before is none of them: it may be a highlight.
+constexpr int kPins = 4;
+
 bool is_masked_at(const FrameAtHand& at_hand, int line, int across) {
   const cv::Mat& masked = at_hand.frame.masked;
   const bool is_masked =
@@ -55,12 +63,47 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
   const LitFrame& frame = at_hand.frame;
   const PlanNoise& noise = at_hand.noise;
   const double typical = typical_width(width);
-  tracker_.track(frame, stripe.axis, typical, noise);
-  const auto lines = static_cast<int>(candidates.primary.size());
   tracked_.make_room(candidates.primary.size());
   tracked_.seeds.clear();
   weakly_supported_.assign(candidates.primary.size(), 0);
+  find_undecided(candidates, stripe);
+  tracker_.track(frame, stripe.axis, typical, noise, undecided_);
+  for (const ContinuousTracker::Run& run : undecided_) {
+    ask_chain(run, at_hand, candidates, width, stripe);
+  }
+  if (tracked_.seeds.empty()) return;
+  measure_tracked(at_hand, typical, std::move(plan), limits, stripe);
+}
+
+// The runs of lines that the chain is asked about.
+void LineFollower::find_undecided(const PeakCandidates& candidates, const Stripe& stripe) {
+  const auto lines = static_cast<int>(candidates.primary.size());
+  undecided_.clear();
+  std::size_t at = 0;  // Of the secondary peaks, which are in order of their lines.
   for (int line = 0; line < lines; ++line) {
+    const auto i = static_cast<std::size_t>(line);
+    const std::vector<PeakSeed>& others = candidates.secondary.seeds;
+    while (at < others.size() && others[at].line < line) ++at;
+    const bool is_alone = at == others.size() || others[at].line != line;
+    const bool is_decided = is_alone && stripe.status[i] == ReturnStatus::kOk &&
+                            candidates.primary.significance[i] >= kDecided;
+    const double step =
+        line == 0 ? 0.0 : candidates.primary.position(i) - candidates.primary.position(i - 1);
+    if (is_decided && std::abs(step) <= kSteepestBeside) continue;
+    const int first = std::max(0, line - kPins);
+    const int end = std::min(lines, line + kPins + 1);
+    if (!undecided_.empty() && first <= undecided_.back().end) {
+      undecided_.back().end = end;
+    } else {
+      undecided_.push_back({first, end});
+    }
+  }
+}
+
+void LineFollower::ask_chain(const ContinuousTracker::Run& run, const FrameAtHand& at_hand,
+                             const PeakCandidates& candidates, const WidthModel& width,
+                             Stripe& stripe) {
+  for (int line = run.first; line < run.end; ++line) {
     const ContinuousTracker::Answer& answer = tracker_.of_line(line);
     const bool is_probable = answer.probability >= kProbable;
     if (is_probable && take_candidate(line, candidates, width, stripe)) continue;
@@ -73,7 +116,11 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
       tracked_.seeds.push_back({line, answer.across});
     }
   }
-  if (tracked_.seeds.empty()) return;
+}
+
+// Lines in which the chain knows of a stripe that no candidate shows.
+void LineFollower::measure_tracked(const FrameAtHand& at_hand, double typical, ProfilePlan plan,
+                                   const PeakLimits& limits, Stripe& stripe) {
   // The line alone would lose its way: the filter's peak is looked for close by and stands.
   plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
   plan.aligned = 0;
@@ -81,7 +128,8 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
                    tracked_.measurements());
   for (std::size_t n = 0; n < tracked_.size(); ++n) {
     const PeakPlace place{tracked_.seeds[n].line, tracked_.across[n], typical, tracked_.level[n]};
-    const double above = significance_above_edge(frame, stripe.axis, noise, place);
+    const double above =
+        significance_above_edge(at_hand.frame, stripe.axis, at_hand.noise, place);
     tracked_.significance[n] = std::min(tracked_.significance[n], static_cast<float>(above));
   }
   judge_peaks(without_threshold(limits), tracked_);

@@ -16,6 +16,9 @@ namespace striper::detail {
 /// lines together runs through a candidate of a line, that one is taken; where there is none, what
 /// is there is measured. A line whose only peak is strong keeps it: existence is the line's own
 /// affair where the line can tell.
+///
+/// Lines that decide by themselves are not asked again: one strong good peak, alone in its line.
+/// They pin the chain, so that it is run over the other lines and a few of them on either side.
 class LineFollower {
  public:
   /// @param plan for weak peaks, not refined. @param limits those of the frame.
@@ -28,6 +31,11 @@ class LineFollower {
   void drop_unsupported(const BlockMaxima& blocks, Stripe& stripe) const;
 
  private:
+  void find_undecided(const PeakCandidates& candidates, const Stripe& stripe);
+  void ask_chain(const ContinuousTracker::Run& run, const FrameAtHand& at_hand,
+                 const PeakCandidates& candidates, const WidthModel& width, Stripe& stripe);
+  void measure_tracked(const FrameAtHand& at_hand, double typical, ProfilePlan plan,
+                       const PeakLimits& limits, Stripe& stripe);
   bool take_candidate(int line, const PeakCandidates& candidates, const WidthModel& width,
                       Stripe& stripe);
   bool goes_on_from(std::size_t i, int direction, const Stripe& stripe) const;
@@ -38,6 +46,7 @@ class LineFollower {
   void put_tracked(int length, Stripe& stripe);
 
   ContinuousTracker tracker_;
+  std::vector<ContinuousTracker::Run> undecided_;
   PeakList tracked_;
   std::vector<std::uint8_t>
       weakly_supported_;  // Per line: on the chain, the line alone shows too little.

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that an exposure bracket sees black and white, near and far, in one scan with true error
+// bars, where each of its exposures alone does not; that its laser's time counts; and that a
+// recording and a lost picture are put together alike. Simulated, against exact truth.
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <striper/core/error.hpp>
+#include <striper/core/robust.hpp>
+#include <striper/pipeline/scanner.hpp>
+#include <striper/simulator/scene_yaml.hpp>
+#include <striper/simulator/simulator.hpp>
+
+#include "support/error_of.hpp"
+#include "support/shared_data.hpp"
+
+namespace striper {
+namespace {
+
+constexpr double kMatchPx = 3.0;
+constexpr int kRounds = 24;
+
+// What the scans of one surface are worth.
+struct Surface {
+  std::string name;
+  double nearest_m, farthest_m;
+  bool is_left;  // Of the middle of its panels.
+  std::size_t columns = 0;
+  std::size_t found = 0;
+  std::size_t wrong = 0;
+  std::vector<double> pulls = {};
+
+  double found_part() const {
+    return static_cast<double>(found) / static_cast<double>(std::max<std::size_t>(1, columns));
+  }
+  // Robust: of a normal distribution its standard deviation.
+  double pull() const {
+    std::vector<double> sizes = pulls;
+    for (double& pull : sizes) pull = std::abs(pull);
+    return robust_sigma(sizes);
+  }
+};
+
+// The four panels of data/scenes/bracket.yaml. The near ones are right of the middle.
+std::vector<Surface> panels() {
+  return {{"0.5 m, 90 %", 0.4, 1.0, false}, {"0.5 m, 3 %", 0.4, 1.0, true},
+          {"4 m, 3 %", 3.5, 6.0, false},    {"4 m, 90 %", 3.5, 6.0, true}};
+}
+
+bool is_on(const Surface& surface, const TrueReturn& truth) {
+  if (truth.range_m < surface.nearest_m || truth.range_m > surface.farthest_m) return false;
+  // Where the panels meet: y = -0.13 at .5 m, 1.2 at 4 m.
+  const double edge_m = surface.farthest_m < 2.0 ? -0.13 : 1.2;
+  return (truth.y_m > edge_m) == surface.is_left;
+}
+
+Scene scene_with(const std::string& cadence) {
+  Scene scene = load_scene(testing::source_path("data/scenes/bracket.yaml"));
+  if (!cadence.empty()) scene.timing.cadence = Cadence::parse(cadence);
+  return scene;
+}
+
+void judge(const PolarScan& scan, const Truth& truth, std::vector<Surface>& surfaces) {
+  for (std::size_t i = 0; i < scan.returns.size(); ++i) {
+    const TrueReturn& t = truth.lines[i].brightest;
+    if (truth.lines[i].status != TruthStatus::kVisible || t.near_edge) continue;
+    for (Surface& surface : surfaces) {
+      if (!is_on(surface, t)) continue;
+      ++surface.columns;
+      const Return& r = scan.returns[i];
+      if (r.status != ReturnStatus::kOk) continue;
+      if (!(std::abs(r.v_px - t.v_px) < kMatchPx)) {
+        ++surface.wrong;
+        continue;
+      }
+      ++surface.found;
+      surface.pulls.push_back((r.range_m - t.range_m) / r.sigma_m);
+    }
+  }
+}
+
+// @param cadence empty: the scene's.
+std::vector<Surface> scan_panels(const std::string& cadence) {
+  Simulator simulator(scene_with(cadence));
+  ScannerOptions options;
+  options.ambient.cadence = simulator.scene().timing.cadence;
+  Scanner scanner(simulator.model(), options);
+  std::vector<Surface> surfaces = panels();
+  const Truth truth = simulator.truth(0).front();
+  const auto pictures = kRounds * options.ambient.cadence.pattern().size();
+  for (std::uint64_t n = 0; n < pictures; ++n) {
+    for (const PolarScan& scan : scanner.process(simulator.render(n))) {
+      judge(scan, truth, surfaces);
+    }
+  }
+  for (const Surface& s : surfaces) {
+    std::cout << (cadence.empty() ? simulator.scene().timing.cadence.to_string() : cadence) << ": "
+              << s.name << ": found " << 100.0 * s.found_part() << " % of " << s.columns
+              << ", wrong " << s.wrong << ", pull " << s.pull() << "\n";
+  }
+  return surfaces;
+}
+
+TEST(ExposureBracket, SeesBlackAndWhiteNearAndFar) {
+  for (const Surface& surface : scan_panels("")) {
+    SCOPED_TRACE(surface.name);
+    EXPECT_GT(surface.columns, 2000U);
+    EXPECT_GE(surface.found_part(), 0.99);
+    EXPECT_EQ(surface.wrong, 0U);
+    EXPECT_GE(surface.pull(), 0.95);
+    EXPECT_LE(surface.pull(), 1.05);
+  }
+}
+
+// The reason for the bracket: no single exposure does.
+TEST(ExposureBracket, NoExposureOfItDoesAlone) {
+  for (const char* cadence : {"0@50,dark@50", "0@600,dark@600", "0@7200,dark@7200"}) {
+    double worst = 1.0;
+    for (const Surface& surface : scan_panels(cadence)) {
+      worst = std::min(worst, surface.found_part());
+    }
+    EXPECT_LT(worst, 0.9) << cadence;
+  }
+}
+
+TEST(ExposureBracket, GivesAScanForEachRoundOfThePattern) {
+  Simulator simulator(scene_with(""));
+  ScannerOptions options;
+  options.ambient.cadence = simulator.scene().timing.cadence;
+  Scanner scanner(simulator.model(), options);
+  std::vector<std::uint64_t> sequences;
+  for (std::uint64_t n = 0; n < 18; ++n) {
+    if (n == 8 || n == 9) continue;  // The middle exposure of the second round is lost.
+    for (const PolarScan& scan : scanner.process(simulator.render(n))) {
+      sequences.push_back(scan.sequence);
+    }
+  }
+  for (const PolarScan& scan : scanner.finish()) sequences.push_back(scan.sequence);
+  EXPECT_THAT(sequences, ::testing::ElementsAre(0, 6, 12));
+  // 50, 600 and 7200 us a round, and the second without its 600.
+  EXPECT_NEAR(scanner.statistics().lit_s, 3 * 7850e-6 - 600e-6, 1e-9);
+}
+
+TEST(ExposureBracket, ALastExposureThatIsLostIsNotWaitedFor) {
+  Simulator simulator(scene_with(""));
+  ScannerOptions options;
+  options.ambient.cadence = simulator.scene().timing.cadence;
+  Scanner scanner(simulator.model(), options);
+  std::vector<std::uint64_t> sequences;
+  for (const std::uint64_t n : {0, 1, 2, 3, 6, 7, 8, 9, 10, 11}) {
+    for (const PolarScan& scan : scanner.process(simulator.render(n))) {
+      sequences.push_back(scan.sequence);
+    }
+  }
+  for (const PolarScan& scan : scanner.finish()) sequences.push_back(scan.sequence);
+  EXPECT_THAT(sequences, ::testing::ElementsAre(0, 6));
+}
+
+TEST(ExposureBracket, RefusesAllPeaks) {
+  ScannerOptions options;
+  options.ambient.cadence = Cadence::parse("0@20,0@200");
+  options.stripe.peak = PeakRule::kAll;
+  const Error error = testing::error_of([&] { Scanner scanner(options); });
+  EXPECT_THAT(error.what(), ::testing::HasSubstr("laser=0@20,0@200"));
+}
+
+}  // namespace
+}  // namespace striper
