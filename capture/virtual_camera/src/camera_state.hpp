@@ -24,6 +24,7 @@ using LineSources = std::array<LineSource, kLines>;
 struct SequencerSet {
   LineSources sources{};
   std::uint32_t next = 0;
+  std::uint32_t exposure_ns = 0;
 };
 
 /// Everything that a client can set, as the camera's registers hold it.

@@ -140,6 +140,7 @@ Device::Exposure Device::open_shutter() {
   if (state_.sequencer_is_on) {
     const SequencerSet& set = state_.sets[sequencer_at_];
     state_.sources = set.sources;
+    state_.exposure_ns = set.exposure_ns;
     sequencer_at_ = set.next;
   }
   exposure.state = state_;

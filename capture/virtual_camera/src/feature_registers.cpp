@@ -168,7 +168,8 @@ void add_sequencer_registers(Registers& registers, CameraState& s) {
   registers[kRegSequencerSave] = {[] { return 0U; },
                                   [&s](std::uint32_t) {
                                     if (!s.sequencer_is_configured) return false;
-                                    s.sets[s.sequencer_set] = {s.sources, s.sequencer_next};
+                                    s.sets[s.sequencer_set] = {s.sources, s.sequencer_next,
+                                                               s.exposure_ns};
                                     return true;
                                   }};
 }

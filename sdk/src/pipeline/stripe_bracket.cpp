@@ -14,28 +14,30 @@ namespace {
 constexpr double kSigmasApart = 5.0;
 constexpr double kWidthsApart = 2.0;
 
-// How much a return is worth: good, doubtful, none for a reason, none.
-int worth(ReturnStatus status) {
+// A peak that rises higher than this part of full scale is clipped, or nearly so.
+constexpr double kNearlyFull = 0.95;
+
+// How much a return is worth.
+enum class Worth { kNone, kReason, kDoubtful, kClipped, kGood };
+
+// A clipped profile is known by its flanks alone: clipped ten times over its error is several times
+// as large as its error bar says (exposure_bracket_tests), so that any whole one goes before it.
+Worth worth(ReturnStatus status, bool is_clipped) {
   switch (verdict(status)) {
     case Verdict::kGood:
-      return 3;
+      return is_clipped ? Worth::kClipped : Worth::kGood;
     case Verdict::kDoubtful:
-      return 2;
+      return Worth::kDoubtful;
     case Verdict::kMissing:
       break;
   }
-  return status == ReturnStatus::kNoStripe ? 0 : 1;
-}
-
-bool is_better(const Stripe& a, const Stripe& b, std::size_t i) {
-  const int worth_a = worth(a.status[i]);
-  const int worth_b = worth(b.status[i]);
-  if (worth_a != worth_b) return worth_a > worth_b;
-  return a.sigma_px[i] < b.sigma_px[i];
+  return status == ReturnStatus::kNoStripe ? Worth::kNone : Worth::kReason;
 }
 
 bool are_two_things(const Stripe& a, const Stripe& b, std::size_t i) {
-  if (worth(a.status[i]) != 3 || worth(b.status[i]) != 3) return false;
+  const bool are_good =
+      verdict(a.status[i]) == Verdict::kGood && verdict(b.status[i]) == Verdict::kGood;
+  if (!are_good) return false;
   const double apart_px = std::abs(a.across_px[i] - b.across_px[i]);
   const double sigma_px = std::hypot(a.sigma_px[i], b.sigma_px[i]);
   const double width_px = std::max(a.width_px[i], b.width_px[i]);
@@ -103,14 +105,16 @@ void StripeBracket::add(const LitFrame& lit, const Stripe& stripe) {
     round.number = number;
     round.sum_ns = 0;
     describe(lit, round.open.first);
-    round.open.stripe = stripe;
-    for (float& amplitude : round.open.stripe.amplitude_dn) {
-      amplitude = static_cast<float>(factor * amplitude);
-    }
+    round.open.stripe.reset(static_cast<int>(stripe.size()));
+    round.open.stripe.axis = stripe.axis;
+    round.open.stripe.grid = stripe.grid;
+    round.open.stripe.line_count = stripe.line_count;
+    round.open.stripe.is_seen = false;
+    round.clipped.assign(stripe.size(), 0);
   } else {
     round.sum_ns += lit.time.monotonic_ns - round.open.first.time.monotonic_ns;
-    merge(stripe, factor, round.open.stripe);
   }
+  merge(lit, stripe, factor, round);
   ++round.taken;
   if (place_of(lit) + 1 >= round.entries.size()) close(round);
 }
@@ -120,10 +124,21 @@ void StripeBracket::finish() {
   for (Round& round : rounds_) close(round);
 }
 
-void StripeBracket::merge(const Stripe& stripe, double amplitude_factor, Stripe& into) const {
+void StripeBracket::merge(const LitFrame& lit, const Stripe& stripe, double amplitude_factor,
+                          Round& round) {
+  const double highest_dn = kNearlyFull * lit.full_scale_dn;
+  Stripe& into = round.open.stripe;
   for (std::size_t i = 0; i < into.size(); ++i) {
+    const bool is_clipped = stripe.amplitude_dn[i] >= highest_dn;
+    const Worth here = worth(stripe.status[i], is_clipped);
+    const Worth there = worth(into.status[i], round.clipped[i] != 0);
+    const bool is_better =
+        here != there ? here > there : stripe.sigma_px[i] < into.sigma_px[i];
     const bool is_ambiguous = are_two_things(stripe, into, i);
-    if (is_better(stripe, into, i)) take_line(stripe, i, amplitude_factor, into);
+    if (is_better) {
+      take_line(stripe, i, amplitude_factor, into);
+      round.clipped[i] = is_clipped ? 1 : 0;
+    }
     if (is_ambiguous) into.status[i] = ReturnStatus::kAmbiguous;
   }
   into.is_seen = into.is_seen || stripe.is_seen;

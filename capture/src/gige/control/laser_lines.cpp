@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gige/control/laser_lines.hpp"
 
+#include "gige/control/camera_setup.hpp"
+
 #include <charconv>
 #include <exception>
 
@@ -28,7 +30,10 @@ bool is_constant(const Cadence& cadence) { return cadence.pattern().size() == 1;
 
 LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options)
     : features_(features), cadence_(options.cadence), lines_(options.strobe_lines) {
-  if (lines_.empty()) return;
+  if (lines_.empty()) {
+    require_no_bracket(options.uri);
+    return;
+  }
   if (cadence_.is_automatic()) cadence_ = Cadence({Illumination::laser(0)});
   features_.need_one_of("strobe line", {"LineSelector"});
   features_.need_one_of("source of the strobe line", {"LineSource"});
@@ -36,6 +41,15 @@ LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options
   fires_.assign(lines_.size(), true);  // unknown: `off` writes them all
   choose_method(options);
   off();
+}
+
+// Who else would set an exposure for each picture?
+void LaserLines::require_no_bracket(const std::string& uri) const {
+  if (!cadence_.is_bracket()) return;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("source '{}': laser={} - an exposure for each picture is set by the "
+                          "camera's sequencer, together with the laser: add strobe=LINE",
+                          uri, cadence_.to_string()));
 }
 
 void LaserLines::add_line(const std::string& line) {
@@ -86,7 +100,7 @@ std::string LaserLines::find_dark_source(const std::string& line) const {
 }
 
 void LaserLines::choose_method(const GigeOptions& options) {
-  if (is_constant(cadence_)) {
+  if (is_constant(cadence_) && !cadence_.is_bracket()) {
     method_ = Method::kConstant;
     return;
   }
@@ -96,6 +110,12 @@ void LaserLines::choose_method(const GigeOptions& options) {
       features_.has("TriggerSoftware") && features_.has_entry("TriggerSource", "Software");
   if (has_sequencer && options.switching != LaserSwitching::kHost) {
     method_ = Method::kSequencer;
+  } else if (cadence_.is_bracket()) {
+    throw Error(ErrorKind::kUnsupported,
+                fmt::format("{}: laser={} - an exposure for each picture needs the camera's "
+                            "sequencer (SequencerConfigurationMode), which {}",
+                            features_.device_name(), cadence_.to_string(),
+                            has_sequencer ? "switching=host does not use" : "this one has not"));
   } else if (has_software_trigger && options.switching != LaserSwitching::kSequencer) {
     method_ = Method::kHost;
     if (!options.trigger.empty() && options.trigger != "off" && options.trigger != "software") {
@@ -170,11 +190,18 @@ void LaserLines::arm() {
 void LaserLines::program_sequencer() {
   features_.set("SequencerMode", "Off");
   features_.set("SequencerConfigurationMode", "On");
+  if (cadence_.is_bracket() && features_.has_entry("SequencerFeatureSelector", "ExposureTime")) {
+    features_.set("SequencerFeatureSelector", "ExposureTime");
+    features_.try_set("SequencerFeatureEnable", "yes");
+  }
   const auto& pattern = cadence_.pattern();
   for (std::size_t n = 0; n < pattern.size(); ++n) {
     features_.set_integer("SequencerSetSelector", static_cast<std::int64_t>(n));
     for (std::size_t line = 0; line < lines_.size(); ++line) {
       put(line, pattern[n].is_lit() && static_cast<std::size_t>(pattern[n].laser_index()) == line);
+    }
+    if (cadence_.is_bracket()) {
+      set_exposure(features_, cadence_.exposure_us_at(n));
     }
     if (features_.has("SequencerPathSelector")) features_.set_integer("SequencerPathSelector", 0);
     features_.set_integer("SequencerSetNext", static_cast<std::int64_t>((n + 1) % pattern.size()));

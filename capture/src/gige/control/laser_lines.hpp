@@ -54,6 +54,7 @@ class LaserLines {
  private:
   enum class Method { kNone, kConstant, kSequencer, kHost };
 
+  void require_no_bracket(const std::string& uri) const;
   void add_line(const std::string& line);
   void make_output(const std::string& line) const;
   std::string find_dark_source(const std::string& line) const;

@@ -131,7 +131,7 @@ void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {
   if (options.peak != PeakRule::kContinuous) return;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, false, BackgroundReach::kWide);
   follower_.follow(at_hand, candidates, width, plan, limits, stripe);
-  follower_.drop_unsupported(finder.blocks(), stripe);
+  follower_.drop_unsupported(finder.blocks(), is_background_subtracted(at_hand.frame), stripe);
 }
 
 }  // namespace striper::detail

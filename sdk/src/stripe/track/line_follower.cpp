@@ -147,11 +147,17 @@ bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
   for (const LinePeak& peak : peaks) {
     if (std::abs(peak.position - answer.across) > near) continue;
     const auto i = static_cast<std::size_t>(line);
+    const AxisGrid& grid = grid_across(stripe.grid, stripe.axis);
+    const bool is_good = stripe.status[i] == ReturnStatus::kOk;
+    const bool is_own = is_good && std::abs(grid.index(stripe.across_px[i]) - peak.position) < 1.0;
+    // A line that can tell is overruled by a chain that is certain, and never doubted.
+    if (is_good && !is_own && answer.probability < kCertain) return true;
+    const float own_confidence = is_own ? stripe.confidence[i] : 0.0F;
     put_peak(peak, i, stripe);
     weakly_supported_[i] = peak.status() == ReturnStatus::kWeak ? 1 : 0;
     const bool is_sure = answer.probability >= kCertain && peak.status() == ReturnStatus::kWeak;
     if (is_sure) stripe.status[i] = ReturnStatus::kOk;
-    stripe.confidence[i] = answer.probability;
+    stripe.confidence[i] = std::max(own_confidence, answer.probability);
     return true;
   }
   return false;
@@ -222,9 +228,11 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
   }
 }
 
-void LineFollower::drop_unsupported(const BlockMaxima& blocks, Stripe& stripe) const {
+void LineFollower::drop_unsupported(const BlockMaxima& blocks, bool is_subtracted,
+                                    Stripe& stripe) const {
   const auto is_isolated = [&](std::size_t i) {
-    return weakly_supported_[i] != 0 && blocks.is_partly_masked(stripe.line[i]);
+    const bool is_doubted = !is_subtracted || blocks.is_partly_masked(stripe.line[i]);
+    return weakly_supported_[i] != 0 && is_doubted;
   };
   for (std::size_t first = 0; first < weakly_supported_.size(); ++first) {
     if (!is_isolated(first)) continue;
