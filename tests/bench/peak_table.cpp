@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which rule tells best which of a line's peaks is the stripe: every scene that comes with Striper,
-// the paper's hard case as nothing was tuned on it, and the real pictures of ../shared/realdata where
-// they are there.
+// the paper's hard case as nothing was tuned on it, and the real pictures of ../shared/realdata
+// where they are there.
 //
 //     peak_table [PICTURES, 6 by default] [SCENE.yaml ...]
 //
 // A scene is scanned as it is and, where its laser is always on, with a dark exposure between each
 // two. The model is the simulator's own; nobody tells which exposures are lit.
-#include <time.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -19,6 +17,7 @@
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
+#include <time.h>
 
 #include <striper/core/robust.hpp>
 #include <striper/simulator/scene_yaml.hpp>
@@ -96,8 +95,7 @@ void print_row(const std::string& name, const Scene& scene, int pictures) {
       for (Trial& trial : trials) trial.take(frame, simulator);
     }
   }
-  std::string row =
-      fmt::format("| {} | {} |", name, scene.timing.cadence.to_string());
+  std::string row = fmt::format("| {} | {} |", name, scene.timing.cadence.to_string());
   for (Trial& trial : trials) {
     trial.keep(trial.scanner.finish(), simulator);
     row += cells(trial);
@@ -139,8 +137,7 @@ void print_scene(const std::string& path, int pictures) {
   const bool is_street = file.parent_path().filename() == "street";
   const std::string name = (is_street ? "street/" : "") + file.stem().string();
   if (scene.timing.cadence.is_bracket()) scene.timing.cadence = Cadence::parse("0,dark");
-  const int needed =
-      pictures * static_cast<int>(scene.timing.cadence.pattern().size());
+  const int needed = pictures * static_cast<int>(scene.timing.cadence.pattern().size());
   print_row(name, scene, needed);
   if (scene.timing.cadence.has_dark()) return;
   scene.timing.cadence = Cadence::parse("0,dark");
@@ -196,9 +193,8 @@ void print_real() {
   }
   const auto pictures = testing::real_pictures();
   for (auto first = pictures.begin(); first != pictures.end();) {
-    const auto last = std::find_if(first, pictures.end(), [&](const auto& picture) {
-      return picture.set() != first->set();
-    });
+    const auto last = std::find_if(
+        first, pictures.end(), [&](const auto& picture) { return picture.set() != first->set(); });
     print_real_row({first, last});
     first = last;
   }

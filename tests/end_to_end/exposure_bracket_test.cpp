@@ -50,8 +50,10 @@ struct Surface {
 
 // The four panels of data/scenes/bracket.yaml. The near ones are right of the middle.
 std::vector<Surface> panels() {
-  return {{"0.5 m, 90 %", 0.4, 1.0, false}, {"0.5 m, 3 %", 0.4, 1.0, true},
-          {"4 m, 3 %", 3.5, 6.0, false},    {"4 m, 90 %", 3.5, 6.0, true}};
+  return {{"0.5 m, 90 %", 0.4, 1.0, false},
+          {"0.5 m, 3 %", 0.4, 1.0, true},
+          {"4 m, 3 %", 3.5, 6.0, false},
+          {"4 m, 90 %", 3.5, 6.0, true}};
 }
 
 bool is_on(const Surface& surface, const TrueReturn& truth) {

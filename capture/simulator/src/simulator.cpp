@@ -286,13 +286,12 @@ class Simulator::Impl {
     Charge charge;
     charge.exposure_number = exposure_number(picture, exposure);
     charge.gains = gains_;
-    charge.daylight = detail::binned(times(daylight(now), longer(picture, exposure)),
-                                     scene_.imager.binning);
+    charge.daylight =
+        detail::binned(times(daylight(now), longer(picture, exposure)), scene_.imager.binning);
     if (light.is_lit()) {
       const int laser = light.laser_index();
       const double more = more_laser(picture, exposure, laser);
-      charge.laser =
-          detail::binned(times(laser_light(now, laser), more), scene_.imager.binning);
+      charge.laser = detail::binned(times(laser_light(now, laser), more), scene_.imager.binning);
     }
     return charge;
   }
@@ -307,11 +306,10 @@ class Simulator::Impl {
     truth.axis = scene_.axis;
     cv::Size size = picture_size();
     size.height /= exposures_per_picture();
-    truth.lines =
-        detail::find_truth({now.view, beams_[static_cast<std::size_t>(laser)], laser,
-                            exposure_grid(exposure), size,
-                            times(daylight(now), longer(picture, exposure)),
-                            times(laser_light(now, laser), more_laser(picture, exposure, laser))});
+    truth.lines = detail::find_truth(
+        {now.view, beams_[static_cast<std::size_t>(laser)], laser, exposure_grid(exposure), size,
+         times(daylight(now), longer(picture, exposure)),
+         times(laser_light(now, laser), more_laser(picture, exposure, laser))});
     return truth;
   }
 

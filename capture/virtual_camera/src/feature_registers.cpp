@@ -165,13 +165,13 @@ void add_sequencer_registers(Registers& registers, CameraState& s) {
   registers[kRegSequencerPath] = plain(s.sequencer_path, 0, 0);
   registers[kRegSequencerNext] = plain(s.sequencer_next, 0, kSequencerSets - 1);
   registers[kRegSequencerStart] = plain(s.sequencer_start, 0, kSequencerSets - 1);
-  registers[kRegSequencerSave] = {[] { return 0U; },
-                                  [&s](std::uint32_t) {
-                                    if (!s.sequencer_is_configured) return false;
-                                    s.sets[s.sequencer_set] = {s.sources, s.sequencer_next,
-                                                               s.exposure_ns};
-                                    return true;
-                                  }};
+  registers[kRegSequencerSave] = {
+      [] { return 0U; },
+      [&s](std::uint32_t) {
+        if (!s.sequencer_is_configured) return false;
+        s.sets[s.sequencer_set] = {s.sources, s.sequencer_next, s.exposure_ns};
+        return true;
+      }};
 }
 
 void add_chunk_registers(Registers& registers, CameraState& s) {

@@ -17,8 +17,7 @@ constexpr double kLongestExposure_us = 1e9;
 // The part of an entry behind `@`.
 double parse_exposure(std::string_view entry, std::string_view text) {
   double exposure_us = 0.0;
-  const auto [end, error] =
-      std::from_chars(entry.data(), entry.data() + entry.size(), exposure_us);
+  const auto [end, error] = std::from_chars(entry.data(), entry.data() + entry.size(), exposure_us);
   const bool is_whole = error == std::errc() && end == entry.data() + entry.size();
   if (!is_whole || !(exposure_us > 0.0 && exposure_us <= kLongestExposure_us)) {
     throw Error(ErrorKind::kUsage,

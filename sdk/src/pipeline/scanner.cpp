@@ -187,7 +187,7 @@ struct Scanner::Stages {
   AmbientStage ambient;
   // One, or one for each of a laser's exposures in a bracket: what they learn differs.
   std::vector<std::unique_ptr<StripeExtractor>> extractors;
-  StripeExtractor* asked = nullptr;               // The one of the last scan.
+  StripeExtractor* asked = nullptr;  // The one of the last scan.
   std::optional<detail::StripeBracket> bracket;
   ScanProjector projector;
   std::optional<cv::Size> model_size;  // Empty without a model.

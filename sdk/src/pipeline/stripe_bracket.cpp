@@ -132,8 +132,7 @@ void StripeBracket::merge(const LitFrame& lit, const Stripe& stripe, double ampl
     const bool is_clipped = stripe.amplitude_dn[i] >= highest_dn;
     const Worth here = worth(stripe.status[i], is_clipped);
     const Worth there = worth(into.status[i], round.clipped[i] != 0);
-    const bool is_better =
-        here != there ? here > there : stripe.sigma_px[i] < into.sigma_px[i];
+    const bool is_better = here != there ? here > there : stripe.sigma_px[i] < into.sigma_px[i];
     const bool is_ambiguous = are_two_things(stripe, into, i);
     if (is_better) {
       take_line(stripe, i, amplitude_factor, into);

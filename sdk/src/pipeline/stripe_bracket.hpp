@@ -49,10 +49,10 @@ class StripeBracket {
  private:
   // Of one laser.
   struct Round {
-    std::vector<std::size_t> entries;  // Of the pattern, those that it lights.
-    std::uint64_t number = 0;          // Of the pattern, since the first.
-    std::size_t taken = 0;             // Exposures; 0: none is open.
-    std::int64_t sum_ns = 0;           // Of their times after the first.
+    std::vector<std::size_t> entries;   // Of the pattern, those that it lights.
+    std::uint64_t number = 0;           // Of the pattern, since the first.
+    std::size_t taken = 0;              // Exposures; 0: none is open.
+    std::int64_t sum_ns = 0;            // Of their times after the first.
     std::vector<std::uint8_t> clipped;  // Of the open one's lines: taken from a clipped peak.
     BracketedStripe open;
     std::array<BracketedStripe, 2> done;  // What `ready` points to: the round before, and this.

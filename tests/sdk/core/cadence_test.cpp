@@ -38,16 +38,16 @@ TEST(Cadence, AutomaticKnowsNothing) {
 }
 
 TEST(Cadence, TextFormReadsBack) {
-  for (const char* text : {"auto", "0", "0,dark", "2,1,dark,0", "0@20,dark@20,0@200,dark@200",
-                           "0@0.1,0@1.25"}) {
+  for (const char* text :
+       {"auto", "0", "0,dark", "2,1,dark,0", "0@20,dark@20,0@200,dark@200", "0@0.1,0@1.25"}) {
     EXPECT_EQ(Cadence::parse(text).to_string(), text);
     EXPECT_EQ(Cadence::parse(Cadence::parse(text).to_string()), Cadence::parse(text));
   }
 }
 
 TEST(Cadence, RefusesNonsenseQuotingIt) {
-  for (const char* text : {"", "0,", "0,,1", "lit", "-1", "64", "0 ,1", "0.5", "0@",
-                           "0@0", "0@-3", "0@20us", "0@1e10"}) {
+  for (const char* text : {"", "0,", "0,,1", "lit", "-1", "64", "0 ,1", "0.5", "0@", "0@0", "0@-3",
+                           "0@20us", "0@1e10"}) {
     SCOPED_TRACE(text);
     const Error error = testing::error_of([&] { Cadence::parse(text); });
     EXPECT_EQ(error.kind(), ErrorKind::kUsage);

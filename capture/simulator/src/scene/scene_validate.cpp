@@ -221,8 +221,8 @@ void check_bracket(const Timing& timing) {
   const Cadence& cadence = timing.cadence;
   if (!cadence.is_bracket()) return;
   const bool has_two = timing.scan == ScanMode::kTopFirst || timing.scan == ScanMode::kBottomFirst;
-  const double longest_us = (timing.scan == ScanMode::kProgressive ? 1e6 : 5e5) /
-                            timing.picture_rate_hz;
+  const double longest_us =
+      (timing.scan == ScanMode::kProgressive ? 1e6 : 5e5) / timing.picture_rate_hz;
   for (std::uint64_t n = 0; n < 2 * cadence.pattern().size(); ++n) {
     const double exposure_us = cadence.exposure_us_at(n);
     if (exposure_us > longest_us) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gige/control/laser_lines.hpp"
 
-#include "gige/control/camera_setup.hpp"
-
 #include <charconv>
 #include <exception>
 
@@ -11,6 +9,8 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/event.hpp>
+
+#include "gige/control/camera_setup.hpp"
 
 namespace striper::detail {
 namespace {

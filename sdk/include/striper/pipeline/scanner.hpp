@@ -48,7 +48,8 @@ struct ScannerOptions {
 ///
 /// Where the cadence is an exposure bracket, what one laser lights in a round of it is one scan: of
 /// each line the return with the smallest error bar of those that are not clipped: the short
-/// exposure's on what is bright and the long one's on what is dark. `explain` tells of the last of its exposures.
+/// exposure's on what is bright and the long one's on what is dark. `explain` tells of the last of
+/// its exposures.
 ///
 /// One scanner serves one stream, in order: not thread-safe, one thread at a time.
 class Scanner {

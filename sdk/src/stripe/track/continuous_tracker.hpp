@@ -21,8 +21,8 @@ namespace striper::detail {
 /// pixels, or rarely jumps, or goes. Forward and backward (Rabiner 1989) give each pixel's
 /// probability.
 ///
-/// Cost: about 16 ns a pixel of the lines that are asked for, 5 ms for all of 640x480. No allocation
-/// after the first frame of a size.
+/// Cost: about 16 ns a pixel of the lines that are asked for, 5 ms for all of 640x480. No
+/// allocation after the first frame of a size.
 class ContinuousTracker {
  public:
   struct Answer {

@@ -128,8 +128,7 @@ void LineFollower::measure_tracked(const FrameAtHand& at_hand, double typical, P
                    tracked_.measurements());
   for (std::size_t n = 0; n < tracked_.size(); ++n) {
     const PeakPlace place{tracked_.seeds[n].line, tracked_.across[n], typical, tracked_.level[n]};
-    const double above =
-        significance_above_edge(at_hand.frame, stripe.axis, at_hand.noise, place);
+    const double above = significance_above_edge(at_hand.frame, stripe.axis, at_hand.noise, place);
     tracked_.significance[n] = std::min(tracked_.significance[n], static_cast<float>(above));
   }
   judge_peaks(without_threshold(limits), tracked_);
