@@ -171,7 +171,8 @@ void align_beams(const AlignArguments& arguments, GuidanceConfig& config, Outcom
   const TerminalEvents events;
   RunInputs inputs(arguments.run, config, events.port());
   AlignmentDrive drive(config);
-  while (!stop_requested() && inputs.give_next(drive)) {
+  while (inputs.give_next(drive)) {
+    if (stop_requested()) throw Error(ErrorKind::kDevice, "interrupted");
   }
   const BeamAlignment beams = drive.solve(tape);
   say_beams(beams, config);

@@ -15,8 +15,8 @@
 
 namespace striper::program {
 
-/// A live input; of one time an odometer's reading comes before a sweep, as in a recorded run.
-using LiveInput = std::variant<OdometerReading, BeamSweep>;
+/// A live input; of one time they come in this turn, as in a recorded run.
+using LiveInput = std::variant<OdometerReading, TruckState, BeamSweep>;
 
 /// Puts what several threads give into the order of time.
 ///

@@ -134,9 +134,9 @@ LiveHeads::LiveHeads(std::vector<LiveHead> heads, const GuidanceConfig& config,
   bus_.add("guidance", std::make_unique<BeamSink>(*this, config.beams));
   for (std::size_t i = 0; i < named_.size(); ++i) add(i, config, record);
   if (is_encoder(config)) return;
-  odometer_ = open_odometer_port(config.odometer_source, [this](const OdometerReading& reading) {
-    inputs_.give(named_.size(), reading);
-  });
+  odometer_ = open_odometer_port(
+      config.odometer_source, events_,
+      [this](const LiveInput& input) { inputs_.give(named_.size(), input); });
 }
 
 LiveHeads::~LiveHeads() {
@@ -151,6 +151,7 @@ void LiveHeads::add(std::size_t index, const GuidanceConfig& config,
                     const std::filesystem::path& record) {
   ScannerArguments arguments;
   arguments.model = named_[index].model;
+  arguments.given = named_[index].options;
   load_model(named_[index].model);  // Before the camera is there.
   auto running = std::make_unique<Running>(named_[index], arguments);
   Running& head = *running;
