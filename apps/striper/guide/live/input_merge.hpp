@@ -38,6 +38,8 @@ class InputMerge {
   /// The next one, in the order of time. @return nothing where none came in time.
   std::optional<LiveInput> next(std::chrono::milliseconds timeout);
   bool is_over() const;  ///< Closed, and all is given out.
+  /// When anything was given last, whether or not it has been given out yet; nothing before.
+  std::optional<Clock::time_point> heard() const;
   std::uint64_t late() const;
 
  private:
@@ -53,6 +55,7 @@ class InputMerge {
   std::condition_variable came_;
   std::vector<Stream> streams_;
   std::chrono::milliseconds patience_;
+  std::optional<Clock::time_point> heard_;
   std::deque<LiveInput> waiting_;  // In the order of time.
   double given_s_;                 // Of the last one that was given out.
   std::uint64_t late_ = 0;

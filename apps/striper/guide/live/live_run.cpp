@@ -170,7 +170,7 @@ class LiveRun {
   }
 
   void take(const LiveInput& input) {
-    heard_ = Clock::now();
+    taken_ = Clock::now();
     time_s_ = time_of(input);
     if (std::exchange(is_silent_, false)) say("inputs are back");
     record_.add(input);
@@ -179,8 +179,9 @@ class LiveRun {
 
   // Time goes on where nothing comes: on the inputs' clock, whichever that is.
   void look_at_silence() {
-    if (!heads_.is_live() || !heard_ || Clock::now() - *heard_ < kSilent) return;
-    const double now_s = time_s_ + std::chrono::duration<double>(Clock::now() - *heard_).count();
+    const auto heard = heads_.inputs().heard();
+    if (!heads_.is_live() || !taken_ || Clock::now() - *heard < kSilent) return;
+    const double now_s = time_s_ + std::chrono::duration<double>(Clock::now() - *taken_).count();
     guidance_.go_to(now_s);
     if (std::exchange(is_silent_, true)) return;
     say("nothing comes in: guns off, the safe voltage");
@@ -212,10 +213,15 @@ class LiveRun {
   }
 
   LiveOutcome conclude() {
-    end_outputs();  // Guns off first; cameras may take their time.
-    heads_.finish();
-    while (const auto input = heads_.inputs().next(0ms)) take(*input);
-    guidance_.finish();
+    if (heads_.inputs().is_over()) {
+      guidance_.finish();
+      end_outputs();
+    } else {
+      end_outputs();  // Guns off first; cameras may take their time.
+      heads_.finish();
+      while (const auto input = heads_.inputs().next(0ms)) take(*input);
+      guidance_.finish();
+    }
     if (laser_ == LaserState::kOn) laser_ = LaserState::kOff;
     const GuidanceTotals totals = guidance_.totals();
     job_.keep(totals, laser_);
@@ -249,7 +255,7 @@ class LiveRun {
   Guidance guidance_;
   RunRecord record_;
   LaserState laser_ = LaserState::kOff;
-  std::optional<Clock::time_point> heard_;
+  std::optional<Clock::time_point> taken_;  // When the last input was.
   double time_s_ = 0.0;
   bool is_silent_ = false;
   bool is_all_sent_ = true;
