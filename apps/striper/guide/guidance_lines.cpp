@@ -71,8 +71,7 @@ void GuidanceLines::switch_gun(std::size_t gun, bool is_on, double time_s) {
   now_s_ = time_s;
   is_on_[gun] = is_on ? 1 : 0;
   written_ += append(
-      output_,
-      {{"table", "switch"}, {"gun", guns_[gun]}, {"is_on", is_on}, {"time_s", time_s}});
+      output_, {{"table", "switch"}, {"gun", guns_[gun]}, {"is_on", is_on}, {"time_s", time_s}});
 }
 void GuidanceLines::gun(const GunLine& line) {
   written_ += append(output_, json_of("guns", gun_columns(), line));

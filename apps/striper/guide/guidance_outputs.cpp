@@ -79,8 +79,7 @@ class CanOutput : public GuidanceOutput {
   void finish() override { can_->finish(); }
   Account account() const override {
     const CanPort& port = can_->port();
-    return {port.sent(), port.lost(), "frame",
-            std::generic_category().message(port.last_error())};
+    return {port.sent(), port.lost(), "frame", std::generic_category().message(port.last_error())};
   }
 
  private:
@@ -114,9 +113,10 @@ bool say_account(const std::string& address, const GuidanceOutput::Account& acco
     }
     return true;
   }
-  say(fmt::format("{}: {} of {} were not sent: {}", address, account.lost,
-                  count(account.sent + account.lost, *account.unit == '\0' ? "message" : account.unit),
-                  account.why.empty() ? "nobody read them in time" : account.why));
+  say(fmt::format(
+      "{}: {} of {} were not sent: {}", address, account.lost,
+      count(account.sent + account.lost, *account.unit == '\0' ? "message" : account.unit),
+      account.why.empty() ? "nobody read them in time" : account.why));
   return false;
 }
 

@@ -11,9 +11,9 @@ namespace striper::program {
 
 struct RecordedRunOptions {
   std::filesystem::path run;
-  std::filesystem::path output;                ///< The job's directory; it is made.
-  std::vector<std::string> to;                 ///< As `GuidanceOutputs` has them.
-  std::vector<std::filesystem::path> taken;    ///< Files that no output may be, beside run and job.
+  std::filesystem::path output;              ///< The job's directory; it is made.
+  std::vector<std::string> to;               ///< As `GuidanceOutputs` has them.
+  std::vector<std::filesystem::path> taken;  ///< Files that no output may be, beside run and job.
 };
 
 /// What a run has come to.

@@ -46,7 +46,8 @@ void make_run_directory(const fs::path& run) {
   std::error_code failure;
   fs::create_directories(run, failure);
   if (failure) {
-    throw Error(ErrorKind::kIo, fmt::format("cannot make '{}': {}", run.string(), failure.message()),
+    throw Error(ErrorKind::kIo,
+                fmt::format("cannot make '{}': {}", run.string(), failure.message()),
                 failure.value());
   }
   if (!holds_run(run)) return;

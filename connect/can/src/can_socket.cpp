@@ -47,9 +47,9 @@ void CanSocketHandle::bind() const {
       address.can_ifindex != 0 &&
       ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   if (!is_there) {
-    throw Error(ErrorKind::kNotFound,
-                fmt::format("can:{0}: there is no CAN interface '{0}'; 'ip link' lists them",
-                            interface_));
+    throw Error(
+        ErrorKind::kNotFound,
+        fmt::format("can:{0}: there is no CAN interface '{0}'; 'ip link' lists them", interface_));
   }
   // One that is down is bound all the same; the socket keeps that as an error.
   int error = 0;

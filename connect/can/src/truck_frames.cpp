@@ -79,9 +79,9 @@ void CanSignal::validate() const {
   const bool is_good = size >= 1 && size <= 32 && start >= 0 && start < 64 &&
                        place_of(*this, 0) < 64 && place_of(*this, size - 1) < 64;
   if (is_good) return;
-  throw Error(ErrorKind::kBadValue,
-              fmt::format("start={}&size={} - expected at most 32 bits within a frame's 64", start,
-                          size));
+  throw Error(
+      ErrorKind::kBadValue,
+      fmt::format("start={}&size={} - expected at most 32 bits within a frame's 64", start, size));
 }
 
 std::optional<std::uint64_t> CanSignal::read(const CanFrame& frame) const noexcept {

@@ -46,7 +46,8 @@ Eigen::Matrix4d read_pose(const YamlField& field) {
 
 void read_option(const YamlField& options, const std::string& key, RigHead& head) {
   const ScannerOption* const option = find_scanner_option(key);
-  if (option == nullptr) options.refuse(key, "an option of the scanner, as the command line has it");
+  if (option == nullptr)
+    options.refuse(key, "an option of the scanner, as the command line has it");
   const YamlField value = options.at(key, option->form);
   const std::string text = value.word(option->form);
   ScannerOptions tried;
@@ -94,8 +95,7 @@ RigOdometer read_odometer(const YamlField& field) {
 }  // namespace
 
 RigFile parse_rig(const std::string& text, const fs::path& path) {
-  const YamlField root =
-      YamlField::parse(text, {path.string(), {}, detail::UnknownKeys::kRefuse});
+  const YamlField root = YamlField::parse(text, {path.string(), {}, detail::UnknownKeys::kRefuse});
   root.require_map({"striper_rig", "name", "heads", "T_vehicle_rig", "odometer", "schedule", "to",
                     "covariance"});
   root.at("striper_rig", "1, the version").whole(1, 1, "the version of the file");
@@ -113,8 +113,6 @@ RigFile parse_rig(const std::string& text, const fs::path& path) {
   return rig;
 }
 
-RigFile load_rig(const fs::path& path) {
-  return parse_rig(read_text_file(path, "a rig"), path);
-}
+RigFile load_rig(const fs::path& path) { return parse_rig(read_text_file(path, "a rig"), path); }
 
 }  // namespace striper

@@ -72,8 +72,7 @@ TEST(TruckFrames, WhatIsAnotherFrameOrTooShortIsNothing) {
 
 TEST(TruckFrames, ACounterStandsAnywhereInEitherOrder) {
   // 0x0123456789ABCDEF: each nibble is where it is.
-  const HeardFrame heard =
-      heard_of(0x18FEE000, {0x01, 0x23, 0x45, 0x67, 0x89, 0xAB, 0xCD, 0xEF});
+  const HeardFrame heard = heard_of(0x18FEE000, {0x01, 0x23, 0x45, 0x67, 0x89, 0xAB, 0xCD, 0xEF});
   const auto counts = [&](const char* query) {
     CanUri uri = CanUri::parse(std::string("can:can0?id=0x18FEE000&") + query);
     return reading_of(TruckFrames::of(uri).read(heard)).counts;

@@ -41,8 +41,8 @@ std::unique_ptr<OdometerPort> open_odometer_port(const std::string& address,
 namespace detail {
 std::unique_ptr<OdometerPort> open_serial_odometer(const std::string& address,
                                                    OdometerHearer hearer);
-std::unique_ptr<OdometerPort> open_can_odometer(const std::string& address,
-                                                const EventPort& events, OdometerHearer hearer);
+std::unique_ptr<OdometerPort> open_can_odometer(const std::string& address, const EventPort& events,
+                                                OdometerHearer hearer);
 }  // namespace detail
 
 }  // namespace striper::program
