@@ -86,7 +86,7 @@ struct Street {
   }
 
   void expose(const cv::Mat& light, int first_row, int step, cv::Mat& out) const {
-    const double full = (1 << bit_depth) - 1;
+    const double full = full_scale_dn(bit_depth);
     for (int v = first_row; v < light.rows; v += step) {
       for (int u = 0; u < light.cols; ++u) {
         const double dn = light.at<float>(v, u) + normal(0.0, noise_dn);

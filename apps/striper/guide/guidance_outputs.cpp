@@ -16,8 +16,8 @@
 
 #include "guide/guidance_lines.hpp"
 #include "guide/queued_output.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
+#include "program/terminal.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {

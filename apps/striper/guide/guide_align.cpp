@@ -18,10 +18,10 @@
 
 #include "guide/guide_commands.hpp"
 #include "guide/run_inputs.hpp"
-#include "program.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
-#include "terminal_events.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "program/terminal_events.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {

@@ -19,10 +19,10 @@
 #include "guide/live/live_run.hpp"
 #include "guide/recorded_run.hpp"
 #include "guide/run_tables.hpp"
-#include "option_bounds.hpp"
-#include "program.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
+#include "options/option_bounds.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {

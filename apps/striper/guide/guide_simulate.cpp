@@ -16,9 +16,9 @@
 
 #include "guide/guide_commands.hpp"
 #include "guide/run_files.hpp"
-#include "program.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {

@@ -12,7 +12,7 @@
 
 #include <striper/core/error.hpp>
 
-#include "program.hpp"
+#include "program/program.hpp"
 
 namespace striper::program {
 namespace {

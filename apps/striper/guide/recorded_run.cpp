@@ -16,9 +16,9 @@
 #include "guide/run_files.hpp"
 #include "guide/run_inputs.hpp"
 #include "guide/run_tables.hpp"
-#include "program.hpp"
-#include "terminal.hpp"
-#include "terminal_events.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "program/terminal_events.hpp"
 
 namespace striper::program {
 namespace {

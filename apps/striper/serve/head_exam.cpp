@@ -8,8 +8,8 @@
 
 #include <striper/core/error.hpp>
 
-#include "picture_exam.hpp"
-#include "stream_exam.hpp"
+#include "camera/picture_exam.hpp"
+#include "camera/stream_exam.hpp"
 
 namespace striper::program {
 namespace {

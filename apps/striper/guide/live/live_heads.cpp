@@ -17,7 +17,7 @@
 #include <striper/model/model_yaml.hpp>
 #include <striper/stream/open_sink.hpp>
 
-#include "terminal.hpp"
+#include "program/terminal.hpp"
 
 namespace striper::program {
 namespace {
