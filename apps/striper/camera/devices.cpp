@@ -243,15 +243,15 @@ const char* advice_on(SyncVerdict verdict) {
   return "too few good pictures to tell; try longer (--seconds)";
 }
 
-// "in the bottom field, the first exposure of two", or by the cadence alone.
+// "in the bottom field, the first exposure of two", or by the pattern alone.
 std::string lit_exposures(const SyncReport& report) {
-  const std::vector<Illumination>& pattern = report.cadence.pattern();
-  if (pattern.size() != 2) return fmt::format("in {}", report.cadence.to_string());
+  const std::vector<Illumination>& entries = report.pattern.entries();
+  if (entries.size() != 2) return fmt::format("in {}", report.pattern.to_string());
   return fmt::format("in the {}{} exposure of two",
                      report.lit_field != Field::kProgressive
                          ? std::string(field_name(report.lit_field)) + " field, the "
                          : "",
-                     pattern.front().is_lit() ? "first" : "second");
+                     entries.front().is_lit() ? "first" : "second");
 }
 
 void print_sync(const SyncReport& report) {
@@ -266,7 +266,7 @@ void print_sync(const SyncReport& report) {
              report.unclear);
   if (report.verdict == SyncVerdict::kLocked) {
     fmt::print("laser     {}, its line {:.0f} % of a clear one: laser={}\n", lit_exposures(report),
-               100.0 * report.surplus, report.cadence.to_string());
+               100.0 * report.surplus, report.pattern.to_string());
   }
   fmt::print("{}: {}\n", verdict_name(report.verdict), advice_on(report.verdict));
 }
@@ -275,7 +275,7 @@ nlohmann::json to_json(const SyncReport& report) {
   const bool is_locked = report.verdict == SyncVerdict::kLocked;
   return {
       {"verdict", verdict_name(report.verdict)},
-      {"laser", is_locked ? nlohmann::json(report.cadence.to_string()) : nlohmann::json(nullptr)},
+      {"laser", is_locked ? nlohmann::json(report.pattern.to_string()) : nlohmann::json(nullptr)},
       {"lit_field",
        is_locked ? nlohmann::json(field_name(report.lit_field)) : nlohmann::json(nullptr)},
       {"field_order", field_name(report.field)},

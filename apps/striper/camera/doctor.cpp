@@ -82,7 +82,7 @@ const char* word(Severity severity) {
   return "good";
 }
 
-// What the library warned of (drivers, fields, the laser's cadence), each once; none of it by
+// What the library warned of (drivers, fields, the illumination pattern), each once; none of it by
 // itself is worse than doubtful.
 void conclude_warnings(const std::vector<Event>& heard, std::vector<Event>& findings) {
   const auto first = static_cast<std::ptrdiff_t>(findings.size());

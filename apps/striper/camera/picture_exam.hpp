@@ -18,7 +18,7 @@ namespace striper::program {
 
 /// What pictures show of light, laser and focus, for people in front of a camera.
 ///
-/// The pictures go through the stages that would scan them (cadence, fields, channel, daylight,
+/// The pictures go through the stages that would scan them (pattern, fields, channel, daylight,
 /// stripe, laser plane), so that what is judged is what a capture would get; the limits are wide.
 class PictureExam {
  public:

@@ -15,7 +15,8 @@ void conclude_stream(const FrameReport& result, const SourceInfo& info,
     findings.push_back(
         {"frames_dropped",
          fmt::format("{} missing between the pictures' numbers", count(got.dropped, "number")),
-         "each counts as a lost picture, over which the laser's cadence goes on; where the numbers "
+         "each counts as a lost picture, over which the illumination pattern goes on; where the "
+         "numbers "
          "are no count of pictures, give names that are"});
   }
   if (info.is_live && got.dropped + got.incomplete > 0) {

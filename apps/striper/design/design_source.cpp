@@ -62,7 +62,7 @@ DesignCamera camera_of(const Scene& scene) {
   camera.shutter_s = imager.shutter_s;
   camera.rate_hz = scene.timing.picture_rate_hz;
   camera.interlaced = scene.timing.scan != ScanMode::kProgressive;
-  camera.dark_subtracted = scene.timing.cadence.has_dark();
+  camera.dark_subtracted = scene.timing.pattern.has_dark();
   camera.bit_depth = imager.bit_depth;
   camera.dn_per_electron = imager.dn_per_electron;
   camera.read_noise_e = imager.noise.read_noise_e;

@@ -136,7 +136,7 @@ ScannerSetup scanner_setup(const ScannerArguments& arguments, const SourceInfo& 
     setup.model->axis = setup.options.stripe.axis;
   }
   setup.options.events = events;
-  setup.options.ambient.cadence = source.cadence;
+  setup.options.ambient.pattern = source.pattern;
   require_fields(setup.options.ambient.method, source);
   require_threshold(setup.options.stripe.threshold_dn, source);
   warn_of_grey(arguments, setup.options.ambient.channel, source, events);

@@ -38,7 +38,7 @@ struct ScannerSetup {
   ScannerOptions options;
 };
 
-/// How a source is to be scanned, with or without a model; the cadence is the source's.
+/// How a source is to be scanned, with or without a model; the pattern is the source's.
 /// @throws Error as `load_model` does; Error{kBadFile} where the model is of another camera than
 ///         the source's or has no laser.
 /// @param events hears what is wrong with the model, and later what the scanner has to say.

@@ -168,7 +168,7 @@ const char* const kSourceHelp =
     "  v4l2:/dev/video0?standard=ntsc     a V4L2 camera or grabber\n"
     "  gige:SERIAL-or-IP?exposure_us=20   a GigE Vision camera\n"
     "  and for all of them\n"
-    "      ?laser=0,dark                  the lasers' cadence, an entry per exposure; 'auto' finds "
+    "      ?laser=0,dark                  the lasers' pattern, an entry per exposure; 'auto' finds "
     "it\n"
     "      ?fields=split-top              each picture is two fields, top (or split-bottom) "
     "first:\n"

@@ -54,7 +54,7 @@ std::vector<std::string> decisions(const AmbientStatus& status) {
   if (status.is_decided()) {
     lines.push_back(fmt::format("channel {}", to_string(*status.channel)));
     lines.push_back(
-        fmt::format("cadence {} ({})", status.pattern.to_string(), words_for(status.origin)));
+        fmt::format("pattern {} ({})", status.pattern.to_string(), words_for(status.origin)));
     lines.push_back("ambient " + words_for(status.method));
   }
   if (status.unpaired > 0) {

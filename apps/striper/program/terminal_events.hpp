@@ -14,7 +14,7 @@ namespace striper::program {
 /// "warning: ...", with the advice on a line of its own.
 std::string sentence(const Event& event);
 
-/// "channel green", "cadence 0,dark (found)", "ambient fields": what was decided, and how many lit
+/// "channel green", "pattern 0,dark (found)", "ambient fields": what was decided, and how many lit
 /// exposures gave nothing. Empty before anything was decided.
 std::vector<std::string> decisions(const AmbientStatus& status);
 

@@ -144,7 +144,7 @@ std::uint64_t misfits(const Capture& done) {
 // for it, and where so little of the stripe is found that daylight may be why.
 bool do_dark_exposures_matter(const CaptureArguments& arguments, const Capture& done) {
   constexpr double kMostIsFound = 0.5;  // Of the lines: half a view may show no stripe.
-  const bool is_asked = arguments.scanner.has("ambient") || done.source.cadence.has_dark();
+  const bool is_asked = arguments.scanner.has("ambient") || done.source.pattern.has_dark();
   const bool is_found = static_cast<double>(done.returns.of(ReturnStatus::kOk)) >=
                         kMostIsFound * static_cast<double>(done.returns.total());
   return is_asked || done.scanner.counts.dark > 0 || !is_found;

@@ -155,7 +155,7 @@ Device::Exposure Device::open_shutter() {
 }
 
 Illumination Device::light_of(const Exposure& exposure) const {
-  if (!exposure.state.lines_are_commanded) return scene_->cadence().at(exposure.number);
+  if (!exposure.state.lines_are_commanded) return scene_->pattern().at(exposure.number);
   const std::uint32_t lasers = exposure.line_status >> kFirstLaserLine;
   if ((lasers & 1) != 0) return Illumination::laser(0);
   return (lasers & 2) != 0 ? Illumination::laser(1) : Illumination::dark();

@@ -219,12 +219,12 @@ void check_object(const std::string& field, const SceneObject& object) {
 void check_timing(const Timing& timing, std::size_t lasers) {
   if (lasers == 0) refuse("lasers", "[]", "one laser at least");
   check_range("timing.picture_rate_hz", timing.picture_rate_hz, 1e-3, 1e6);
-  if (timing.cadence.is_automatic()) {
+  if (timing.pattern.is_automatic()) {
     refuse("timing.cadence", "'auto'", "what the lasers do, such as '0' or '0,dark'");
   }
-  for (const Illumination entry : timing.cadence.pattern()) {
+  for (const Illumination entry : timing.pattern.entries()) {
     if (entry.is_lit() && static_cast<std::size_t>(entry.laser_index()) >= lasers) {
-      refuse("timing.cadence", fmt::format("'{}'", timing.cadence.to_string()),
+      refuse("timing.cadence", fmt::format("'{}'", timing.pattern.to_string()),
              fmt::format("laser indices below {}, the number of lasers", lasers));
     }
   }

@@ -50,8 +50,8 @@ struct Frame {
 
   /// The source's number of the picture; a gap is a lost picture. Two fields of a picture share it.
   std::uint64_t sequence = 0;
-  /// How often the source began anew before this frame, each time anywhere in the laser's cadence:
-  /// a camera that was opened again and does not switch the laser itself.
+  /// How often the source began anew before this frame, each time anywhere in the illumination
+  /// pattern: a camera that was opened again and does not switch the laser itself.
   std::uint32_t epoch = 0;
   int exposure_in_picture = 0;  ///< 0 or 1: which of the picture's exposures in time this is.
   int exposures_per_picture =
@@ -66,7 +66,7 @@ struct Frame {
   std::optional<std::int64_t> encoder_counts;
 
   /// What the source knows to have lit it: the light that it commanded, a simulation's truth, a
-  /// recording of either. What a person says of all frames is `SourceInfo::cadence`.
+  /// recording of either. What a person says of all frames is `SourceInfo::pattern`.
   Illumination illumination;
   Field field = Field::kProgressive;
 
@@ -80,7 +80,7 @@ struct Frame {
   /// The largest value that a pixel can take: at or above it the pixel is saturated.
   int full_scale_dn() const noexcept { return striper::full_scale_dn(bit_depth); }
 
-  /// Number of the exposure in time order: the position in the laser's cadence, gaps included.
+  /// Number of the exposure in time order: the position in the illumination pattern, gaps included.
   std::uint64_t exposure_number() const noexcept {
     return sequence * static_cast<std::uint64_t>(exposures_per_picture) +
            static_cast<std::uint64_t>(exposure_in_picture);

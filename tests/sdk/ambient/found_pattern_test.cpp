@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a stage that was not told the cadence holds what comes until it has found it, scans
+// Proves that a stage that was not told the pattern holds what comes until it has found it, scans
 // all of it then, and doubts and finds it again where the pictures show another one. The scenes are
 // synthetic.
 #include <gmock/gmock.h>
@@ -18,13 +18,13 @@ using testing::has_event;
 using ::testing::Not;
 using testing::Street;
 using testing::take;
-using testing::with_cadence;
+using testing::with_pattern;
 using Pairs = testing::StagePairs;
 
-TEST(FoundCadence, HeldPicturesAreAllScannedOnceTheCadenceIsFound) {
+TEST(FoundPattern, HeldPicturesAreAllScannedOnceThePatternIsFound) {
   testing::reseed();
   Street street;
-  street.cadence = Cadence::parse("dark,0");
+  street.pattern = IlluminationPattern::parse("dark,0");
   street.build();
   AmbientStage stage{AmbientOptions{}};
   Pairs pairs;
@@ -41,13 +41,13 @@ TEST(FoundCadence, HeldPicturesAreAllScannedOnceTheCadenceIsFound) {
   ASSERT_EQ(pairs.size(), 3U);
   EXPECT_EQ(pairs[0].lit, 1U);
   EXPECT_EQ(pairs[2].lit, 5U);
-  EXPECT_EQ(stage.status().pattern, Cadence::parse("dark,0"));
+  EXPECT_EQ(stage.status().pattern, IlluminationPattern::parse("dark,0"));
   EXPECT_EQ(stage.status().origin, PatternOrigin::kFound);
   EXPECT_EQ(stage.status().phase, TrackingPhase::kLocked);
   EXPECT_EQ(stage.status().method, AmbientMethod::kAlternate);
 }
 
-TEST(FoundCadence, EmptySceneIsScannedAndTheCadenceFoundWhenThereIsSomethingToSee) {
+TEST(FoundPattern, EmptySceneIsScannedAndThePatternFoundWhenThereIsSomethingToSee) {
   testing::reseed();
   Street street;
   street.build();
@@ -61,12 +61,12 @@ TEST(FoundCadence, EmptySceneIsScannedAndTheCadenceFoundWhenThereIsSomethingToSe
       EXPECT_EQ(pairs.size(), 20U);
     }
   }
-  EXPECT_EQ(stage.status().pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(stage.status().pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_EQ(stage.status().origin, PatternOrigin::kFound);
   EXPECT_EQ(pairs.back().lit, 78U);
 }
 
-TEST(FoundCadence, RestartOfTheSourceFindsTheCadenceAgain) {
+TEST(FoundPattern, RestartOfTheSourceFindsThePatternAgain) {
   testing::reseed();
   Street street;
   street.build();
@@ -78,7 +78,7 @@ TEST(FoundCadence, RestartOfTheSourceFindsTheCadenceAgain) {
   }
   const std::size_t before = pairs.size();
   EXPECT_EQ(before, 4U);
-  street.cadence = Cadence::parse("dark,0");
+  street.pattern = IlluminationPattern::parse("dark,0");
   for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
     stage.push(street.picture(sequence));
     take(stage, pairs);
@@ -89,12 +89,12 @@ TEST(FoundCadence, RestartOfTheSourceFindsTheCadenceAgain) {
   for (std::size_t i = before; i < pairs.size(); ++i) EXPECT_EQ(pairs[i].lit % 2, 1U);
 }
 
-TEST(FoundCadence, WrongCadenceIsReported) {
+TEST(FoundPattern, WrongPatternIsReported) {
   testing::reseed();
   Street street;
   street.build();
   const testing::Heard heard;
-  AmbientOptions options = with_cadence("dark,0");
+  AmbientOptions options = with_pattern("dark,0");
   options.events = heard.port();
   AmbientStage stage(options);
   for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
@@ -105,7 +105,7 @@ TEST(FoundCadence, WrongCadenceIsReported) {
   EXPECT_THAT(heard.events(), has_event("pattern_contradicted"));
 }
 
-TEST(FoundCadence, WrongFieldOrderIsReported) {
+TEST(FoundPattern, WrongFieldOrderIsReported) {
   testing::reseed();
   Street street;
   street.field = Field::kInterlacedTopFirst;
@@ -139,10 +139,10 @@ struct SilentLoss {
   std::uint64_t unpaired = 0;
 };
 
-SilentLoss scan_with_loss(const char* cadence, std::uint64_t lost, std::uint64_t count) {
+SilentLoss scan_with_loss(const char* pattern, std::uint64_t lost, std::uint64_t count) {
   testing::reseed();
   Street street;
-  street.cadence = Cadence::parse(cadence);
+  street.pattern = IlluminationPattern::parse(pattern);
   street.speed_px = 3.0;
   street.texture_dn = 8.0;
   street.build();
@@ -172,17 +172,17 @@ SilentLoss scan_with_loss(const char* cadence, std::uint64_t lost, std::uint64_t
   return result;
 }
 
-TEST(FoundCadence, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
+TEST(FoundPattern, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
   constexpr std::uint64_t kCount = 30;
-  for (const char* const cadence : {"0,dark", "0,dark,dark"}) {
+  for (const char* const pattern : {"0,dark", "0,dark,dark"}) {
     for (const std::uint64_t lost : {12U, 13U, 14U}) {
-      SCOPED_TRACE(::testing::Message() << cadence << ", lost " << lost);
-      const SilentLoss loss = scan_with_loss(cadence, lost, kCount);
-      const Cadence pattern = Cadence::parse(cadence);
+      SCOPED_TRACE(::testing::Message() << pattern << ", lost " << lost);
+      const SilentLoss loss = scan_with_loss(pattern, lost, kCount);
+      const IlluminationPattern parsed = IlluminationPattern::parse(pattern);
       std::size_t lit = 0;
-      for (std::uint64_t n = 0; n < kCount; ++n) lit += pattern.at(n).is_lit() ? 1 : 0;
+      for (std::uint64_t n = 0; n < kCount; ++n) lit += parsed.at(n).is_lit() ? 1 : 0;
       for (const std::uint64_t number : loss.scanned) {
-        EXPECT_TRUE(pattern.at(number).is_lit()) << number;
+        EXPECT_TRUE(parsed.at(number).is_lit()) << number;
       }
       EXPECT_GE(loss.scanned.size() + 4, lit);
       EXPECT_THAT(loss.events, has_event("pattern_slipped"));
@@ -192,7 +192,7 @@ TEST(FoundCadence, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
 
 // A laser that is switched from every other picture to always on while the stripe wanders: what
 // was found is refuted, and the pictures show no exposure that is dark.
-TEST(FoundCadence, RefutedCadenceGivesWayToALaserThatIsAlwaysOn) {
+TEST(FoundPattern, RefutedPatternGivesWayToALaserThatIsAlwaysOn) {
   constexpr std::uint64_t kSwitched = 12;
   constexpr std::uint64_t kCount = 30;
   testing::reseed();
@@ -204,13 +204,13 @@ TEST(FoundCadence, RefutedCadenceGivesWayToALaserThatIsAlwaysOn) {
   AmbientStage stage{AmbientOptions{}};
   std::vector<std::uint64_t> scanned;
   for (now = 0; now < kCount; ++now) {
-    street.cadence = Cadence::parse(now < kSwitched ? "0,dark" : "0");
+    street.pattern = IlluminationPattern::parse(now < kSwitched ? "0,dark" : "0");
     stage.push(street.picture(now));
     while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
   }
   stage.finish();
   while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
-  EXPECT_EQ(stage.status().pattern, Cadence::parse("0"));
+  EXPECT_EQ(stage.status().pattern, IlluminationPattern::parse("0"));
   EXPECT_EQ(stage.status().origin, PatternOrigin::kAssumed);
   std::size_t after = 0;
   for (const std::uint64_t sequence : scanned) {
@@ -222,7 +222,7 @@ TEST(FoundCadence, RefutedCadenceGivesWayToALaserThatIsAlwaysOn) {
   EXPECT_GE(after, kCount - kSwitched - 4);
 }
 
-TEST(FoundCadence, NothingLostIsNoSlip) {
+TEST(FoundPattern, NothingLostIsNoSlip) {
   const SilentLoss none = scan_with_loss("0,0,dark", 1000, 30);
   EXPECT_EQ(none.scanned.size(), 20U);
   EXPECT_THAT(none.events, Not(has_event("pattern_slipped")));

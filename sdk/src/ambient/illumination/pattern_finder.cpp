@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ambient/illumination/cadence_finder.hpp"
+#include "ambient/illumination/pattern_finder.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,9 +12,9 @@
 
 #include <striper/core/robust.hpp>
 
-#include "ambient/illumination/cadence_fits.hpp"
 #include "ambient/illumination/exposure_comparisons.hpp"
 #include "ambient/illumination/field_order.hpp"
+#include "ambient/illumination/pattern_fits.hpp"
 #include "ambient/pixels/band_profiles.hpp"
 
 namespace striper::detail {
@@ -65,64 +65,64 @@ std::uint64_t apart(const ProfiledExposure& a, const ProfiledExposure& b) {
 }
 
 // The shortest pattern that repeats to the same.
-std::vector<Illumination> without_repetition(const std::vector<Illumination>& pattern) {
-  for (std::size_t period = 1; period < pattern.size(); ++period) {
-    if (pattern.size() % period != 0) continue;
+std::vector<Illumination> without_repetition(const std::vector<Illumination>& entries) {
+  for (std::size_t period = 1; period < entries.size(); ++period) {
+    if (entries.size() % period != 0) continue;
     bool repeats = true;
-    for (std::size_t i = period; i < pattern.size(); ++i) {
-      repeats = repeats && pattern[i] == pattern[i - period];
+    for (std::size_t i = period; i < entries.size(); ++i) {
+      repeats = repeats && entries[i] == entries[i - period];
     }
-    if (repeats) return {pattern.begin(), pattern.begin() + static_cast<std::ptrdiff_t>(period)};
+    if (repeats) return {entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(period)};
   }
-  return pattern;
+  return entries;
 }
 
 }  // namespace
 
-CadenceFinder::CadenceFinder(StripeAxis axis, int lasers)
+PatternFinder::PatternFinder(StripeAxis axis, int lasers)
     : axis_(axis), lasers_(lasers), comparisons_(std::make_unique<ExposureComparisons>(axis)) {}
-CadenceFinder::CadenceFinder(CadenceFinder&&) noexcept = default;
-CadenceFinder& CadenceFinder::operator=(CadenceFinder&&) noexcept = default;
-CadenceFinder::~CadenceFinder() = default;
+PatternFinder::PatternFinder(PatternFinder&&) noexcept = default;
+PatternFinder& PatternFinder::operator=(PatternFinder&&) noexcept = default;
+PatternFinder::~PatternFinder() = default;
 
-std::size_t CadenceFinder::exposures() const noexcept { return comparisons_->exposures().size(); }
-void CadenceFinder::clear() noexcept { comparisons_->clear(); }
+std::size_t PatternFinder::exposures() const noexcept { return comparisons_->exposures().size(); }
+void PatternFinder::clear() noexcept { comparisons_->clear(); }
 
-void CadenceFinder::add(const Frame& exposure, std::uint64_t number) {
+void PatternFinder::add(const Frame& exposure, std::uint64_t number) {
   comparisons_->add(exposure, number);
 }
 
-void CadenceFinder::compare() { comparisons_->compare_triples(); }
+void PatternFinder::compare() { comparisons_->compare_triples(); }
 
-std::size_t CadenceFinder::pictures() const noexcept {
+std::size_t PatternFinder::pictures() const noexcept {
   const auto exposures = comparisons_->exposures();
   if (exposures.empty()) return 0;
   return exposures.size() / static_cast<std::size_t>(exposures.front().exposures_per_picture);
 }
 
-bool CadenceFinder::has_gaps() const noexcept {
+bool PatternFinder::has_gaps() const noexcept {
   const auto exposures = comparisons_->exposures();
   return !exposures.empty() &&
          exposures.back().number - exposures.front().number >= exposures.size();
 }
 
-CadenceFinder::Finding CadenceFinder::find() {
+PatternFinder::Finding PatternFinder::find() {
   const auto is_plain = [this](const Finding& finding) {
-    return exposures() >= kLeastForPlain && !finding.cadence.is_automatic() &&
+    return exposures() >= kLeastForPlain && !finding.pattern.is_automatic() &&
            finding.surplus >= kPlainSurplus && finding.residual_rms <= kPlainRest * finding.surplus;
   };
   const auto is_refuted = [&](const Finding& finding) {
-    return !is_plain(finding) && shows_lines_in_dark(finding.cadence);
+    return !is_plain(finding) && shows_lines_in_dark(finding.pattern);
   };
   Finding finding = find_in_triples();
-  if (finding.cadence.is_automatic() || is_refuted(finding)) finding = find_in_pairs();
-  if (is_refuted(finding)) finding.cadence = {};
+  if (finding.pattern.is_automatic() || is_refuted(finding)) finding = find_in_pairs();
+  if (is_refuted(finding)) finding.pattern = {};
   finding.is_plain = is_plain(finding);
-  finding.always_lit = finding.cadence.is_automatic() && every_exposure_shows_a_line();
+  finding.always_lit = finding.pattern.is_automatic() && every_exposure_shows_a_line();
   return finding;
 }
 
-CadenceFinder::Finding CadenceFinder::find_in_pairs() {
+PatternFinder::Finding PatternFinder::find_in_pairs() {
   const auto surpluses = comparisons_->pairs(kFarthestPair);
   PeriodFit best;
   const std::size_t longest = exposures() >= 2 * kLongestPeriod
@@ -140,12 +140,12 @@ CadenceFinder::Finding CadenceFinder::find_in_pairs() {
     finding.residual_rms = std::sqrt(best.residual);
     const bool is_clear = finding.surplus > clear_of_residual(best.period) * finding.residual_rms;
     if (finding.surplus >= kLeastSurplus && is_clear)
-      finding.cadence = pattern_of({best.level.data(), best.period});
+      finding.pattern = pattern_of({best.level.data(), best.period});
   }
   return finding;
 }
 
-CadenceFinder::Finding CadenceFinder::find_in_triples() {
+PatternFinder::Finding PatternFinder::find_in_triples() {
   comparisons_->compare_triples();
   PatternFit best;
   for (std::size_t period = 2; period <= kLongestPeriodOfTriples; ++period) {
@@ -167,27 +167,27 @@ CadenceFinder::Finding CadenceFinder::find_in_triples() {
   for (std::size_t p = 0; p < best.pattern.period; ++p) {
     level[p] = best.pattern.is_lit(p) ? 1.0 : 0.0;
   }
-  finding.cadence = pattern_of({level.data(), best.pattern.period});
+  finding.pattern = pattern_of({level.data(), best.pattern.period});
   return finding;
 }
 
-bool CadenceFinder::tells_apart(const Cadence& a, const Cadence& b) const {
+bool PatternFinder::tells_apart(const IlluminationPattern& a, const IlluminationPattern& b) const {
   const auto exposures = comparisons_->exposures();
   return std::any_of(exposures.begin(), exposures.end(), [&](const auto& exposure) {
     return a.at(exposure.number).is_dark() != b.at(exposure.number).is_dark();
   });
 }
 
-bool CadenceFinder::shows_lines_in_dark(const Cadence& cadence) {
-  if (cadence.is_automatic()) return false;
+bool PatternFinder::shows_lines_in_dark(const IlluminationPattern& pattern) {
+  if (pattern.is_automatic()) return false;
   const auto exposures = comparisons_->exposures();
   ExposureComparisons::Strength all;
   int pairs = 0;
   for (std::size_t dark = 0; dark < exposures.size(); ++dark) {
     for (std::size_t lit = 0; lit < exposures.size(); ++lit) {
       if (apart(exposures[dark], exposures[lit]) > kFarthestDark) continue;
-      if (!cadence.at(exposures[dark].number).is_dark()) continue;
-      if (!cadence.at(exposures[lit].number).is_lit()) continue;
+      if (!pattern.at(exposures[dark].number).is_dark()) continue;
+      if (!pattern.at(exposures[lit].number).is_lit()) continue;
       const auto strength = comparisons_->of_pair(dark, lit);
       all.forth += strength.forth;
       all.back += strength.back;
@@ -199,50 +199,50 @@ bool CadenceFinder::shows_lines_in_dark(const Cadence& cadence) {
          all.forth > kLineInDarkOfLit * all.back;
 }
 
-bool CadenceFinder::every_exposure_shows_a_line() {
+bool PatternFinder::every_exposure_shows_a_line() {
   for (std::size_t i = 0; i < exposures(); ++i) {
     if (comparisons_->alone(i) <= kLineAlone) return false;
   }
   return exposures() > 0;
 }
 
-bool CadenceFinder::newest_shows_a_line() {
+bool PatternFinder::newest_shows_a_line() {
   return comparisons_->alone(exposures() - 1) > kLineAlone;
 }
 
-Cadence CadenceFinder::pattern_of(std::span<const double> level) {
+IlluminationPattern PatternFinder::pattern_of(std::span<const double> level) {
   const double lit_level = 0.5 * *std::max_element(level.begin(), level.end());
   const std::size_t period = level.size();
   const auto is_lit = [&](std::size_t p) { return level[p % period] >= lit_level; };
-  std::vector<Illumination> pattern(period, Illumination::dark());
+  std::vector<Illumination> entries(period, Illumination::dark());
   std::size_t after_dark = 0;
   for (std::size_t p = 0; p < period; ++p) {
-    if (is_lit(p)) pattern[p] = Illumination::laser(0);
+    if (is_lit(p)) entries[p] = Illumination::laser(0);
     if (is_lit(p) && !is_lit(p + period - 1)) after_dark = p;
   }
-  if (lasers_ != 1) number_the_lasers(pattern, after_dark);
-  return Cadence(without_repetition(pattern));
+  if (lasers_ != 1) number_the_lasers(entries, after_dark);
+  return IlluminationPattern(without_repetition(entries));
 }
 
-void CadenceFinder::number_the_lasers(std::vector<Illumination>& pattern, std::size_t after_dark) {
-  const std::size_t period = pattern.size();
+void PatternFinder::number_the_lasers(std::vector<Illumination>& entries, std::size_t after_dark) {
+  const std::size_t period = entries.size();
   std::vector<std::size_t> first_of_laser;  // Position in the pattern.
   for (std::size_t k = 0; k < period; ++k) {
     const std::size_t p = (after_dark + k) % period;
-    if (pattern[p].is_dark()) continue;
+    if (entries[p].is_dark()) continue;
     const auto same =
         std::find_if(first_of_laser.begin(), first_of_laser.end(),
-                     [&](std::size_t q) { return !shows_another_line(p, q, pattern); });
-    pattern[p] = Illumination::laser(static_cast<int>(same - first_of_laser.begin()));
+                     [&](std::size_t q) { return !shows_another_line(p, q, entries); });
+    entries[p] = Illumination::laser(static_cast<int>(same - first_of_laser.begin()));
     if (same == first_of_laser.end()) first_of_laser.push_back(p);
   }
 }
 
 // Whether the exposures at position p of the period have a line where those at q have none, and the
 // other way round: as strong as a line is over a dark exposure rather than as noise is.
-bool CadenceFinder::shows_another_line(std::size_t p, std::size_t q,
-                                       const std::vector<Illumination>& pattern) {
-  const std::size_t period = pattern.size();
+bool PatternFinder::shows_another_line(std::size_t p, std::size_t q,
+                                       const std::vector<Illumination>& entries) {
+  const std::size_t period = entries.size();
   const auto exposures = comparisons_->exposures();
   double both_ways = 0.0;
   double line = 0.0;
@@ -258,7 +258,7 @@ bool CadenceFinder::shows_another_line(std::size_t p, std::size_t q,
         const auto strength = comparisons_->of_pair(i, j);
         both_ways += std::min(strength.forth, strength.back);
         ++lit_pairs;
-      } else if (pattern[position].is_dark()) {
+      } else if (entries[position].is_dark()) {
         const auto strength = comparisons_->of_pair(i, j);
         line += strength.forth;
         noise += strength.back;
@@ -270,7 +270,7 @@ bool CadenceFinder::shows_another_line(std::size_t p, std::size_t q,
   return both_ways / lit_pairs > 0.5 * (line + noise) / dark_pairs;
 }
 
-std::optional<double> CadenceFinder::field_disorder() {
+std::optional<double> PatternFinder::field_disorder() {
   const OrderSearch search = axis_ == StripeAxis::kColumns ? kSearchColumns : kSearchRows;
   OrderVotes votes;
   disorders_.clear();

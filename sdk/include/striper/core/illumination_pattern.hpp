@@ -14,19 +14,19 @@ namespace striper {
 ///
 /// Written `0` (laser 0 always on), `0,dark`, `0,1,2,dark`; `auto` leaves it to be found from the
 /// frames.
-class Cadence {
+class IlluminationPattern {
  public:
-  Cadence() = default;  ///< Automatic.
+  IlluminationPattern() = default;  ///< Automatic.
 
   /// @throws Error{kUsage} on an empty pattern or one without a lit exposure.
-  explicit Cadence(std::vector<Illumination> pattern);
+  explicit IlluminationPattern(std::vector<Illumination> entries);
 
   /// Reads the text form. @throws Error{kUsage} quoting the entry that is neither a laser index nor
   /// `dark`.
-  static Cadence parse(std::string_view text);
+  static IlluminationPattern parse(std::string_view text);
 
-  bool is_automatic() const noexcept { return pattern_.empty(); }
-  const std::vector<Illumination>& pattern() const noexcept { return pattern_; }
+  bool is_automatic() const noexcept { return entries_.empty(); }
+  const std::vector<Illumination>& entries() const noexcept { return entries_; }
 
   /// What exposure number `n` (see Frame::exposure_number) is lit by; unknown when automatic.
   Illumination at(std::uint64_t exposure_number) const noexcept;
@@ -36,10 +36,10 @@ class Cadence {
   /// The text form, which `parse` reads back.
   std::string to_string() const;
 
-  friend bool operator==(const Cadence&, const Cadence&) = default;
+  friend bool operator==(const IlluminationPattern&, const IlluminationPattern&) = default;
 
  private:
-  std::vector<Illumination> pattern_;
+  std::vector<Illumination> entries_;
 };
 
 }  // namespace striper

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/core/stripe_axis.hpp>
 
 namespace striper::detail {
@@ -25,7 +25,7 @@ class ExposureComparisons;
 /// and on makes such a line too, in every exposure over the earlier (or later) ones; so first of
 /// all a line counts only if an exposure shows it over one before and one after it, or both over
 /// it, and the pattern of one laser that explains these triples best is taken. Where none does
-/// clearly (several lasers, a faint stripe), pairs are asked: a cadence of period P explains the
+/// clearly (several lasers, a faint stripe), pairs are asked: a pattern of period P explains the
 /// surplus of i over j by V(i mod P) - V(j mod P); the V follow by least squares, and the shortest
 /// period that explains the pictures wins. What was found less than plainly does not count where
 /// the exposures that would be dark show a line of their own over the lit ones: a stripe that moves
@@ -34,27 +34,27 @@ class ExposureComparisons;
 ///
 /// Not thread-safe. Cost of six pictures of 640x480: 4 ms of a desktop core (30 times one scan),
 /// half of it in `add` and `compare`, of 2048x1088 20 ms. No allocation after the first six, but
-/// for the cadence that is found.
-class CadenceFinder {
+/// for the pattern that is found.
+class PatternFinder {
  public:
   /// So many pictures are enough where none is lost; two exposures are the least.
   static constexpr std::size_t kPictures = 6;
 
   /// What the exposures seen so far say.
   struct Finding {
-    Cadence cadence;            ///< Automatic where no dark exposure can be shown to exist.
-    bool always_lit = false;    ///< Every exposure shows a clear line.
-    bool is_plain = false;      ///< The line is so clear that nothing else explains the pictures.
-    double surplus = 0.0;       ///< How much more line lit exposures show than dark ones, 0 to 1.
-    double residual_rms = 0.0;  ///< What the best period leaves unexplained of it.
+    IlluminationPattern pattern;  ///< Automatic where no dark exposure can be shown to exist.
+    bool always_lit = false;      ///< Every exposure shows a clear line.
+    bool is_plain = false;        ///< The line is so clear that nothing else explains the pictures.
+    double surplus = 0.0;         ///< How much more line lit exposures show than dark ones, 0 to 1.
+    double residual_rms = 0.0;    ///< What the best period leaves unexplained of it.
   };
 
   /// @param lasers how many there are, 0 if unknown: with one, every lit exposure is laser 0; with
   /// more, lasers are numbered in the order in which they fire after a dark exposure.
-  explicit CadenceFinder(StripeAxis axis, int lasers = 0);
-  CadenceFinder(CadenceFinder&&) noexcept;
-  CadenceFinder& operator=(CadenceFinder&&) noexcept;
-  ~CadenceFinder();
+  explicit PatternFinder(StripeAxis axis, int lasers = 0);
+  PatternFinder(PatternFinder&&) noexcept;
+  PatternFinder& operator=(PatternFinder&&) noexcept;
+  ~PatternFinder();
 
   /// Takes one exposure into account. @param number its place in time, gaps included.
   /// Precondition: `exposure.image` has the size and type of the first one; a field may differ by a
@@ -75,12 +75,12 @@ class CadenceFinder {
 
   Finding find();
 
-  /// Whether two cadences call another one of the exposures that were seen dark.
-  bool tells_apart(const Cadence& a, const Cadence& b) const;
+  /// Whether two patterns call another one of the exposures that were seen dark.
+  bool tells_apart(const IlluminationPattern& a, const IlluminationPattern& b) const;
 
-  /// Whether the exposures that a cadence calls dark show a line that its lit ones lack, and the
+  /// Whether the exposures that a pattern calls dark show a line that its lit ones lack, and the
   /// other way round: the laser lights them all, and its stripe moves.
-  bool shows_lines_in_dark(const Cadence& cadence);
+  bool shows_lines_in_dark(const IlluminationPattern& pattern);
 
   /// How wrongly the two fields of pictures are ordered: near 0 where the order given is right,
   /// near 2 where it is the other way round (down to about a half where little can be told); empty
@@ -103,9 +103,9 @@ class CadenceFinder {
   Finding find_in_pairs();
   Finding find_in_triples();
   bool every_exposure_shows_a_line();
-  Cadence pattern_of(std::span<const double> level);
-  void number_the_lasers(std::vector<Illumination>& pattern, std::size_t after_dark);
-  bool shows_another_line(std::size_t p, std::size_t q, const std::vector<Illumination>& pattern);
+  IlluminationPattern pattern_of(std::span<const double> level);
+  void number_the_lasers(std::vector<Illumination>& entries, std::size_t after_dark);
+  bool shows_another_line(std::size_t p, std::size_t q, const std::vector<Illumination>& entries);
 
   StripeAxis axis_;
   int lasers_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a cadence that was given and is wrong is reported, on whole pictures as on fields,
+// Proves that a pattern that was given and is wrong is reported, on whole pictures as on fields,
 // whatever else passes by, and that a right one never is. The scenes are synthetic.
 #include <functional>
 #include <string>
@@ -19,7 +19,7 @@ using testing::has_event;
 using ::testing::Not;
 using testing::Street;
 
-// Whatever is wrong with a cadence that was given.
+// Whatever is wrong with a pattern that was given.
 auto complaint() {
   return ::testing::AnyOf(has_event("pattern_contradicted"), has_event("pattern_unseen"),
                           has_event("always_lit"));
@@ -29,12 +29,12 @@ std::vector<Event> events_on(
     const Street& street, const char* given, std::uint64_t pictures = 8,
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
   AmbientOptions options;
-  options.cadence = Cadence::parse(given);
+  options.pattern = IlluminationPattern::parse(given);
   return testing::account_of(street, options, pictures, change).events;
 }
 
 // Past boxes, and at so many pixels an exposure that nothing is where it was.
-std::vector<Street> streets(const char* cadence, Field field) {
+std::vector<Street> streets(const char* pattern, Field field) {
   std::vector<Street> all(2);
   all[0].speed_px = 3.0;
   all[0].edge_dn = 30.0;
@@ -44,16 +44,16 @@ std::vector<Street> streets(const char* cadence, Field field) {
   for (Street& street : all) {
     testing::reseed();
     street.size = {160, 240};
-    street.cadence = Cadence::parse(cadence);
+    street.pattern = IlluminationPattern::parse(pattern);
     street.field = field;
     street.build();
   }
   return all;
 }
 
-class GivenCadence : public ::testing::TestWithParam<Field> {};
+class GivenPattern : public ::testing::TestWithParam<Field> {};
 
-TEST_P(GivenCadence, WrongOneIsReported) {
+TEST_P(GivenPattern, WrongOneIsReported) {
   for (const char* const truth : {"0,dark", "0,dark,dark"}) {
     for (const Street& street : streets(truth, GetParam())) {
       for (const char* const given : {"0", "dark,0", "0,dark,dark", "0,0,dark"}) {
@@ -67,7 +67,7 @@ TEST_P(GivenCadence, WrongOneIsReported) {
   }
 }
 
-TEST_P(GivenCadence, RightOneNeverIs) {
+TEST_P(GivenPattern, RightOneNeverIs) {
   for (const char* const truth : {"0", "0,dark", "dark,0", "0,dark,dark,dark,dark"}) {
     for (const Street& street : streets(truth, GetParam())) {
       SCOPED_TRACE(::testing::Message() << truth << ", speed " << street.speed_px);
@@ -76,19 +76,19 @@ TEST_P(GivenCadence, RightOneNeverIs) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AmbientStage, GivenCadence,
+INSTANTIATE_TEST_SUITE_P(AmbientStage, GivenPattern,
                          ::testing::Values(Field::kProgressive, Field::kInterlacedTopFirst));
 
-TEST(GivenCadence, LaserThatIsAlwaysOnRefutesDarkExposures) {
+TEST(GivenPattern, LaserThatIsAlwaysOnRefutesDarkExposures) {
   Street street;
-  street.cadence = Cadence::parse("0");
+  street.pattern = IlluminationPattern::parse("0");
   street.texture_dn = 2.0;
   testing::reseed();
   street.build();
   EXPECT_THAT(events_on(street, "0,dark"), has_event("always_lit"));
 }
 
-TEST(GivenCadence, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
+TEST(GivenPattern, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
   Street street;
   street.amplitude_dn = 0.0;
   testing::reseed();
@@ -98,7 +98,7 @@ TEST(GivenCadence, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
 }
 
 // Six pictures are one look, and so are eight.
-TEST(GivenCadence, OneLookMustDoForAFewPictures) {
+TEST(GivenPattern, OneLookMustDoForAFewPictures) {
   for (const std::uint64_t pictures : {6U, 8U, 12U}) {
     testing::reseed();
     Street street;
@@ -107,7 +107,7 @@ TEST(GivenCadence, OneLookMustDoForAFewPictures) {
     EXPECT_THAT(events_on(street, "0,dark", pictures), has_event("pattern_unseen"));
     EXPECT_THAT(events_on(street, "0", pictures), Not(complaint()));
     street.amplitude_dn = 4.0;  // Too faint to be plain.
-    street.cadence = Cadence::parse("0,0,dark");
+    street.pattern = IlluminationPattern::parse("0,0,dark");
     for (const char* const given : {"0,dark", "0", "dark,0,0"}) {
       EXPECT_THAT(events_on(street, given, pictures), complaint()) << given << ' ' << pictures;
     }
@@ -116,13 +116,13 @@ TEST(GivenCadence, OneLookMustDoForAFewPictures) {
 }
 
 // An empty street first, then one with a stripe.
-TEST(GivenCadence, IsAskedForUntilThereIsSomethingToSee) {
+TEST(GivenPattern, IsAskedForUntilThereIsSomethingToSee) {
   for (const char* const given : {"0", "dark,0"}) {
     testing::reseed();
     Street street;
     street.build();
     AmbientOptions options;
-    options.cadence = Cadence::parse(given);
+    options.pattern = IlluminationPattern::parse(given);
     const testing::Heard heard;
     options.events = heard.port();
     AmbientStage stage(options);
@@ -136,8 +136,8 @@ TEST(GivenCadence, IsAskedForUntilThereIsSomethingToSee) {
   }
 }
 
-// A picture that is lost without being counted makes a right cadence a wrong one.
-TEST(GivenCadence, ThatSlipsIsReported) {
+// A picture that is lost without being counted makes a right pattern a wrong one.
+TEST(GivenPattern, ThatSlipsIsReported) {
   testing::reseed();
   Street street;
   street.build();
@@ -150,12 +150,12 @@ TEST(GivenCadence, ThatSlipsIsReported) {
   EXPECT_THAT(events_on(street, "0,dark", 40, lose_one), has_event("pattern_contradicted"));
 }
 
-// What a source knows of its frames is no cadence that somebody gave.
-TEST(GivenCadence, FramesThatKnowTheirLightAreBelieved) {
+// What a source knows of its frames is no pattern that somebody gave.
+TEST(GivenPattern, FramesThatKnowTheirLightAreBelieved) {
   testing::reseed();
   Street street;
   street.build();
-  const auto know = [&](Frame& frame) { frame.illumination = street.cadence.at(frame.sequence); };
+  const auto know = [&](Frame& frame) { frame.illumination = street.pattern.at(frame.sequence); };
   EXPECT_THAT(events_on(street, "0,dark", 12, know), Not(complaint()));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ambient/illumination/cadence_fits.hpp"
+#include "ambient/illumination/pattern_fits.hpp"
 
 #include <algorithm>
 
