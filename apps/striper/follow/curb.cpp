@@ -12,7 +12,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <striper/core/whole_file.hpp>
 #include <striper/detect/curb_csv.hpp>
 #include <striper/detect/curb_detector.hpp>
 
@@ -207,11 +206,7 @@ ExitCode curb(const CurbArguments& arguments) {
     say(fmt::format("{} of them show no road{}", result.without_road,
                     arguments.follow.up_deg ? " within 20 degrees of --up" : ""));
   }
-  if (arguments.follow.plot) {
-    write_file_atomically(*arguments.follow.plot, run.svg());
-    say(fmt::format("wrote {}", *arguments.follow.plot));
-  }
-  if (arguments.follow.output) say(fmt::format("wrote {}", *arguments.follow.output));
+  write_plot(arguments.follow, [&] { return run.svg(); });
   if (arguments.follow.json) print_json(json_of(counts, result, events));
   return ExitCode::kDone;
 }

@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include <striper/core/units.hpp>
-#include <striper/core/whole_file.hpp>
 #include <striper/detect/object_csv.hpp>
 #include <striper/detect/objects.hpp>
 
@@ -237,11 +236,7 @@ ExitCode objects(const ObjectsArguments& arguments) {
                   count(counts.scans, "scan")));
   if (std::isfinite(result.soonest_contact_s))
     say(fmt::format("soonest contact {:.2g} s ahead", result.soonest_contact_s));
-  if (arguments.follow.plot) {
-    write_file_atomically(*arguments.follow.plot, run.svg());
-    say(fmt::format("wrote {}", *arguments.follow.plot));
-  }
-  if (arguments.follow.output) say(fmt::format("wrote {}", *arguments.follow.output));
+  write_plot(arguments.follow, [&] { return run.svg(); });
   if (arguments.follow.json) print_json(json_of(counts, result, events));
   return ExitCode::kDone;
 }

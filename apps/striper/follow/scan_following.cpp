@@ -11,6 +11,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/units.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/motion/odometer.hpp>
 #include <striper/motion/odometer_csv.hpp>
@@ -208,6 +209,14 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
   sinks.finish();
   refuse_what_says_nothing(arguments, counts);
   return counts;
+}
+
+void write_plot(const FollowArguments& arguments, const std::function<std::string()>& svg) {
+  if (arguments.plot) {
+    write_file_atomically(*arguments.plot, svg());
+    say(fmt::format("wrote {}", *arguments.plot));
+  }
+  if (arguments.output) say(fmt::format("wrote {}", *arguments.output));
 }
 
 }  // namespace striper::program

@@ -37,8 +37,7 @@ struct FollowArguments {
 };
 
 /// `SCANS`, `--model`, `--output`, `--to`, `--plot`, `--frames`, `--sigma`, `--up`, `--odometer`,
-/// `--counts-per-m`,
-/// `--json`. @return the option `--odometer`, for what needs it.
+/// `--counts-per-m`, `--json`. @return the option `--odometer`, for what needs it.
 CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments);
 
 struct FollowCounts {
@@ -59,9 +58,12 @@ struct FollowedScan {
 /// --sigma; with an odometer the vehicle's motion at the scan's time.
 /// What --to names gets the scans, what `take` puts on the bus, and all events.
 /// @throws Error{kBadFile} where there is no scan, or the odometer is of another time,
-/// Error{kUsage}
-///         where no range says how good it is.
+/// Error{kUsage} where no range says how good it is.
 FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& events,
                           const std::function<void(const FollowedScan&)>& take);
+
+/// Writes the picture where one is asked for, and says which files are there now.
+/// @throws Error{kIo}.
+void write_plot(const FollowArguments& arguments, const std::function<std::string()>& svg);
 
 }  // namespace striper::program
