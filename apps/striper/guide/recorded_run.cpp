@@ -7,9 +7,6 @@
 #include <limits>
 #include <thread>
 
-#include <fmt/format.h>
-
-#include <striper/core/error.hpp>
 #include <striper/core/whole_file.hpp>
 
 #include "guide/guidance_outputs.hpp"
@@ -66,16 +63,10 @@ GuidanceOutputs::Options output_options(const GuidanceConfig& config,
   return outputs;
 }
 
-void refuse_run_itself(const RecordedRunOptions& options) {
-  if (!fs::exists(options.output) || !fs::equivalent(options.output, options.run)) return;
-  throw Error(ErrorKind::kUsage, "-o names the run itself: its guidance.yaml would be replaced");
-}
-
 }  // namespace
 
 RunOutcome run_recorded(const GuidanceConfig& config, const RecordedRunOptions& options) {
   const TerminalEvents events;
-  refuse_run_itself(options);
   require_free_for_job(options.output);
   RunInputs inputs(options.run, config, events.port());
   // Before the tables of an earlier job go.
