@@ -95,7 +95,7 @@ void print_row(const std::string& name, const Scene& scene, int pictures) {
       for (Trial& trial : trials) trial.take(frame, simulator);
     }
   }
-  std::string row = fmt::format("| {} | {} |", name, scene.timing.cadence.to_string());
+  std::string row = fmt::format("| {} | {} |", name, scene.timing.pattern.to_string());
   for (Trial& trial : trials) {
     trial.keep(trial.scanner.finish(), simulator);
     row += cells(trial);
@@ -136,11 +136,12 @@ void print_scene(const std::string& path, int pictures) {
   const std::filesystem::path file(path);
   const bool is_street = file.parent_path().filename() == "street";
   const std::string name = (is_street ? "street/" : "") + file.stem().string();
-  if (scene.timing.cadence.is_bracket()) scene.timing.cadence = Cadence::parse("0,dark");
-  const int needed = pictures * static_cast<int>(scene.timing.cadence.pattern().size());
+  if (scene.timing.pattern.is_bracket())
+    scene.timing.pattern = IlluminationPattern::parse("0,dark");
+  const int needed = pictures * static_cast<int>(scene.timing.pattern.entries().size());
   print_row(name, scene, needed);
-  if (scene.timing.cadence.has_dark()) return;
-  scene.timing.cadence = Cadence::parse("0,dark");
+  if (scene.timing.pattern.has_dark()) return;
+  scene.timing.pattern = IlluminationPattern::parse("0,dark");
   print_row(name, scene, 2 * pictures);
 }
 

@@ -63,9 +63,9 @@ bool is_on(const Surface& surface, const TrueReturn& truth) {
   return (truth.y_m > edge_m) == surface.is_left;
 }
 
-Scene scene_with(const std::string& cadence) {
+Scene scene_with(const std::string& pattern) {
   Scene scene = load_scene(testing::source_path("data/scenes/bracket.yaml"));
-  if (!cadence.empty()) scene.timing.cadence = Cadence::parse(cadence);
+  if (!pattern.empty()) scene.timing.pattern = IlluminationPattern::parse(pattern);
   return scene;
 }
 
@@ -88,22 +88,22 @@ void judge(const PolarScan& scan, const Truth& truth, std::vector<Surface>& surf
   }
 }
 
-// @param cadence empty: the scene's.
-std::vector<Surface> scan_panels(const std::string& cadence) {
-  Simulator simulator(scene_with(cadence));
+// @param pattern empty: the scene's.
+std::vector<Surface> scan_panels(const std::string& pattern) {
+  Simulator simulator(scene_with(pattern));
   ScannerOptions options;
-  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.ambient.pattern = simulator.scene().timing.pattern;
   Scanner scanner(simulator.model(), options);
   std::vector<Surface> surfaces = panels();
   const Truth truth = simulator.truth(0).front();
-  const auto pictures = kRounds * options.ambient.cadence.pattern().size();
+  const auto pictures = kRounds * options.ambient.pattern.entries().size();
   for (std::uint64_t n = 0; n < pictures; ++n) {
     for (const PolarScan& scan : scanner.process(simulator.render(n))) {
       judge(scan, truth, surfaces);
     }
   }
   for (const Surface& s : surfaces) {
-    std::cout << (cadence.empty() ? simulator.scene().timing.cadence.to_string() : cadence) << ": "
+    std::cout << (pattern.empty() ? simulator.scene().timing.pattern.to_string() : pattern) << ": "
               << s.name << ": found " << 100.0 * s.found_part() << " % of " << s.columns
               << ", wrong " << s.wrong << ", pull " << s.pull() << "\n";
   }
@@ -127,16 +127,16 @@ bool is_right(const Surface& surface) {
 
 // The reason for the bracket: no single exposure sees all four with true error bars.
 TEST(ExposureBracket, NoExposureOfItDoesAlone) {
-  for (const char* cadence : {"0@8,dark@8", "0@240,dark@240", "0@7200,dark@7200"}) {
-    const std::vector<Surface> surfaces = scan_panels(cadence);
-    EXPECT_FALSE(std::all_of(surfaces.begin(), surfaces.end(), is_right)) << cadence;
+  for (const char* pattern : {"0@8,dark@8", "0@240,dark@240", "0@7200,dark@7200"}) {
+    const std::vector<Surface> surfaces = scan_panels(pattern);
+    EXPECT_FALSE(std::all_of(surfaces.begin(), surfaces.end(), is_right)) << pattern;
   }
 }
 
 TEST(ExposureBracket, GivesAScanForEachRoundOfThePattern) {
   Simulator simulator(scene_with(""));
   ScannerOptions options;
-  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.ambient.pattern = simulator.scene().timing.pattern;
   Scanner scanner(simulator.model(), options);
   std::vector<std::uint64_t> sequences;
   for (std::uint64_t n = 0; n < 18; ++n) {
@@ -154,7 +154,7 @@ TEST(ExposureBracket, GivesAScanForEachRoundOfThePattern) {
 TEST(ExposureBracket, ALastExposureThatIsLostIsNotWaitedFor) {
   Simulator simulator(scene_with(""));
   ScannerOptions options;
-  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.ambient.pattern = simulator.scene().timing.pattern;
   Scanner scanner(simulator.model(), options);
   std::vector<std::uint64_t> sequences;
   for (const std::uint64_t n : {0, 1, 2, 3, 6, 7, 8, 9, 10, 11}) {
@@ -168,7 +168,7 @@ TEST(ExposureBracket, ALastExposureThatIsLostIsNotWaitedFor) {
 
 TEST(ExposureBracket, RefusesAllPeaks) {
   ScannerOptions options;
-  options.ambient.cadence = Cadence::parse("0@20,0@200");
+  options.ambient.pattern = IlluminationPattern::parse("0@20,0@200");
   options.stripe.peak = PeakRule::kAll;
   const Error error = testing::error_of([&] { Scanner scanner(options); });
   EXPECT_THAT(error.what(), ::testing::HasSubstr("laser=0@20,0@200"));

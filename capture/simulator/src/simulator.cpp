@@ -107,7 +107,7 @@ class Simulator::Impl {
   }
   Illumination illumination(std::uint64_t picture, int exposure) const noexcept {
     if (!lasers_on_) return Illumination::dark();
-    return scene_.timing.cadence.at(exposure_number(picture, exposure));
+    return scene_.timing.pattern.at(exposure_number(picture, exposure));
   }
   double time_s(std::uint64_t picture, int exposure) const noexcept {
     const double pictures =
@@ -271,7 +271,7 @@ class Simulator::Impl {
   /// How many times as long as the scene's shutter this exposure is: of a bracket.
   double longer(std::uint64_t picture, int exposure) const noexcept {
     const double exposure_us =
-        scene_.timing.cadence.exposure_us_at(exposure_number(picture, exposure));
+        scene_.timing.pattern.exposure_us_at(exposure_number(picture, exposure));
     return exposure_us > 0.0 ? 1e-6 * exposure_us / scene_.imager.shutter_s : 1.0;
   }
   /// How many times as much light of a laser comes in: of a pulsed one as much as ever.

@@ -41,8 +41,8 @@ Described with_axis(Described described, StripeAxis axis) {
   return described;
 }
 
-ScannerOptions with_cadence(ScannerOptions options, const Cadence& cadence) {
-  options.ambient.cadence = cadence;
+ScannerOptions with_pattern(ScannerOptions options, const IlluminationPattern& pattern) {
+  options.ambient.pattern = pattern;
   return options;
 }
 
@@ -85,14 +85,14 @@ void require_region(const ScannerOptions& options, const cv::Size& sensor) {
                   region.x, region.y, region.width, region.height, sensor.width, sensor.height));
 }
 
-void require_lasers(const Cadence& cadence, std::size_t count) {
-  for (const Illumination entry : cadence.pattern()) {
+void require_lasers(const IlluminationPattern& pattern, std::size_t count) {
+  for (const Illumination entry : pattern.entries()) {
     if (!entry.is_lit() || static_cast<std::size_t>(entry.laser_index()) < count) continue;
     throw Error(
         ErrorKind::kBadValue,
-        fmt::format("the cadence '{}' fires laser {}, but the model has {} laser{}, counted "
+        fmt::format("the pattern '{}' fires laser {}, but the model has {} laser{}, counted "
                     "from 0",
-                    cadence.to_string(), entry.laser_index(), count, count == 1 ? "" : "s"));
+                    pattern.to_string(), entry.laser_index(), count, count == 1 ? "" : "s"));
   }
 }
 
@@ -120,13 +120,13 @@ ExtractOptions extract_options(const ScannerOptions& options) {
 }
 
 std::vector<std::unique_ptr<StripeExtractor>> make_extractors(const ScannerOptions& options) {
-  const Cadence& cadence = options.ambient.cadence;
-  const std::size_t count = cadence.is_bracket() ? cadence.pattern().size() : 1;
+  const IlluminationPattern& pattern = options.ambient.pattern;
+  const std::size_t count = pattern.is_bracket() ? pattern.entries().size() : 1;
   if (count > 1 && options.stripe.peak == PeakRule::kAll) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("--peak all gives no one return of a line, which the exposures of "
                             "laser={} are put together by - leave one of them out",
-                            cadence.to_string()));
+                            pattern.to_string()));
   }
   std::vector<std::unique_ptr<StripeExtractor>> extractors;
   for (std::size_t i = 0; i < count; ++i) {
@@ -167,7 +167,7 @@ struct Scanner::Stages {
         projector(std::move(projector_in)),
         region(options.region),
         head(options.head) {
-    if (options.ambient.cadence.is_bracket()) bracket.emplace(options.ambient.cadence);
+    if (options.ambient.pattern.is_bracket()) bracket.emplace(options.ambient.pattern);
   }
 
   static std::unique_ptr<Stages> with(const StriperModel& model, const ScannerOptions& options);
@@ -211,7 +211,7 @@ std::unique_ptr<Scanner::Stages> Scanner::Stages::with(const StriperModel& given
   const auto model = std::make_shared<const StriperModel>(with_axis(given, options.stripe.axis));
   auto stages = std::make_unique<Stages>(ScanProjector(*model, options.scan),
                                          with_expected_stripes(options, *model));
-  require_lasers(options.ambient.cadence, model->lasers.size());
+  require_lasers(options.ambient.pattern, model->lasers.size());
   stages->model = model;
   stages->model_size = cv::Size(model->camera.width(), model->camera.height());
   return stages;
@@ -276,7 +276,7 @@ void Scanner::Stages::add_scan(const LitFrame& lit, const Stripe& found) {
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions()) {}
 
 Scanner::Scanner(const StriperModel& model, const SourceInfo& source)
-    : Scanner(model, with_cadence(ScannerOptions(), source.cadence)) {}
+    : Scanner(model, with_pattern(ScannerOptions(), source.pattern)) {}
 
 Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
     : stages_(Stages::with(model, ScannerOptions::for_model(model, options))) {}

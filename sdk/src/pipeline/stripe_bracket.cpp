@@ -67,11 +67,11 @@ void describe(const LitFrame& lit, LitFrame& described) {
 
 }  // namespace
 
-StripeBracket::StripeBracket(const Cadence& cadence) : cadence_(cadence) {
-  const std::vector<Illumination>& pattern = cadence_.pattern();
-  for (std::size_t entry = 0; entry < pattern.size(); ++entry) {
-    if (!pattern[entry].is_lit()) continue;
-    const auto laser = static_cast<std::size_t>(pattern[entry].laser_index());
+StripeBracket::StripeBracket(const IlluminationPattern& pattern) : pattern_(pattern) {
+  const std::vector<Illumination>& entries = pattern_.entries();
+  for (std::size_t entry = 0; entry < entries.size(); ++entry) {
+    if (!entries[entry].is_lit()) continue;
+    const auto laser = static_cast<std::size_t>(entries[entry].laser_index());
     if (rounds_.size() <= laser) rounds_.resize(laser + 1);
     rounds_[laser].entries.push_back(entry);
   }
@@ -81,7 +81,7 @@ std::size_t StripeBracket::place_of(const LitFrame& lit) const noexcept {
   const auto laser = static_cast<std::size_t>(lit.laser);
   if (laser >= rounds_.size()) return 0;
   const std::vector<std::size_t>& entries = rounds_[laser].entries;
-  const std::size_t entry = lit.exposure_number % cadence_.pattern().size();
+  const std::size_t entry = lit.exposure_number % pattern_.entries().size();
   const auto at = std::lower_bound(entries.begin(), entries.end(), entry);
   return at == entries.end() ? 0 : static_cast<std::size_t>(at - entries.begin());
 }
@@ -91,7 +91,7 @@ void StripeBracket::add(const LitFrame& lit, const Stripe& stripe) {
   const auto laser = static_cast<std::size_t>(lit.laser);
   if (laser >= rounds_.size()) rounds_.resize(laser + 1);
   Round& round = rounds_[laser];
-  const std::uint64_t number = lit.exposure_number / cadence_.pattern().size();
+  const std::uint64_t number = lit.exposure_number / pattern_.entries().size();
   // Rows of another region or field are another stripe's.
   const bool is_same = round.taken > 0 && number == round.number &&
                        stripe.size() == round.open.stripe.size() &&
@@ -99,8 +99,8 @@ void StripeBracket::add(const LitFrame& lit, const Stripe& stripe) {
   if (!is_same) close(round);
 
   const std::size_t first = round.entries.empty() ? 0 : round.entries.front();
-  const double own_us = cadence_.exposure_us_at(lit.exposure_number);
-  const double factor = own_us > 0.0 ? cadence_.exposure_us_at(first) / own_us : 1.0;
+  const double own_us = pattern_.exposure_us_at(lit.exposure_number);
+  const double factor = own_us > 0.0 ? pattern_.exposure_us_at(first) / own_us : 1.0;
   if (round.taken == 0) {
     round.number = number;
     round.sum_ns = 0;

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <striper/core/cadence.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/core/lit_frame.hpp>
 #include <striper/stripe/stripe.hpp>
 
@@ -18,7 +18,7 @@ struct BracketedStripe {
   LitFrame first;  ///< The first exposure, without its pixels; `time` is the middle of all.
 };
 
-/// Makes one stripe of those that a bracket's exposures show (Cadence::is_bracket).
+/// Makes one stripe of those that a bracket's exposures show (IlluminationPattern::is_bracket).
 ///
 /// Of each line the return with the smallest error bar is taken: bright surfaces from the short
 /// exposure, dark ones from the long. It is not a mean: what the exposures have in common (speckle,
@@ -31,8 +31,8 @@ struct BracketedStripe {
 /// An exposure that was lost is left out. No allocation after the first rounds. Not thread-safe.
 class StripeBracket {
  public:
-  /// @param cadence a bracket.
-  explicit StripeBracket(const Cadence& cadence);
+  /// @param pattern a bracket.
+  explicit StripeBracket(const IlluminationPattern& pattern);
 
   /// Which of the laser's exposures in a round this one is, from 0 on.
   std::size_t place_of(const LitFrame& lit) const noexcept;
@@ -62,7 +62,7 @@ class StripeBracket {
                     Round& round);
   void close(Round& round);
 
-  Cadence cadence_;
+  IlluminationPattern pattern_;
   std::vector<Round> rounds_;  // By laser.
   std::vector<const BracketedStripe*> ready_;
 };

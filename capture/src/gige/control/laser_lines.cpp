@@ -24,17 +24,17 @@ int bit_of_line(const std::string& line) {
   return bit;
 }
 
-bool is_constant(const Cadence& cadence) { return cadence.pattern().size() == 1; }
+bool is_constant(const IlluminationPattern& pattern) { return pattern.entries().size() == 1; }
 
 }  // namespace
 
 LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options)
-    : features_(features), cadence_(options.cadence), lines_(options.strobe_lines) {
+    : features_(features), pattern_(options.pattern), lines_(options.strobe_lines) {
   if (lines_.empty()) {
     require_no_bracket(options.uri);
     return;
   }
-  if (cadence_.is_automatic()) cadence_ = Cadence({Illumination::laser(0)});
+  if (pattern_.is_automatic()) pattern_ = IlluminationPattern({Illumination::laser(0)});
   features_.need_one_of("strobe line", {"LineSelector"});
   features_.need_one_of("source of the strobe line", {"LineSource"});
   for (const std::string& line : lines_) add_line(line);
@@ -45,11 +45,11 @@ LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options
 
 // Who else would set an exposure for each picture?
 void LaserLines::require_no_bracket(const std::string& uri) const {
-  if (!cadence_.is_bracket()) return;
+  if (!pattern_.is_bracket()) return;
   throw Error(ErrorKind::kUsage,
               fmt::format("source '{}': laser={} - an exposure for each picture is set by the "
                           "camera's sequencer, together with the laser: add strobe=LINE",
-                          uri, cadence_.to_string()));
+                          uri, pattern_.to_string()));
 }
 
 void LaserLines::add_line(const std::string& line) {
@@ -100,7 +100,7 @@ std::string LaserLines::find_dark_source(const std::string& line) const {
 }
 
 void LaserLines::choose_method(const GigeOptions& options) {
-  if (is_constant(cadence_) && !cadence_.is_bracket()) {
+  if (is_constant(pattern_) && !pattern_.is_bracket()) {
     method_ = Method::kConstant;
     return;
   }
@@ -110,11 +110,11 @@ void LaserLines::choose_method(const GigeOptions& options) {
       features_.has("TriggerSoftware") && features_.has_entry("TriggerSource", "Software");
   if (has_sequencer && options.switching != LaserSwitching::kHost) {
     method_ = Method::kSequencer;
-  } else if (cadence_.is_bracket()) {
+  } else if (pattern_.is_bracket()) {
     throw Error(ErrorKind::kUnsupported,
                 fmt::format("{}: laser={} - an exposure for each picture needs the camera's "
                             "sequencer (SequencerConfigurationMode), which {}",
-                            features_.device_name(), cadence_.to_string(),
+                            features_.device_name(), pattern_.to_string(),
                             has_sequencer ? "switching=host does not use" : "this one has not"));
   } else if (has_software_trigger && options.switching != LaserSwitching::kSequencer) {
     method_ = Method::kHost;
@@ -128,7 +128,7 @@ void LaserLines::choose_method(const GigeOptions& options) {
     throw Error(ErrorKind::kUnsupported,
                 fmt::format("{}: cannot switch the laser for laser={}: this camera has {} "
                             "(sequencer: SequencerConfigurationMode; by the host: TriggerSoftware)",
-                            features_.device_name(), cadence_.to_string(),
+                            features_.device_name(), pattern_.to_string(),
                             options.switching == LaserSwitching::kAuto
                                 ? "neither a sequencer nor a software trigger"
                                 : "no such way of switching"));
@@ -181,7 +181,7 @@ bool LaserLines::try_off() noexcept {
 
 void LaserLines::arm() {
   if (method_ == Method::kConstant) {
-    put(static_cast<std::size_t>(cadence_.pattern().front().laser_index()), true);
+    put(static_cast<std::size_t>(pattern_.entries().front().laser_index()), true);
   } else if (method_ == Method::kSequencer) {
     program_sequencer();
   }
@@ -190,21 +190,21 @@ void LaserLines::arm() {
 void LaserLines::program_sequencer() {
   features_.set("SequencerMode", "Off");
   features_.set("SequencerConfigurationMode", "On");
-  if (cadence_.is_bracket() && features_.has_entry("SequencerFeatureSelector", "ExposureTime")) {
+  if (pattern_.is_bracket() && features_.has_entry("SequencerFeatureSelector", "ExposureTime")) {
     features_.set("SequencerFeatureSelector", "ExposureTime");
     features_.try_set("SequencerFeatureEnable", "yes");
   }
-  const auto& pattern = cadence_.pattern();
-  for (std::size_t n = 0; n < pattern.size(); ++n) {
+  const auto& entries = pattern_.entries();
+  for (std::size_t n = 0; n < entries.size(); ++n) {
     features_.set_integer("SequencerSetSelector", static_cast<std::int64_t>(n));
     for (std::size_t line = 0; line < lines_.size(); ++line) {
-      put(line, pattern[n].is_lit() && static_cast<std::size_t>(pattern[n].laser_index()) == line);
+      put(line, entries[n].is_lit() && static_cast<std::size_t>(entries[n].laser_index()) == line);
     }
-    if (cadence_.is_bracket()) {
-      set_exposure(features_, cadence_.exposure_us_at(n));
+    if (pattern_.is_bracket()) {
+      set_exposure(features_, pattern_.exposure_us_at(n));
     }
     if (features_.has("SequencerPathSelector")) features_.set_integer("SequencerPathSelector", 0);
-    features_.set_integer("SequencerSetNext", static_cast<std::int64_t>((n + 1) % pattern.size()));
+    features_.set_integer("SequencerSetNext", static_cast<std::int64_t>((n + 1) % entries.size()));
     features_.try_set("SequencerTriggerSource", "FrameStart");
     features_.execute("SequencerSetSave");
   }
@@ -222,7 +222,7 @@ void LaserLines::command(Illumination light) {
 
 Illumination LaserLines::at(std::uint64_t n) const noexcept {
   const bool is_ours = method_ == Method::kConstant || method_ == Method::kSequencer;
-  return is_ours ? cadence_.at(n) : Illumination::unknown();
+  return is_ours ? pattern_.at(n) : Illumination::unknown();
 }
 
 bool LaserLines::enable_line_chunk() {
