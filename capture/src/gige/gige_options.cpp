@@ -191,6 +191,13 @@ void GigeOptions::validate() const {
                 fmt::format("source '{}': strobe= names {} twice - expected a line for each laser",
                             uri, *line));
   }
+  if (exposure_us && pattern.is_bracket()) {
+    throw Error(
+        ErrorKind::kUsage,
+        fmt::format("source '{}': exposure_us= and the exposures of laser={} - expected one "
+                    "of them",
+                    uri, pattern.to_string()));
+  }
   for (const Illumination light : pattern.entries()) {
     if (strobe_lines.empty() || !light.is_lit()) continue;
     if (light.laser_index() >= static_cast<int>(strobe_lines.size())) {

@@ -320,15 +320,15 @@ void GigeSource::State::describe(Frame& frame, PoolSlot& slot, std::uint64_t sin
   frame.field = Field::kProgressive;
   frame.field_period_ns = 0;
   frame.exposure_ns = session->exposure_ns();
-  const std::int64_t start_ns = session->exposure_start_ns(slot);
+  frame.illumination = Illumination::unknown();
+  const double period_ns = setup.rate_hz > 0.0 ? 1e9 / setup.rate_hz : 0.0;
+  common.apply(frame, static_cast<std::int64_t>(period_ns));
+  const std::int64_t start_ns = session->exposure_start_ns(slot, frame.exposure_ns);
   frame.time.monotonic_ns = start_ns + frame.exposure_ns / 2;
   frame.time.utc_offset_ns = session->utc_offset_ns(slot, start_ns);
   frame.epoch = epoch;
   frame.encoder_counts.reset();
   if (frame.status == FrameStatus::kOk) frame.encoder_counts = session->encoder_counts(slot);
-  frame.illumination = Illumination::unknown();
-  const double period_ns = setup.rate_hz > 0.0 ? 1e9 / setup.rate_hz : 0.0;
-  common.apply(frame, static_cast<std::int64_t>(period_ns));
   const bool lasers_are_ours = !options.strobe_lines.empty();
   if (lasers_are_ours && frame.status == FrameStatus::kOk) {
     frame.illumination = session->illumination(slot, since_start);

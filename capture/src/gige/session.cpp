@@ -48,6 +48,15 @@ const FeatureAccess& at_rest(const FeatureAccess& features) {
   return features;
 }
 
+// Of a bracket; else 0.
+std::int64_t longest_exposure_ns(const IlluminationPattern& pattern) {
+  double longest_us = 0.0;
+  for (std::size_t n = 0; n < pattern.entries().size(); ++n) {
+    longest_us = std::max(longest_us, pattern.exposure_us_at(n));
+  }
+  return std::llround(1e3 * longest_us);
+}
+
 }  // namespace
 
 Session::Session(const GigeOptions& options)
@@ -60,7 +69,8 @@ Session::Session(const GigeOptions& options)
       clock_(features_, features_mutex_, opened_.address, options.ptp) {
   try {
     setup_ = set_up_pictures(features_, options);
-    exposure_ns_ = setup_.exposure_ns;
+    const std::int64_t longest_ns = longest_exposure_ns(options.pattern);
+    exposure_ns_ = longest_ns > 0 ? longest_ns : setup_.exposure_ns;
     is_triggered_by_host_ = lasers_.is_host_switched() || options.trigger == "software";
     set_up_trigger(features_, options, is_triggered_by_host_);
     has_line_chunk_ = lasers_.enable_line_chunk();
@@ -351,8 +361,8 @@ void Session::check_alive() {
   }
 }
 
-std::int64_t Session::exposure_start_ns(const PoolSlot& slot) {
-  return clock_.exposure_start_ns(device_time_ns(slot), slot.arrival_ns, exposure_ns_);
+std::int64_t Session::exposure_start_ns(const PoolSlot& slot, std::int64_t exposure_ns) {
+  return clock_.exposure_start_ns(device_time_ns(slot), slot.arrival_ns, exposure_ns);
 }
 
 std::int64_t Session::utc_offset_ns(const PoolSlot& slot, std::int64_t start_ns) const {
@@ -380,6 +390,12 @@ std::optional<std::int64_t> Session::encoder_counts(const PoolSlot& slot) const 
 }
 
 void Session::set_exposure_us(double exposure_us) {
+  if (options_.pattern.is_bracket()) {
+    throw Error(ErrorKind::kUnsupported,
+                fmt::format("{}: exposure_us={} - the exposures are those of laser={}, which the "
+                            "camera's sequencer holds: open it again with others",
+                            features_.device_name(), exposure_us, options_.pattern.to_string()));
+  }
   const std::lock_guard one_at_a_time(features_mutex_);
   set_exposure(features_, exposure_us);
   if (const char* const name = features_.first_of({"ExposureTime", "ExposureTimeAbs"})) {

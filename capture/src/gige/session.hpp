@@ -45,7 +45,7 @@ class Session {
     return action(features_);
   }
   void set_exposure_us(double exposure_us);  ///< @throws Error{kUsage, kDevice}.
-  std::int64_t exposure_ns() const noexcept { return exposure_ns_; }
+  std::int64_t exposure_ns() const noexcept { return exposure_ns_; }  ///< Of a bracket the longest.
   bool has_lasers() const noexcept { return lasers_.is_used(); }
   bool are_lasers_on() const noexcept { return lasers_on_; }
   /// Off: dark whatever the pattern says, until they are on again. @throws Error{kDevice}.
@@ -76,8 +76,8 @@ class Session {
   bool is_lost() const noexcept { return is_lost_; }
   std::string loss() const;
 
-  /// Start of the exposure on CLOCK_MONOTONIC.
-  std::int64_t exposure_start_ns(const PoolSlot& slot);
+  /// Start of the exposure on CLOCK_MONOTONIC. @param exposure_ns how long it was.
+  std::int64_t exposure_start_ns(const PoolSlot& slot, std::int64_t exposure_ns);
 
   /// UTC minus CLOCK_MONOTONIC at that moment: from PTP while the camera has its time, otherwise
   /// the host's own.

@@ -77,6 +77,7 @@ Device::Device(std::shared_ptr<VirtualScene> scene, VirtualCameraOptions options
   state_.sensor = scene_->sensor_size();
   state_.region = cv::Rect(cv::Point(0, 0), state_.sensor);
   state_.pixel_format = default_pixel_format(scene_->bit_depth());
+  state_.exposure_ns = static_cast<std::uint32_t>(std::llround(1e3 * scene_->shutter_us()));
   state_.rate_mhz = static_cast<std::uint32_t>(std::lround(1e3 * scene_->rate_hz()));
   features_ = feature_registers(
       state_,

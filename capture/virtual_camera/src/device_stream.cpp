@@ -163,7 +163,10 @@ Illumination Device::light_of(const Exposure& exposure) const {
 }
 
 void Device::take_and_send(const Exposure& exposure) {
-  const cv::Mat sensor = scene_->picture(exposure.number, exposure.light);
+  const std::int64_t exposure_ns = exposure.state.exposure_ns;
+  const bool is_own = exposure_ns == std::llround(1e3 * scene_->shutter_us());
+  const cv::Mat sensor = scene_->picture(exposure.number, exposure.light,
+                                         is_own ? 0.0 : 1e-3 * static_cast<double>(exposure_ns));
   const std::shared_ptr<SentPicture> picture = sender_.make_picture(payload_bytes(exposure.state));
   picture->timestamp =
       static_cast<std::uint64_t>(device_time_ns(exposure.state, exposure.begin_ns));
@@ -173,7 +176,7 @@ void Device::take_and_send(const Exposure& exposure) {
   picture->packet_payload = exposure.packet_bytes - kPacketOverhead;
   fill_payload(exposure, sensor, *picture);
 
-  const std::int64_t shutter_closes_ns = exposure.begin_ns + exposure.state.exposure_ns;
+  const std::int64_t shutter_closes_ns = exposure.begin_ns + exposure_ns;
   {
     std::unique_lock lock(mutex_);
     changed_.wait_until(lock, at_ns(shutter_closes_ns),

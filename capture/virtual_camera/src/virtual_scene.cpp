@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <map>
 #include <utility>
 #include <vector>
@@ -23,14 +24,15 @@ class SimulatedVirtualScene : public VirtualScene {
   cv::Size sensor_size() const override { return {scene_.camera.width(), scene_.camera.height()}; }
   int bit_depth() const override { return scene_.imager.bit_depth; }
   double rate_hz() const override { return scene_.timing.picture_rate_hz; }
+  double shutter_us() const override { return 1e6 * scene_.imager.shutter_s; }
   IlluminationPattern pattern() const override { return scene_.timing.pattern; }
 
-  cv::Mat picture(std::uint64_t n, Illumination light) override {
-    return simulator_for(n, light).render(n).image;
+  cv::Mat picture(std::uint64_t n, Illumination light, double exposure_us) override {
+    return simulator_for(n, light, exposure_us).render(n).image;
   }
 
  private:
-  Simulator& simulator_for(std::uint64_t n, Illumination light) {
+  Simulator& simulator_for(std::uint64_t n, Illumination light, double exposure_us) {
     // A line that no laser is wired to lights nothing.
     const bool is_lit =
         light.is_lit() && light.laser_index() < static_cast<int>(scene_.lasers.size());
@@ -39,6 +41,15 @@ class SimulatedVirtualScene : public VirtualScene {
       pattern = n % 2 == 0 ? IlluminationPattern({Illumination::dark(), Illumination::laser(0)})
                            : IlluminationPattern({Illumination::laser(0), Illumination::dark()});
     }
+    if (exposure_us > 0.0) {
+      const bool is_progressive = scene_.timing.scan == ScanMode::kProgressive;
+      const double longest_us = (is_progressive ? 1e6 : 5e5) / scene_.timing.picture_rate_hz;
+      const std::vector<double> exposures(pattern.entries().size(),
+                                          std::min(exposure_us, longest_us));
+      pattern = IlluminationPattern(pattern.entries(), exposures);
+    }
+    // Whoever varies the exposure without end has them made again.
+    if (simulators_.size() > kMostSimulators) simulators_.clear();
     const std::string key = pattern.to_string();
     auto found = simulators_.find(key);
     if (found == simulators_.end()) {
@@ -49,6 +60,8 @@ class SimulatedVirtualScene : public VirtualScene {
     return found->second;
   }
 
+  static constexpr std::size_t kMostSimulators = 64;  // Lit and dark at 16 exposures, and as many.
+
   Scene scene_;
   std::map<std::string, Simulator> simulators_;
 };
@@ -58,7 +71,7 @@ class LoopedScene final : public VirtualScene {
   LoopedScene(std::shared_ptr<VirtualScene> scene, int count)
       : scene_(std::move(scene)), count_(static_cast<std::uint64_t>(count)) {
     // The lights that it has of its own are made now, others when they are first asked for.
-    for (std::uint64_t n = 0; n < count_; ++n) picture(n, scene_->pattern().at(n));
+    for (std::uint64_t n = 0; n < count_; ++n) picture(n, scene_->pattern().at(n), 0.0);
   }
 
   cv::Size sensor_size() const override { return scene_->sensor_size(); }
@@ -66,7 +79,9 @@ class LoopedScene final : public VirtualScene {
   double rate_hz() const override { return scene_->rate_hz(); }
   IlluminationPattern pattern() const override { return scene_->pattern(); }
 
-  cv::Mat picture(std::uint64_t n, Illumination light) override {
+  double shutter_us() const override { return scene_->shutter_us(); }
+
+  cv::Mat picture(std::uint64_t n, Illumination light, double /*exposure_us*/) override {
     const int laser = light.is_lit() ? light.laser_index() : -1;
     cv::Mat& made = made_[{n % count_, laser}];
     if (made.empty()) made = scene_->picture(n % count_, light).clone();

@@ -4,6 +4,7 @@
 // dark by the client's own command. What scans become of them is compared in tests/end_to_end.
 #include <chrono>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -11,6 +12,7 @@
 #include <striper/simulator/simulated_source.hpp>
 
 #include "capture/gige/virtual_striper.hpp"
+#include "support/error_of.hpp"
 
 namespace striper::testing {
 namespace {
@@ -72,6 +74,56 @@ TEST_P(SimulatedCamera, GivesThePicturesOfTheSimulatorBitForBit) {
     ASSERT_EQ(frame.image.type(), expected.image.type());
     EXPECT_EQ(cv::norm(frame.image, expected.image, cv::NORM_INF), 0.0) << "picture " << n;
   }
+}
+
+// The camera's sequencer holds each entry's exposure; the laser shines on while the shutter is
+// open.
+TEST(BracketOfACamera, GivesThePicturesOfTheSimulatorBitForBit) {
+  const std::string pattern = "0@100,dark@100,0@8100,dark@8100";
+  Scene scene = scene_of(8);
+  scene.lasers.front().is_continuous = true;
+  const VirtualStriper striper(make_virtual_scene(scene));
+  scene.timing.pattern = IlluminationPattern::parse(pattern);
+  SimulatedSource simulator{Simulator(scene)};
+  const auto camera = striper.open("strobe=Line2&laser=" + pattern);
+  camera->start();
+  simulator.start();
+  std::int64_t last_ns = 0;
+  for (int n = 0; n < 12; ++n) {
+    Frame expected;
+    Frame frame;
+    ASSERT_EQ(simulator.next(expected, 0ms), NextStatus::kFrame);
+    ASSERT_EQ(camera->next(frame, 5000ms), NextStatus::kFrame);
+    ASSERT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
+    ASSERT_EQ(frame.sequence, expected.sequence);
+    EXPECT_EQ(frame.illumination, expected.illumination);
+    EXPECT_EQ(frame.exposure_ns, n % 4 < 2 ? 100'000 : 8'100'000);
+    EXPECT_EQ(frame.exposure_ns, expected.exposure_ns);
+    EXPECT_EQ(cv::norm(frame.image, expected.image, cv::NORM_INF), 0.0) << "picture " << n;
+    // From middle to middle, 20 ms after each other, where one is 8 ms longer than the other.
+    const double apart_ms = 1e-6 * static_cast<double>(frame.time.monotonic_ns - last_ns);
+    const double expected_ms = n % 4 == 2 ? 24.0 : n % 4 == 0 ? 16.0 : 20.0;
+    if (n > 4) {
+      EXPECT_NEAR(apart_ms, expected_ms, 1.5) << "picture " << n;
+    }
+    last_ns = frame.time.monotonic_ns;
+  }
+}
+
+TEST(BracketOfACamera, ItsExposuresAreNotForAControl) {
+  const VirtualStriper striper(make_virtual_scene(scene_of(8)));
+  const auto camera = striper.open("strobe=Line2&laser=0@100,dark@100");
+  const Error error = error_of([&] { camera->controls().set("exposure_us", {50.0}); });
+  EXPECT_THAT(error.what(), ::testing::HasSubstr("laser=0@100,dark@100"));
+}
+
+TEST(BracketOfACamera, NeedsTheSequencerAndALine) {
+  const VirtualStriper striper(make_virtual_scene(scene_of(8)));
+  const Error lineless = error_of([&] { striper.open("laser=0@100,dark@100"); });
+  EXPECT_THAT(lineless.what(), ::testing::HasSubstr("add strobe=LINE"));
+  const Error by_host =
+      error_of([&] { striper.open("strobe=Line2&switching=host&laser=0@100,dark@100"); });
+  EXPECT_THAT(by_host.what(), ::testing::HasSubstr("switching=host"));
 }
 
 const cv::Rect kWhole(0, 0, 160, 120);

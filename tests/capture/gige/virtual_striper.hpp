@@ -39,7 +39,7 @@ class PatternScene : public VirtualScene {
   IlluminationPattern pattern() const override {
     return IlluminationPattern({Illumination::laser(0)});
   }
-  cv::Mat picture(std::uint64_t n, Illumination light) override {
+  cv::Mat picture(std::uint64_t n, Illumination light, double /*exposure_us*/) override {
     return expected(size_, bit_depth_, n, light);
   }
 
