@@ -122,7 +122,7 @@ void LineFollower::ask_chain(const ContinuousTracker::Run& run, const FrameAtHan
 void LineFollower::measure_tracked(const FrameAtHand& at_hand, double typical, ProfilePlan plan,
                                    const PeakLimits& limits, Stripe& stripe) {
   // The line alone would lose its way: the filter's peak is looked for close by and stands.
-  reach_ = plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
+  plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
   plan.aligned = 0;
   measure_profiles(at_hand.images, plan, tracked_.seeds.data(), static_cast<int>(tracked_.size()),
                    tracked_.measurements());
@@ -215,11 +215,7 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
     if (!(tracked_.amplitude[n] > 0.0F)) continue;  // There is no light at all.
     const LinePeak peak{&tracked_, n, tracked_.position(n)};
     if (!(peak.position >= 0.0 && peak.position <= length - 1)) continue;
-    // What is highest at the limit of where it was looked for is no peak: noise took it there, or
-    // something else. Of a stripe of 3 sigmas it is 1 line in 100, and 9 in 10 of what is more than
-    // three pixels off (peak_table, the hard case half as bright).
     const int line = tracked_.seeds[n].line;
-    if (std::abs(peak.position - tracked_.seeds[n].across) >= reach_) continue;
     const auto i = static_cast<std::size_t>(line);
     put_peak(peak, i, stripe);
     weakly_supported_[i] = 1;

@@ -48,7 +48,6 @@ class LineFollower {
   ContinuousTracker tracker_;
   std::vector<ContinuousTracker::Run> undecided_;
   PeakList tracked_;
-  int reach_ = 0;  // Pixels from where the chain has the stripe, in which it is measured.
   std::vector<std::uint8_t>
       weakly_supported_;  // Per line: on the chain, the line alone shows too little.
 };
