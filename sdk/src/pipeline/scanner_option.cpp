@@ -133,7 +133,7 @@ std::vector<ScannerOption> choices() {
       {.name = "peak",
        .unit = {},
        .words = words_of(kPeakRules),
-       .what_if_not_given = "continuous",
+       .what_if_not_given = "brightest",
        .help = "Which of several peaks of a line is the stripe: continuous (the brightest, and "
                "where a line alone cannot tell the one that continues its neighbours), "
                "brightest, nearest, farthest or all",

@@ -68,6 +68,12 @@ void ContinuousTracker::track(const LitFrame& frame, StripeAxis axis, double wid
     buffer->resize(static_cast<std::size_t>(length_ + 2 * kMostSlope));
   }
   make_filter(width);
+  // Room for a line now: the first frames may have no run.
+  const auto padded = static_cast<std::size_t>(length_ + 2 * half_window_);
+  for (std::vector<float>* buffer : {&padded_, &white_, &extra_, &trust_, &answer_variance_}) {
+    buffer->reserve(padded);
+  }
+  hidden_.reserve(padded);
   for (const Run& run : runs) {
     if (frame.lit.depth() == CV_8U) {
       find_evidence<std::uint8_t>(frame, axis, noise, run);

@@ -79,6 +79,7 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
 void LineFollower::find_undecided(const PeakCandidates& candidates, const Stripe& stripe) {
   const auto lines = static_cast<int>(candidates.primary.size());
   undecided_.clear();
+  undecided_.reserve(candidates.primary.size());
   std::size_t at = 0;  // Of the secondary peaks, which are in order of their lines.
   for (int line = 0; line < lines; ++line) {
     const auto i = static_cast<std::size_t>(line);
