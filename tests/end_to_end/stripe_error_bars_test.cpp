@@ -148,9 +148,10 @@ TEST(RangeErrorBars, ArePullsOfOneInARoom) {
   all.expect_true("room", 1000);
 }
 
-// The distance of good returns to the parabola through their neighbours, and what they predict. The errors of a camera
-// that sharpens and compresses in blocks of 16 lines are alike within one: where it does, the neighbours are of three
-// blocks. A flat bed shows .17 px over 6 lines on either side, .24 px over 24 as over 40.
+// The distance of good returns to the parabola through their neighbours, and what they predict. The
+// errors of a camera that sharpens and compresses in blocks of 16 lines are alike within one: where
+// it does, the neighbours are of three blocks. A flat bed shows .17 px over 6 lines on either side,
+// .24 px over 24 as over 40.
 constexpr int kReach = 6;
 constexpr int kReachOfBlocks = 24;
 
@@ -215,8 +216,10 @@ void expect_true_error_bars(const std::filesystem::path& folder, StripeAxis axis
   std::vector<double> gains;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".jpg") continue;
-    const Spread refined = spread_of(entry.path(), ExtractMethod::kRefined, axis, subtract_green, reach);
-    const Spread paper = spread_of(entry.path(), ExtractMethod::kPaper, axis, subtract_green, reach);
+    const Spread refined =
+        spread_of(entry.path(), ExtractMethod::kRefined, axis, subtract_green, reach);
+    const Spread paper =
+        spread_of(entry.path(), ExtractMethod::kPaper, axis, subtract_green, reach);
     if (refined.measured.size() < 60 || paper.measured.size() < 60) continue;
     const double spread = quantile(refined.measured, 0.6827);
     ratios.push_back(spread / quantile(refined.predicted, 0.5));
@@ -235,7 +238,8 @@ void expect_true_error_bars(const std::filesystem::path& folder, StripeAxis axis
 
 TEST(RealErrorBars, AgreeWithTheSpreadOfARoversStripe) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
-  expect_true_error_bars(testing::real_data("neil-rover-striper"), StripeAxis::kColumns, true, kReach, 1.2);
+  expect_true_error_bars(testing::real_data("neil-rover-striper"), StripeAxis::kColumns, true,
+                         kReach, 1.2);
 }
 
 TEST(RealErrorBars, AgreeWithTheSpreadOfAClippedStripe) {
