@@ -12,6 +12,7 @@ import csv
 import filecmp
 import json
 import os
+import shutil
 import signal
 import struct
 import subprocess
@@ -20,47 +21,26 @@ import time
 import unittest
 
 from gige_test import VirtualCamera
-from program import STRIPER, InScratch, striper
+from program import SOURCE_DIR, STRIPER, InScratch, scene_path, striper
 
-# The truck drives 2 m/s along dashes of 2 m and gaps of 3; its camera is 1 m above the road and looks 30 degrees down; lasers 0.4 m
-# below it meet the road 2.4, 1.8 and 1.2 m ahead, in turn.
-SCENE = """striper_scene: 1
-camera: {width: 240, height: 180, fov_deg: 55, rotation_deg: [0, 30, 0]}
-imager: {blur_px: 0.5, black_level_dn: 8, dn_per_electron: 0.05, shutter_us: 2.5}
-noise: {shot: yes, read_e: 20, seed: 7}
-timing: {picture_rate_hz: RATE, cadence: "0,1,2"}
-lasers:
-  - {position_m: [0, 0, -0.4], rotation_deg: [0, 14.0362, 0], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10.4}
-  - {position_m: [0, 0, -0.4], rotation_deg: [0, 18.4349, 0], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10.4}
-  - {position_m: [0, 0, -0.4], rotation_deg: [0, 26.5651, 0], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10.4}
-device: {position_m: [0, 0.05, 1.0], velocity_m_s: [2, 0, 0]}
-objects:
-  - {name: road, shape: plane, normal: [0, 0, 1], reflectance: 0.15,
-     stripe: {width_m: 0.1, dash_m: 2, gap_m: 3, reflectance: 0.7}}
-"""
-# Laser by laser the camera sees each third picture.
-TRUCK = """striper_guidance: 1
-beams:
-  - {name: far, kind: diffuse, head: truck, laser: 0, x_m: 2.4, y_left_m: 0.4, y_right_m: -0.4, rate_hz: HZ, samples: 100, threshold: auto}
-  - {name: middle, kind: diffuse, head: truck, laser: 1, x_m: 1.8, y_left_m: 0.4, y_right_m: -0.4, rate_hz: HZ, samples: 100, threshold: auto}
-  - {name: near, kind: diffuse, head: truck, laser: 2, x_m: 1.2, y_left_m: 0.4, y_right_m: -0.4, rate_hz: HZ, samples: 100, threshold: auto}
-odometer: {counts_per_m: 500, bits: 32ODOMETER}
-guns: [{name: gun}]
-stripe: {width_m: 0.1, gap_limit_m: 8}
-"""
+# The truck drives 2 m/s along dashes of 2 m and gaps of 3.
+SCENE = scene_path("truck.yaml")
+TRUCK = os.path.join(SOURCE_DIR, "data/roads/laser_truck.yaml")
 TABLES = ("lateral.csv", "guns.csv", "seen.csv", "faults.csv")
-RATE = 24
+RATE = 24  # The scene's pictures a second.
 
 
 class Live(InScratch):
     def setUp(self):
         super().setUp()
-        self.scene = self.write("scene.yaml", SCENE.replace("RATE", str(RATE)))
+        self.scene = self.path("scene.yaml")
+        shutil.copyfile(SCENE, self.scene)
         striper("simulate", self.scene, "-o", self.path("made"), "--frames", "1")
         self.model = self.path("made", "model.yaml")
 
     def truck(self, odometer=""):
-        return self.write("truck.yaml", TRUCK.replace("HZ", str(RATE / 3)).replace("ODOMETER", odometer))
+        with open(TRUCK, encoding="utf-8") as file:
+            return self.write("truck.yaml", file.read().replace("bits: 32}", f"bits: 32{odometer}}}"))
 
     def command(self, source, job, *options, odometer=""):
         return ["guide", "run", "--config", self.truck(odometer), "--head", f"truck={source}", "--model", f"truck={self.model}",
