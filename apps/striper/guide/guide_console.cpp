@@ -62,11 +62,11 @@ std::string answer(GuideConsole& console, const std::string& line, double& now_s
   if (!seconds || *seconds < 0.0 || *seconds > 86400.0) {
     return fmt::format("error: '{}': expected 0 to 86400 seconds", line);
   }
+  const std::string before = standing_message(console);
   now_s += *seconds;
   console.go_on(now_s, *seconds);
-  const auto* const message = console.message();
-  return message == nullptr ? std::string()
-                            : fmt::format("{}: {}", to_string(message->level), message->text);
+  const std::string now = standing_message(console);
+  return now == before ? std::string() : now;
 }
 
 void run_lines(GuideConsole& console) {
