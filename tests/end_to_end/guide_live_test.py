@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves that `striper guide run` guides live: a simulated truck whose three lasers cross the road before it, seen by one camera with
 a wheel's encoder. What it says live, in tables and over CAN, is to the letter what a recorded run of the same inputs gives; heads of
-a rig; a job that is resumed, or was killed, keeps its totals; an odometer at a serial line and on CAN; a camera that is killed while a gun
+a rig; a job that is resumed, or was killed, keeps its totals; an odometer at a serial line and on CAN; pipes that nobody opens and odometers
+that are silent: said, and ended by Ctrl-C; a camera that is killed while a gun
 is on: safe, back, totals right; a mirror that stops: lasers off, and they stay off.
 Simulated: the frames come from the simulator itself; Camera: from the virtual camera over GigE Vision, at its frame rate. Does not
 prove a real camera, nor a real road; a real bus is vcan.sh's.
@@ -217,6 +218,47 @@ class Simulated(Live):
         counts = [int(row["counts"]) for row in self.table("run", "odometer.csv")]
         self.assertGreater(len(counts), 50)
         self.assertEqual(counts, sorted(counts))
+
+
+    def test_a_pipe_that_nobody_reads_is_said_and_left(self):
+        """As an output: said, waited for, left with Ctrl-C; as a log of an odometer: refused."""
+        pipe = self.path("pipe")
+        os.mkfifo(pipe)
+        striper("guide", "simulate", self.write("road.yaml", "striper_road: 1\nlength_m: 5\n"), "-o", self.path("recorded"))
+        live = self.command(f"sim:{self.scene}?fps={RATE}&realtime=yes&{self.SOURCE_KEYS}", "job")
+        for command in (live, ["guide", "run", self.path("recorded"), "-o", self.path("other")]):
+            for address in (f"jsonl:{pipe}", f"candump:{pipe}"):
+                program = self.start(*command, "--to", address)
+                self.assertIn(f"--to {address}: waits until somebody reads it; Ctrl-C ends", program.stderr.readline())
+                self.ends_at_once(program, 1)
+                self.assertIn(f"--to {address}: interrupted before anybody read it", program.stderr.read())
+                shutil.rmtree(self.path("job"), ignore_errors=True)
+        said = striper(*self.command(self.source(60), "job", odometer=f', source: "candump:{pipe}"'), code=1, timeout=20).stderr
+        self.assertIn(f"candump:{pipe} is no file", said)
+
+    def test_an_odometer_that_is_silent_is_said_and_holds_nothing_up(self):
+        host, device = os.openpty()
+        self.addCleanup(os.close, host)
+        self.addCleanup(os.close, device)
+        pipe = self.path("pipe")
+        os.mkfifo(pipe)
+        moving = f"sim:{self.scene}?fps={RATE}&realtime=yes&laser=0,1,2"
+        for address in (f"serial:{os.ttyname(device)}", f"serial:{pipe}", "encoder"):
+            program = self.start(*self.command(moving, "job", odometer=f', source: "{address}"'))
+            said = ""
+            while "no reading for 1 s" not in said:
+                said = program.stderr.readline()
+                self.assertNotEqual(said, "", address)
+            self.assertIn(f"odometer {address}: no reading for 1 s: nothing is painted without it", said)
+            self.ends_at_once(program, 0)
+            self.assertEqual(self.painted("job"), [])
+            shutil.rmtree(self.path("job"))
+
+    def ends_at_once(self, program, code):
+        program.send_signal(signal.SIGINT)
+        told = time.monotonic()
+        self.assertEqual(program.wait(timeout=10), code)
+        self.assertLess(time.monotonic() - told, 0.5)
 
 
 class Camera(Live):
