@@ -23,6 +23,9 @@ constexpr double kObjectIfTopIsLong = 0.1;
 constexpr double kObjectIfTopIsShort = 0.4;
 constexpr double kHoleElse = 0.02;
 
+// How often what rises from the road is a bank or grass, before its roughness is seen.
+constexpr double kOvergrown = 0.05;
+
 double above(double value, double limit, double sigma, double slack) noexcept {
   return normal_below((value - limit) / std::hypot(sigma, slack));
 }
@@ -30,6 +33,11 @@ double above(double value, double limit, double sigma, double slack) noexcept {
 double object_probability(const CurbEvidence& e) noexcept {
   if (e.is_ground_behind) return kObjectIfGroundBehind;
   return e.top_length_m >= kLeastTop_m ? kObjectIfTopIsLong : kObjectIfTopIsShort;
+}
+
+double overgrown_probability(const CurbEvidence& e) noexcept {
+  const double odds = kOvergrown / (1.0 - kOvergrown);
+  return 1.0 / (1.0 + std::exp(std::clamp(-e.overgrown_log_odds, -30.0, 30.0)) / odds);
 }
 
 }  // namespace
@@ -48,7 +56,7 @@ void weigh(const CurbEvidence& e, const CurbOptions& options, CurbFinding& f) no
     put(kind, rest * part);
     rest -= rest * part;
   };
-  if (e.is_rough) take(CurbKind::kRough, 0.9);
+  take(CurbKind::kRough, overgrown_probability(e));
   if (e.is_down) {
     const double is_hole = e.is_ground_behind ? kObjectIfGroundBehind : kHoleElse;
     put(CurbKind::kDown, rest * (1.0 - is_hole));

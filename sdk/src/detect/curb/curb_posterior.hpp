@@ -16,7 +16,8 @@ struct CurbEvidence {
   double gain = 0.0;      ///< By how much chi2 grows if there is nothing.
   double penalty = 25.0;  ///< What a further surface had to gain (Segmentation::penalty).
   bool is_down = false;
-  bool is_rough = false;          ///< No smooth face and no smooth top.
+  /// ln p(returns beyond the edge | overgrown) - ln p(... | paved); 0 where they do not tell.
+  double overgrown_log_odds = 0.0;
   bool is_ground_behind = false;  ///< The road's level is seen again farther out.
   double top_length_m = 0.0;      ///< 0 where no top is seen.
 };

@@ -22,6 +22,16 @@ constexpr double kLeastBehind_m = 0.15;
 constexpr int kSurePoints = 10;
 constexpr double kSureBend = 3.0;  // Times what a piece had to gain; by chance it is 1.5 at most.
 
+// The surface beyond an edge is looked at so far: stones are 12 to 15 cm wide, and grass begins
+// behind many.
+constexpr double kLookedAt_m = 0.12;
+constexpr double kLookedAtMost_m = 0.3;
+constexpr std::size_t kToldBy = 6;  // Returns.
+constexpr double kNose_m = 0.02;
+// What is so much higher stands on it, with its foot this much nearer.
+constexpr double kStanding_m = 0.1;
+constexpr double kBeforeStanding_m = 0.05;
+
 // Of a face that no return is on: upright, to the 20 degrees that faces lean by.
 constexpr double kFaceLean_rad = 20.0 * kDegree;
 // Of a top that is not seen: level, to the slope of a road.
@@ -33,6 +43,10 @@ bool RoadSide::Strip::is_at(double z_m) const { return std::abs(near.y() - z_m) 
 
 const Piece& RoadSide::piece(Index k) const {
   return scan_->pieces.pieces[static_cast<std::size_t>(k)];
+}
+
+const Run& RoadSide::run(Index k) const {
+  return scan_->cutter.runs[static_cast<std::size_t>(k)];
 }
 
 bool RoadSide::has(Index k) const {
@@ -50,7 +64,7 @@ RoadSide::Strip RoadSide::strip(Index k) const {
   s.far = seen(step_ > 0 ? p.end_m : p.begin_m);
   s.slope_rad = std::atan2(s.far.y() - s.near.y(), s.far.x() - s.near.x());
   s.is_level = std::abs(s.slope_rad) < kLevel_rad;
-  s.is_rough = p.is_rough;
+  s.is_rough = p.is_rough && !is_paved(scatter_m(scan_->cutter.ranges, run(k)));
   s.points = p.points;
   return s;
 }
@@ -174,11 +188,47 @@ void RoadSide::look_behind(Index from) {
 
 double RoadSide::gain(Index k) const {
   if (!has(k)) return 0.0;
-  const Run& run = scan_->cutter.runs[static_cast<std::size_t>(k)];
   double chi2 = 0.0;
-  for (std::size_t i = run.from; i < run.to; ++i)
+  for (std::size_t i = run(k).from; i < run(k).to; ++i)
     chi2 += misfit(scan_->cutter.ranges, i, piece(ground_).line);
-  return chi2 - run.fit.chi2;
+  return chi2 - run(k).fit.chi2;
+}
+
+// Of the surface that begins at an edge: its first decimetre, behind the nose and before what
+// stands on it; more where so little of it is seen that it does not tell.
+double RoadSide::overgrown_beyond(const Eigen::Vector2d& edge_m) {
+  const InverseRanges& ranges = scan_->cutter.ranges;
+  const ScanLine& ground = piece(ground_).line;
+  const Eigen::Vector2d edge(out_.dot(edge_m), -ground.offset_m(edge_m));
+  roughness_.clear();
+  for (Index i = first_beyond(edge_m); i >= 0 && i < static_cast<Index>(ranges.size()); i += step_) {
+    const auto k = static_cast<std::size_t>(i);
+    const Eigen::Vector2d at(out_.dot(ranges.at_m(k)), -ground.offset_m(ranges.at_m(k)));
+    if (at.x() > edge.x() + (roughness_.size() < kToldBy ? kLookedAtMost_m : kLookedAt_m)) break;
+    if (at.y() > edge.y() + kStanding_m) {
+      roughness_.end_at(at.x() - kBeforeStanding_m);
+      break;
+    }
+    if (at.x() < edge.x() + kNose_m) continue;
+    const double per_metre = ranges.q[k] / ground.distance_m;
+    roughness_.add(at, ranges.noise[k] / (per_metre * per_metre));
+  }
+  return roughness_.log_odds_of_overgrown();
+}
+
+// The first element outwards of a place, seen from the pivot.
+RoadSide::Index RoadSide::first_beyond(const Eigen::Vector2d& at_m) const {
+  const InverseRanges& ranges = scan_->cutter.ranges;
+  const Eigen::Vector2d to = at_m - ranges.pivot;
+  const auto size = static_cast<Index>(ranges.size());
+  const double sense = ranges.turn(0, ranges.size() - 1) > 0.0 ? step_ : -step_;
+  Index i = static_cast<Index>(step_ > 0 ? run(ground_).to : run(ground_).from) - (step_ > 0 ? 0 : 1);
+  while (i >= 0 && i < size) {
+    const auto e = static_cast<std::size_t>(i);
+    if (sense * (to.x() * ranges.sine[e] - to.y() * ranges.cosine[e]) > 0.0) break;
+    i += step_;
+  }
+  return i;
 }
 
 // What is not seen is put where it has to be, with errors as large as what is known of it.
@@ -229,8 +279,7 @@ std::optional<CurbFinding> RoadSide::rise() {
   const Piece& last = piece(has(top_) ? top_ : face_);
   finding.beyond_m = step_ > 0 ? last.end_m : last.begin_m;
   evidence_.gain = gain(face_) + gain(top_);
-  const bool is_face_rough = !has(face_) || piece(face_).is_rough;
-  evidence_.is_rough = is_face_rough && (!has(top_) || piece(top_).is_rough);
+  evidence_.overgrown_log_odds = overgrown_beyond(finding.top_m);
   weigh(evidence_, scan_->options, finding);
   return finding;
 }
@@ -262,6 +311,7 @@ std::optional<CurbFinding> RoadSide::drop() {
   look_behind(leaving_ + step_);
   evidence_.gain = gain(leaving_);
   evidence_.is_down = true;
+  evidence_.overgrown_log_odds = overgrown_beyond(f.top_m);
   weigh(evidence_, scan_->options, f);
   return f;
 }
