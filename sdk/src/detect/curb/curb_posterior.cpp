@@ -19,12 +19,12 @@ constexpr double kLeastTop_m = 0.25;
 
 // How often what looks like a curb stands on the road, by what is seen of it, before any travel.
 constexpr double kObjectIfGroundBehind = 0.97;
-constexpr double kObjectIfTopIsLong = 0.1;
+constexpr double kObjectIfTopIsLong = 0.2;
 constexpr double kObjectIfTopIsShort = 0.4;
 constexpr double kHoleElse = 0.02;
 
 // How often what rises from the road is a bank or grass, before its roughness is seen.
-constexpr double kOvergrown = 0.05;
+constexpr double kOvergrown = 0.1;
 
 double above(double value, double limit, double sigma, double slack) noexcept {
   return normal_below((value - limit) / std::hypot(sigma, slack));

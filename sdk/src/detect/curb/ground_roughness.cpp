@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace striper::detail {
@@ -11,9 +12,11 @@ namespace {
 
 constexpr double kMostPaved_m = 0.005;
 
-// Scatters of both kinds of ground, each as likely as the others: a factor of about two apart.
-constexpr std::array kPaved_m{0.0003, 0.0008, 0.0016, 0.003};
-constexpr std::array kOvergrown_m{0.006, 0.01, 0.018, 0.035};
+// Scatters that ground has, a factor of two apart, and how often. Stones and slabs are smooth to a
+// millimetre; of grass only the tips are seen, which scatter by half a centimetre.
+constexpr std::array<GroundRoughness::Scatter, 3> kPaved{{{0.0003, 0.3}, {0.0008, 0.4}, {0.0015, 0.3}}};
+constexpr std::array<GroundRoughness::Scatter, 4> kOvergrown{
+    {{0.004, 0.35}, {0.008, 0.3}, {0.016, 0.2}, {0.03, 0.15}}};
 
 // What stands on the ground, and speckle that was not left out: anywhere in a metre.
 constexpr double kStrange = 0.03;
@@ -24,13 +27,6 @@ constexpr std::size_t kFewest = 4;
 constexpr double kLean = 0.06;
 
 constexpr int kRounds = 3;  // After three what is strange has no weight.
-
-double log_mean_exp(const std::array<double, 4>& logs) noexcept {
-  const double most = *std::max_element(logs.begin(), logs.end());
-  double sum = 0.0;
-  for (const double one : logs) sum += std::exp(one - most);
-  return most + std::log(sum / static_cast<double>(logs.size()));
-}
 
 double density(double residual, double variance) noexcept {
   return std::exp(-0.5 * residual * residual / variance) /
@@ -56,12 +52,17 @@ void GroundRoughness::end_at(double out_m) {
 
 double GroundRoughness::log_odds_of_overgrown() const noexcept {
   if (heights_.size() < kFewest) return 0.0;
-  std::array<double, 4> paved{}, overgrown{};
-  for (std::size_t k = 0; k < paved.size(); ++k) {
-    paved[k] = log_likelihood(kPaved_m[k]);
-    overgrown[k] = log_likelihood(kOvergrown_m[k]);
+  return log_likelihood(kOvergrown) - log_likelihood(kPaved);
+}
+
+double GroundRoughness::log_likelihood(std::span<const Scatter> scatters) const noexcept {
+  double sum = -std::numeric_limits<double>::infinity();
+  for (const Scatter& one : scatters) {
+    const double next = std::log(one.part) + log_likelihood(one.sigma_m);
+    const double most = std::max(sum, next);
+    sum = most + std::log(std::exp(sum - most) + std::exp(next - most));
   }
-  return log_mean_exp(overgrown) - log_mean_exp(paved);
+  return sum;
 }
 
 // At the best line, each return weighted by how probably it is of this ground; the line took a

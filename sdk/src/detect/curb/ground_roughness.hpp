@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,6 +22,11 @@ bool is_paved(double scatter_m) noexcept;
 /// as ground does.
 class GroundRoughness {
  public:
+  /// A scatter of the heights, one sigma, and how often ground has it.
+  struct Scatter {
+    double sigma_m, part;
+  };
+
   void clear() noexcept { heights_.clear(); }
   /// @param at_m outwards, and above the road. @param variance_m2 of the height, by noise.
   void add(const Eigen::Vector2d& at_m, double variance_m2) {
@@ -40,6 +46,7 @@ class GroundRoughness {
     Eigen::Vector2d at_m;
     double variance_m2;
   };
+  double log_likelihood(std::span<const Scatter> scatters) const noexcept;
   double log_likelihood(double scatter_m) const noexcept;
 
   std::vector<Height> heights_;

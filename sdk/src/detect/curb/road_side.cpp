@@ -26,7 +26,7 @@ constexpr double kSureBend = 3.0;  // Times what a piece had to gain; by chance 
 // behind many.
 constexpr double kLookedAt_m = 0.12;
 constexpr double kLookedAtMost_m = 0.3;
-constexpr std::size_t kToldBy = 6;  // Returns.
+constexpr std::size_t kToldBy = 8;  // Returns.
 constexpr double kNose_m = 0.02;
 // What is so much higher stands on it, with its foot this much nearer.
 constexpr double kStanding_m = 0.1;
