@@ -14,7 +14,8 @@ constexpr double kMostPaved_m = 0.005;
 
 // Scatters that ground has, a factor of two apart, and how often. Stones and slabs are smooth to a
 // millimetre; of grass only the tips are seen, which scatter by half a centimetre.
-constexpr std::array<GroundRoughness::Scatter, 3> kPaved{{{0.0003, 0.3}, {0.0008, 0.4}, {0.0015, 0.3}}};
+constexpr std::array<GroundRoughness::Scatter, 3> kPaved{
+    {{0.0003, 0.3}, {0.0008, 0.4}, {0.0015, 0.3}}};
 constexpr std::array<GroundRoughness::Scatter, 4> kOvergrown{
     {{0.004, 0.35}, {0.008, 0.3}, {0.016, 0.2}, {0.03, 0.15}}};
 

@@ -45,9 +45,7 @@ const Piece& RoadSide::piece(Index k) const {
   return scan_->pieces.pieces[static_cast<std::size_t>(k)];
 }
 
-const Run& RoadSide::run(Index k) const {
-  return scan_->cutter.runs[static_cast<std::size_t>(k)];
-}
+const Run& RoadSide::run(Index k) const { return scan_->cutter.runs[static_cast<std::size_t>(k)]; }
 
 bool RoadSide::has(Index k) const {
   return k >= 0 && k < static_cast<Index>(scan_->pieces.pieces.size());
@@ -201,7 +199,8 @@ double RoadSide::overgrown_beyond(const Eigen::Vector2d& edge_m) {
   const ScanLine& ground = piece(ground_).line;
   const Eigen::Vector2d edge(out_.dot(edge_m), -ground.offset_m(edge_m));
   roughness_.clear();
-  for (Index i = first_beyond(edge_m); i >= 0 && i < static_cast<Index>(ranges.size()); i += step_) {
+  for (Index i = first_beyond(edge_m); i >= 0 && i < static_cast<Index>(ranges.size());
+       i += step_) {
     const auto k = static_cast<std::size_t>(i);
     const Eigen::Vector2d at(out_.dot(ranges.at_m(k)), -ground.offset_m(ranges.at_m(k)));
     if (at.x() > edge.x() + (roughness_.size() < kToldBy ? kLookedAtMost_m : kLookedAt_m)) break;
@@ -222,7 +221,8 @@ RoadSide::Index RoadSide::first_beyond(const Eigen::Vector2d& at_m) const {
   const Eigen::Vector2d to = at_m - ranges.pivot;
   const auto size = static_cast<Index>(ranges.size());
   const double sense = ranges.turn(0, ranges.size() - 1) > 0.0 ? step_ : -step_;
-  Index i = static_cast<Index>(step_ > 0 ? run(ground_).to : run(ground_).from) - (step_ > 0 ? 0 : 1);
+  Index i =
+      static_cast<Index>(step_ > 0 ? run(ground_).to : run(ground_).from) - (step_ > 0 ? 0 : 1);
   while (i >= 0 && i < size) {
     const auto e = static_cast<std::size_t>(i);
     if (sense * (to.x() * ranges.sine[e] - to.y() * ranges.cosine[e]) > 0.0) break;
