@@ -22,8 +22,6 @@ constexpr std::array<GroundRoughness::Scatter, 4> kOvergrown{
 // What stands on the ground, and speckle that was not left out: anywhere in a metre.
 constexpr double kStrange = 0.03;
 
-constexpr std::size_t kFewest = 4;
-
 // Pavements fall by 2 to 3 %, ramped ones by 6, banks by more.
 constexpr double kLean = 0.06;
 
@@ -52,7 +50,7 @@ void GroundRoughness::end_at(double out_m) {
 }
 
 double GroundRoughness::log_odds_of_overgrown() const noexcept {
-  if (heights_.size() < kFewest) return 0.0;
+  if (!can_tell()) return 0.0;
   return log_likelihood(kOvergrown) - log_likelihood(kPaved);
 }
 

@@ -33,6 +33,8 @@ class GroundRoughness {
     heights_.push_back({at_m, variance_m2});
   }
   std::size_t size() const noexcept { return heights_.size(); }
+  /// Whether there are enough to tell.
+  bool can_tell() const noexcept { return heights_.size() >= kFewest; }
   /// Leaves out what lies farther out.
   void end_at(double out_m);
 
@@ -42,6 +44,7 @@ class GroundRoughness {
   double log_odds_of_overgrown() const noexcept;
 
  private:
+  static constexpr std::size_t kFewest = 4;
   struct Height {
     Eigen::Vector2d at_m;
     double variance_m2;
