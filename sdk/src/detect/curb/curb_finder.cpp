@@ -20,8 +20,9 @@ namespace {
 // Up is given to within what a vehicle on a road leans by: roll, and the road's own slope.
 const double kLeastFacingUp = std::cos(20.0 * std::numbers::pi / 180.0);
 
-// Shorter is no road: boxes and wheels are nearer than it at times, but have no such faces.
-constexpr double kLeastRoad_m = 0.3;
+// Shorter is no road: boxes and wheels are nearer than it at times, but have no such faces. Rough
+// asphalt that is seen from half a metre is cut into pieces of a decimetre.
+constexpr double kLeastRoad_m = 0.15;
 
 constexpr std::array<std::string_view, kCurbKindCount> kKindWords{"none", "up",     "down", "ramp",
                                                                   "wall", "object", "rough"};
