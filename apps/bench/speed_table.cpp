@@ -119,7 +119,7 @@ StriperModel model_for(cv::Size size) {
 
 ScannerOptions always_lit(const StriperModel& model) {
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   return options;
 }
 

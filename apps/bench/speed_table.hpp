@@ -58,7 +58,7 @@ struct SpeedTable {
   double latency_p50_us = 0.0;  ///< Of one frame, end to end.
   double latency_p99_us = 0.0;
   double latency_worst_us = 0.0;
-  /// The slowest of a stream's first frames, while the cadence is looked at.
+  /// The slowest of a stream's first frames, while the pattern is looked at.
   double first_frames_worst_us = 0.0;
   std::optional<double> allocations_per_frame;
 

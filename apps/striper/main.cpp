@@ -6,10 +6,10 @@
 
 #include <CLI/CLI.hpp>
 
-#include "camera_commands.hpp"
-#include "commands.hpp"
-#include "help_formatter.hpp"
-#include "program.hpp"
+#include "camera/camera_commands.hpp"
+#include "program/commands.hpp"
+#include "program/help_formatter.hpp"
+#include "program/program.hpp"
 
 namespace {
 

@@ -118,7 +118,7 @@ void bind_source_info(py::module_& module) {
       .def_readonly("is_live", &SourceInfo::is_live)
       .def_readonly("picture_rate_hz", &SourceInfo::picture_rate_hz, "Nominal; 0: unknown.")
       .def_readonly("pictures", &SourceInfo::pictures, "How many there are; None: unknown.")
-      .def_property_readonly("cadence", [](const SourceInfo& i) { return i.cadence.to_string(); });
+      .def_property_readonly("cadence", [](const SourceInfo& i) { return i.pattern.to_string(); });
 }
 
 py::object value_of(const Control& control) {

@@ -126,7 +126,7 @@ std::shared_ptr<FrameScanner> make_scanner(const py::object& model, const py::ob
   const std::shared_ptr<const StriperModel> loaded = model_of(model, events);
   ScannerOptions options = scanner_options_of(loaded.get(), given);
   options.events = events;
-  if (!source.is_none()) options.ambient.cadence = source.cast<SourceInfo>().cadence;
+  if (!source.is_none()) options.ambient.pattern = source.cast<SourceInfo>().pattern;
   const py::gil_scoped_release unlocked;
   Scanner scanner = loaded ? Scanner(*loaded, options) : Scanner(options);
   return std::make_shared<FrameScanner>(std::move(scanner));
@@ -141,7 +141,7 @@ void bind_scanner(py::module_& module) {
       .def(
           "process", &FrameScanner::process, free, py::arg("frame"),
           "The scans of the next frame: usually one; none for a dark one, or while frames are held "
-          "until the lasers' cadence is known.")
+          "until the illumination pattern is known.")
       .def("finish", &FrameScanner::finish, free, "What is still held, at the end of a stream.")
       .def_property_readonly("status", [](const FrameScanner& scanner) {
         const ScannerStatus status = scanner.status();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What it costs to take daylight off, a scan: the pass that looks for candidates over one image
 // (`plain`) and over lit - dark (`fused`), the ambient stage alone (pairs, interpolation, motion,
-// blind spots; `unknown`: the source does not know what is lit, so that the cadence is checked) and
+// blind spots; `unknown`: the source does not know what is lit, so that the pattern is checked) and
 // with the fused pass behind it, a colour difference without anything clipped and with a line that
 // is clipped from side to side (in green and red, 2.5 times as bright in green), beside the sum of
 // both images' pixels, which nothing that reads them can beat. Bytes are those of the images that a
@@ -108,7 +108,7 @@ void stage(benchmark::State& state, bool are_fields, bool with_candidates, bool 
   }
   striper::AmbientOptions options;
   options.noise = striper::NoiseModel{2.0, 0.0, 0.0};
-  options.cadence = striper::Cadence::parse("0,dark");
+  options.pattern = striper::IlluminationPattern::parse("0,dark");
   AmbientStage ambient(options);
   BlockMaxima blocks;
   std::size_t n = 0;

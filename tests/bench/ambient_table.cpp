@@ -29,7 +29,7 @@ struct Column {
 // A camera, and the ways to use its pictures.
 struct Camera {
   ScanMode scan;
-  const char* cadence;
+  const char* pattern;
   std::vector<Column> columns;
 };
 
@@ -51,8 +51,8 @@ constexpr int kMoreOfTheCase = 4;
 
 std::vector<DaylightScore> measure(Scene scene, const Camera& camera, int pictures) {
   scene.timing.scan = camera.scan;
-  scene.timing.cadence = Cadence::parse(camera.cadence);
-  if (scene.timing.cadence.has_dark() && camera.scan == ScanMode::kProgressive) {
+  scene.timing.pattern = IlluminationPattern::parse(camera.pattern);
+  if (scene.timing.pattern.has_dark() && camera.scan == ScanMode::kProgressive) {
     scene.timing.picture_rate_hz *= 2.0;  // As many scans a second as the fields give.
     pictures *= 2;
   }

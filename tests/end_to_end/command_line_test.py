@@ -344,7 +344,7 @@ class Scans(EndToEnd):
 
         self.assertEqual(decided(self.shots), ["channel grey"], "a laser that is always on")
         self.assertEqual(decided(self.shots + "?laser=0"), ["channel grey"])
-        every = ["channel grey", "cadence 0 (given)", "ambient none"]
+        every = ["channel grey", "pattern 0 (given)", "ambient none"]
         self.assertEqual(decided(self.shots + "?laser=0", "--ambient", "none"), every)
         self.write("blank.pgm", pgm(row=1000))
         self.assertIn("ambient none", decided(self.path("blank.pgm")), "little is found: daylight may be why")
@@ -389,7 +389,7 @@ class Scans(EndToEnd):
 
         self.assertNotIn("was given", said("walk?laser=0,dark"))
         for laser in ("0", "dark,0"):
-            shown = f"the cadence '{laser}' was given, but the pictures show '0,dark'"
+            shown = f"the pattern '{laser}' was given, but the pictures show '0,dark'"
             self.assertIn(shown, said(f"walk?laser={laser}"))
         self.assertIn("'0,dark' was given, but nothing in the pictures tells", said("off?laser=0,dark"))
         self.assertNotIn("was given", said("off?laser=0"))

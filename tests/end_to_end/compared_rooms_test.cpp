@@ -199,7 +199,7 @@ class ComparedRoom : public ::testing::Test {
 
   std::vector<PolarScan> scans_with(const StriperModel& model, std::uint64_t picture) {
     ScannerOptions options = ScannerOptions::for_model(model);
-    options.ambient.cadence = simulator.scene().timing.cadence;
+    options.ambient.pattern = simulator.scene().timing.pattern;
     Scanner scanner(model, options);
     std::vector<PolarScan> all;
     for (std::uint64_t n = 0; n < kScans; ++n) {

@@ -16,7 +16,7 @@
 
 #include <striper/simulator/scene_yaml.hpp>
 
-#include "ambient/illumination/cadence_finder.hpp"
+#include "ambient/illumination/pattern_finder.hpp"
 #include "support/heard.hpp"
 #include "support/random.hpp"
 #include "support/shared_data.hpp"
@@ -24,7 +24,7 @@
 namespace striper {
 namespace {
 
-using detail::CadenceFinder;
+using detail::PatternFinder;
 
 using testing::DaylightScore;
 using testing::DaylightWay;
@@ -67,7 +67,7 @@ DaylightScore scan(const Scene& scene, const DaylightWay& way, int pictures,
 TEST(HardCase, FieldsWithTheTrackerFindTheStripe) {
   ScannerStatus status;
   const DaylightScore score = scan(hard_case(), {}, kPictures, &status);
-  EXPECT_EQ(status.ambient.pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(status.ambient.pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_EQ(status.ambient.origin, PatternOrigin::kFound);
   EXPECT_EQ(status.ambient.method, AmbientMethod::kFields);
   EXPECT_EQ(score.scans, static_cast<std::size_t>(kPictures - 1));
@@ -92,21 +92,21 @@ TEST(HardCase, WhatPassesByMakesNoGhosts) {
 }
 
 // Edges and light sources that jump from picture to picture show lines in dark exposures too.
-TEST(HardCase, CadenceOfWholePicturesIsFoundAtSpeed) {
-  for (const char* const cadence : {"0,dark", "0"}) {
+TEST(HardCase, PatternOfWholePicturesIsFoundAtSpeed) {
+  for (const char* const pattern : {"0,dark", "0"}) {
     Scene scene = hard_case();
-    testing::drive_past_light_sources(scene, 16.7, CadenceFinder::kPictures);
+    testing::drive_past_light_sources(scene, 16.7, PatternFinder::kPictures);
     scene.timing.scan = ScanMode::kProgressive;
-    scene.timing.cadence = Cadence::parse(cadence);
+    scene.timing.pattern = IlluminationPattern::parse(pattern);
     Simulator simulator(scene);
-    CadenceFinder finder(StripeAxis::kColumns, 1);
-    for (std::uint64_t n = 0; n < CadenceFinder::kPictures; ++n) {
+    PatternFinder finder(StripeAxis::kColumns, 1);
+    for (std::uint64_t n = 0; n < PatternFinder::kPictures; ++n) {
       finder.add(simulator.render(n), n);
     }
-    const CadenceFinder::Finding finding = finder.find();
-    EXPECT_EQ(finding.cadence.is_automatic(), !scene.timing.cadence.has_dark());
-    EXPECT_EQ(finding.is_plain, scene.timing.cadence.has_dark());
-    EXPECT_EQ(finding.always_lit, !scene.timing.cadence.has_dark());
+    const PatternFinder::Finding finding = finder.find();
+    EXPECT_EQ(finding.pattern.is_automatic(), !scene.timing.pattern.has_dark());
+    EXPECT_EQ(finding.is_plain, scene.timing.pattern.has_dark());
+    EXPECT_EQ(finding.always_lit, !scene.timing.pattern.has_dark());
   }
 }
 
@@ -153,7 +153,7 @@ TEST(SeveralLasers, GiveOneScanEachAndDarkNone) {
   for (std::size_t n = 0; n < 3; ++n) {
     scene.lasers[n].T_device_laser.translation().z() = -0.4 - 0.1 * static_cast<double>(n);
   }
-  scene.timing.cadence = Cadence::parse("0,1,2,dark");
+  scene.timing.pattern = IlluminationPattern::parse("0,1,2,dark");
   Simulator simulator(scene);
   Scanner scanner(simulator.model());
   std::array<int, 3> scans{};
@@ -217,12 +217,12 @@ INSTANTIATE_TEST_SUITE_P(HardCase, LostPictures,
 
 // What moves takes a second a picture to render.
 
-TEST(HardCase, CadenceIsFoundAtAHundredKilometresPerHour) {
+TEST(HardCase, PatternIsFoundAtAHundredKilometresPerHour) {
   Scene scene = hard_case();
   testing::drive(scene, 27.8);
   ScannerStatus status;
   const DaylightScore score = scan(scene, {}, 7, &status);
-  EXPECT_EQ(status.ambient.pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(status.ambient.pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_EQ(status.ambient.origin, PatternOrigin::kFound);
   EXPECT_EQ(score.scans_of_dark, 0U);
 }
@@ -263,7 +263,7 @@ Scene panels(double pulse_energy_j, bool has_gaps = true) {
   scene.name = "panels";
   scene.timing.scan = ScanMode::kTopFirst;
   scene.timing.picture_rate_hz = 29.97;
-  scene.timing.cadence = Cadence::parse("0,dark");
+  scene.timing.pattern = IlluminationPattern::parse("0,dark");
   scene.daylight.ambient_w_m2_nm = 0.3;
   scene.daylight.sky_radiance_w_m2_sr_nm = 0.02;
   const double focal_px = scene.camera.fx();
@@ -319,11 +319,11 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-// All scans of some pictures, the cadence given: a stripe so weak, or none, shows none.
+// All scans of some pictures, the pattern given: a stripe so weak, or none, shows none.
 template <typename Action>
 void for_each_scan(Simulator& simulator, PeakRule rule, int pictures, const Action& action) {
   ScannerOptions options = ScannerOptions::for_model(simulator.model());
-  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.ambient.pattern = simulator.scene().timing.pattern;
   options.stripe.peak = rule;
   options.stripe.stripe_sigma_px = 1.2;
   Scanner scanner(simulator.model(), options);

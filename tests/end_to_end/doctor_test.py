@@ -195,7 +195,7 @@ class Fields(Doctor):
     def test_each_field_for_itself(self):
         source = f"images:{self.interlaced.name}?fields=split-bottom"
         findings = self.findings(source, 0)
-        self.check(findings, "good", r"cadence .*dark.*, ambient fields")
+        self.check(findings, "good", r"pattern .*dark.*, ambient fields")
         self.check(findings, "good", r"a stripe in (9\d|100) % of the columns")
 
     def test_interlaced_without_a_word(self):
@@ -213,7 +213,7 @@ class Numbers(Doctor):
         for number in (0, 1, 2, 3, 5, 6, 7, 8, 9):
             self.picture(grey(20, stripe(150)), f"shots/shot_{number:03}.pgm")
         findings = self.findings("images:" + self.path("shots"), 0)
-        self.check(findings, "doubtful", "1 number missing between the pictures", "cadence goes on")
+        self.check(findings, "doubtful", "1 number missing between the pictures", "pattern goes on")
         self.check(findings, "good", "a stripe in 100 % of the columns")
 
     def test_lit_pictures_whose_dark_ones_are_missing(self):
@@ -223,7 +223,7 @@ class Numbers(Doctor):
         with open(self.path("shots/frames.csv"), "w", encoding="utf-8") as file:
             file.write("file,sequence\n" + "".join(f"{n}.pgm,{2 * n}\n" for n in range(3)))
         findings = self.findings("images:" + self.path("shots") + "?laser=0,dark", 1)
-        self.check(findings, "doubtful", "2 numbers missing between the pictures", "cadence goes on")
+        self.check(findings, "doubtful", "2 numbers missing between the pictures", "pattern goes on")
         self.check(findings, "bad", "none of 3 frames could be scanned", "laser=")
 
     def test_damaged_picture(self):
@@ -257,7 +257,7 @@ class Model(Doctor):
 
     def test_dark_pictures_are_taken_off_the_lit_ones(self):
         findings = self.findings(f"sim:{WALL}?frames=4&laser=0,dark", 0, "--model", self.model())
-        self.check(findings, "good", "cadence 0,dark .*, ambient alternate")
+        self.check(findings, "good", "pattern 0,dark .*, ambient alternate")
         self.check_all_is_well(findings, r"a stripe in \d+ % of the columns")
 
     def test_of_another_laser(self):

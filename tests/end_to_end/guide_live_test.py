@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves that `striper guide run` guides live: a simulated truck whose three lasers cross the road before it, seen by one camera with
-a wheel's encoder. What it says live is to the letter what a recorded run of the same inputs gives; a job that is resumed keeps its totals; an odometer at a serial line.
+a wheel's encoder. What it says live, in tables and over CAN, is to the letter what a recorded run of the same inputs gives; heads of
+a rig; a job that is resumed, or was killed, keeps its totals; an odometer at a serial line and on CAN; a camera that is killed while a gun
+is on: safe, back, totals right; a mirror that stops: lasers off, and they stay off.
 Simulated: the frames come from the simulator itself; Camera: from the virtual camera over GigE Vision, at its frame rate. Does not
-prove a real camera, nor a real road.
+prove a real camera, nor a real road; a real bus is vcan.sh's.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper STRIPER_SOURCE_DIR=. python3 guide_live_test.py
 """
@@ -10,12 +12,15 @@ import csv
 import filecmp
 import json
 import os
+import signal
+import struct
+import subprocess
 import threading
 import time
 import unittest
 
 from gige_test import VirtualCamera
-from program import InScratch, striper
+from program import STRIPER, InScratch, striper
 
 # The truck drives 2 m/s along dashes of 2 m and gaps of 3; its camera is 1 m above the road and looks 30 degrees down; lasers 0.4 m
 # below it meet the road 2.4, 1.8 and 1.2 m ahead, in turn.
@@ -81,8 +86,40 @@ class Live(InScratch):
         for row in known:
             self.assertAlmostEqual(float(row["lateral_m"]), -0.05, delta=max(0.01, 4 * float(row["sigma_m"])), msg=row)
 
-    def painted_m(self, *path):
-        return sum(float(row["length_m"]) for row in self.table(*path, "guns.csv") if row["state"] == "ON")
+    def painted(self, *path):
+        return [float(row["length_m"]) for row in self.table(*path, "guns.csv") if row["state"] == "ON"]
+
+    def start(self, *command):
+        """A run that goes on until it is told to end."""
+        program = subprocess.Popen([STRIPER, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+        def end():
+            if program.poll() is None:
+                program.kill()
+            program.communicate()
+
+        self.addCleanup(end)
+        return program
+
+    def wait_for(self, what, seconds=30):
+        """Until a function gives something; returns that."""
+        end = time.monotonic() + seconds
+        while not (found := what()):
+            if time.monotonic() > end:
+                self.fail("it did not come")
+            time.sleep(0.01)
+        return found
+
+    def lines(self, name):
+        """The whole lines of JSON that are there by now."""
+        if not os.path.exists(self.path(name)):
+            return []
+        with open(self.path(name), encoding="utf-8") as file:
+            return [json.loads(line) for line in file.read().split("\n")[:-1]]
+
+    def switches(self, name):
+        return [line["is_on"] for line in self.lines(name) if line["table"] == "switch"]
+
 
 
 class Simulated(Live):
@@ -97,7 +134,7 @@ class Simulated(Live):
         self.assertGreaterEqual(done["guns"][0]["dashes"], 2)
         self.equals_the_recorded_run("job", "run")
         self.is_right("job")
-        self.assertAlmostEqual(self.job("job")["guns"][0]["on_m"], self.painted_m("job"), places=9)
+        self.assertAlmostEqual(self.job("job")["guns"][0]["on_m"], sum(self.painted("job")), places=9)
         self.assertEqual(self.job("job")["laser"], "off")
 
     def test_a_job_that_is_resumed_keeps_its_totals(self):
@@ -109,7 +146,63 @@ class Simulated(Live):
         self.assertEqual(both["part"], 2)
         self.assertAlmostEqual(both["guns"][0]["on_m"], 2 * first["guns"][0]["on_m"], places=9)
         self.assertEqual(both["guns"][0]["dashes"], 2 * first["guns"][0]["dashes"])
-        self.assertAlmostEqual(self.painted_m("job") + self.painted_m("job", "part-2"), both["guns"][0]["on_m"], places=9)
+        self.assertAlmostEqual(sum(self.painted("job")) + sum(self.painted("job", "part-2")), both["guns"][0]["on_m"], places=9)
+
+    def test_outputs_live_are_those_of_the_recorded_run(self):
+        def to(name):
+            return ["--to", f"candump:{self.path(name + '.log')}", "--to", f"jsonl:{self.path(name + '.jsonl')}"]
+
+        striper(*self.command(self.source(220), "job", "--record", self.path("run"), *to("live")))
+        striper("guide", "run", self.path("run"), "-o", self.path("recorded"), *to("recorded"))
+        for ending in (".log", ".jsonl"):
+            self.assertTrue(filecmp.cmp(self.path("live" + ending), self.path("recorded" + ending), shallow=False), ending)
+        self.assertIn(True, self.switches("live.jsonl"))
+        self.assertEqual(self.lines("live.jsonl")[-1]["table"], "safe")
+
+    def test_a_job_that_is_killed_goes_on_with_its_totals(self):
+        # At half the simulator's pace: a job of 9 s that is killed in its second dash.
+        source = f"sim:{self.scene}?frames=440&realtime=yes&{self.SOURCE_KEYS}"
+        program = self.start(*self.command(source, "job", "--to", f"jsonl:{self.path('lines')}"))
+        self.wait_for(lambda: os.path.exists(self.path("job", "job.json")) and self.job("job")["guns"][0]["dashes"] == 2)
+        program.kill()
+        program.wait()
+        first = self.job("job")
+        self.assertEqual(first["laser"], "on")
+        self.assertGreater(first["guns"][0]["on_m"], 1.5)
+        striper(*self.command(self.source(150), "job", "--resume"))
+        self.assertAlmostEqual(self.job("job")["guns"][0]["on_m"], first["guns"][0]["on_m"] + sum(self.painted("job", "part-2")), places=9)
+        self.assertEqual(self.job("job")["guns"][0]["dashes"], 2 + len(self.painted("job", "part-2")))
+        self.assertEqual(self.job("job")["part"], 2)
+
+    def test_a_job_and_a_run_that_are_there_are_not_replaced(self):
+        striper(*self.command(self.source(60), "job", "--record", self.path("run")))
+        again = striper(*self.command(self.source(60), "job"), code=2).stderr
+        self.assertIn("holds a job that was driven", again)
+        self.assertIn("--resume", again)
+        self.assertIn("holds a job", striper("guide", "run", self.path("run"), "-o", self.path("job"), code=2).stderr)
+        self.assertIn("already holds a run", striper(*self.command(self.source(60), "other", "--record", self.path("run")), code=2).stderr)
+        for file in (self.path("run2", "truck.mcap"), self.path("third", "guns.csv"), self.model, self.path("truck.yaml")):
+            said = striper(*self.command(self.source(60), "third", "--record", self.path("run2"), "--to", f"jsonl:{file}"), code=2).stderr
+            self.assertIn("is read or written by this run", said)
+
+    def test_heads_of_a_rig(self):
+        head = "{name: truck, source: 'sim:scene.yaml?frames=220&encoder=500&laser=0,1,2', model: made/model.yaml, options: {threshold: 9}}"
+        rig = self.write("rig.yaml", "striper_rig: 1\nname: lorry\nheads:\n  - " + head + "\nodometer: {source: encoder, counts_per_m: 500, bits: 32}\n")
+        common = ["guide", "run", "--config", self.truck(), "--rig", rig]
+        striper(*common, "-o", self.path("job"), "--record", self.path("run"))
+        self.equals_the_recorded_run("job", "run")
+        self.is_right("job")
+        with open(rig, encoding="utf-8") as file:
+            text = file.read()
+        for wrong, right, said in (("counts_per_m: 500", "counts_per_m: 400", "400 counts a metre"), ("threshold: 9", "treshold: 9", "rig.yaml:4"),
+                                   ("name: truck", "name: lorry", "expected --head truck=SOURCE"), ("made/model", "made/none", "made/none.yaml"),
+                                   ("striper_rig: 1", "striper_rig: 2", "rig.yaml:1")):
+            self.write("wrong.yaml" if right == "striper_rig: 2" else "rig.yaml", text.replace(wrong, right))
+            file = self.path("wrong.yaml") if right == "striper_rig: 2" else rig
+            self.assertIn(said.replace("rig.yaml:1", "wrong.yaml:1"),
+                          striper(*common[:-1], file, "-o", self.path("no"), code=None).stderr)
+        self.assertIn("excludes", striper(*common, "--head", "truck=sim:x", "-o", self.path("no"), code=2).stderr)
+        self.assertIn("--head or --rig", striper("guide", "run", self.path("run"), "-o", self.path("no"), "--resume", code=2).stderr)
 
     def test_what_is_wrong_is_said(self):
         command = self.command(self.source(10), "job")
@@ -118,7 +211,7 @@ class Simulated(Live):
         self.assertIn("expected --head truck=SOURCE", striper(*other, code=2).stderr)
         self.assertIn("job.json", striper(*command, "--resume", code=1).stderr)
         wrong = self.command(self.source(10), "job", odometer=', source: "wheel:1"')
-        self.assertIn("expected encoder, or serial:DEVICE", striper(*wrong, code=1).stderr)
+        self.assertIn("expected encoder, serial:DEVICE", striper(*wrong, code=1).stderr)
         self.assertIn("--head NAME=SOURCE", striper("guide", "run", "-o", self.path("job"), code=2).stderr)
 
     def test_an_odometer_at_a_serial_line(self):
@@ -156,6 +249,83 @@ class Camera(Live):
         self.assertNotIn("came too late", done.stderr)
         self.equals_the_recorded_run("job", "run")
         self.is_right("job")
+
+    def test_a_camera_that_is_killed_while_the_gun_is_on(self):
+        lines = "lines.jsonl"
+        with VirtualCamera(self.scene, "--loop", "300") as camera:
+            source = camera.uri("encoder=yes&laser=0,1,2&fps=%d" % RATE)
+            program = self.start(*self.command(source, "job", "--record", self.path("run"), "--to", f"jsonl:{self.path(lines)}"))
+            self.wait_for(lambda: self.switches(lines).count(True) == 2 and self.switches(lines)[-1])
+            time.sleep(0.3)
+            camera.program.kill()
+            killed = time.monotonic()
+            camera.program.communicate()
+            self.wait_for(lambda: not self.switches(lines)[-1])
+            self.assertLess(time.monotonic() - killed, 0.6)
+            safe = self.wait_for(lambda: [line for line in self.lines(lines) if line["table"] == "lateral"][-1])
+            self.assertEqual((safe["state"], safe["volts"], safe["lateral_m"]), ("fault", 0.0, None))
+            time.sleep(1)
+            camera.__enter__()
+            before = len(self.switches(lines))
+            self.wait_for(lambda: len(self.switches(lines)) >= before + 4)
+            program.send_signal(signal.SIGINT)
+            _, said = program.communicate(timeout=20)
+        self.assertEqual(program.returncode, 0, said)
+        self.assertIn("nothing comes in: guns off, the safe voltage", said)
+        self.assertIn("inputs are back", said)
+        self.totals_are_right(lines)
+
+    def totals_are_right(self, lines):
+        """Of a job whose second dash was cut by a camera that was lost, and that went on for two more."""
+        painted = self.painted("job")
+        self.assertGreaterEqual(len(painted), 4)
+        gun = self.job("job")["guns"][0]
+        self.assertAlmostEqual(gun["on_m"], sum(painted), places=9)
+        self.assertEqual(gun["dashes"], len(painted))
+        self.assertEqual(self.switches(lines).count(True), len(painted))
+        # Whole dashes have 2 m, the one that was cut what was driven until then; none is painted blind.
+        for length_m in (painted[0], painted[2]):
+            self.assertAlmostEqual(length_m, 2.0, delta=0.12)
+        self.assertGreater(painted[1], 0.4)
+        self.assertLess(painted[1], 1.9)
+        self.assertIn("odometer", {row["code"] for row in self.table("job", "faults.csv")})
+        states = [row["state"] for row in self.table("job", "lateral.csv")]
+        self.assertIn("tracking", states[states.index("fault"):])
+        # The way is what the odometer has counted, before and after.
+        counts = [int(row["counts"]) for row in self.table("run", "odometer.csv")]
+        driven = sum(b - a for a, b in zip(counts, counts[1:]) if 0 <= b - a < 500)
+        self.assertAlmostEqual(self.job("job")["way_m"], driven / 500, delta=0.5)
+        self.assertEqual(self.lines(lines)[-1]["table"], "safe")
+
+    def can_log(self, seconds, mirror_stops_s):
+        """A truck's odometer, 100 times a second at 2 m/s, and its mirror's state, as candump -L writes them."""
+        lines = []
+        for k in range(100 * seconds):
+            lines.append("(%.6f) can0 330#%s" % (1000 + 0.01 * k, struct.pack("<Ih", 10 * k, -32768).hex().upper()))
+            if k % 10 == 5:
+                mirror = 2200 if 0.01 * k < mirror_stops_s else 0
+                lines.append("(%.6f) can0 331#%s" % (1000 + 0.01 * k, struct.pack("<BH", 1, mirror).hex().upper()))
+        return self.write("truck.log", "\n".join(lines) + "\n")
+
+    def test_an_odometer_on_can_and_a_mirror_that_stops(self):
+        log = self.can_log(14, 8)
+        with VirtualCamera(self.scene, "--loop", "300") as camera:
+            source = camera.uri("laser=0,1,2&fps=%d" % RATE)
+            done = striper(*self.command(source, "job", "--record", self.path("run"), "--seconds", "12", "--json",
+                                         odometer=f', source: "candump:{log}"'), timeout=60)
+        self.assertIn("lasers off: they stay off until guidance is started again", done.stderr)
+        self.assertEqual(json.loads(done.stdout)["laser"], "locked")
+        self.assertEqual(self.job("job")["laser"], "locked")
+        faults = {row["code"]: float(row["time_s"]) for row in self.table("job", "faults.csv")}
+        stopped_s = next(float(row["time_s"]) for row in self.table("run", "state.csv") if row["mirror_hz"] == "0")
+        self.assertAlmostEqual(faults["mirror"], stopped_s, delta=0.002)
+        # The camera, which fires them, is closed: nothing but what was under way is scanned.
+        seen = [float(row["time_s"]) for row in self.table("job", "seen.csv")]
+        self.assertGreater(sum(1 for time_s in seen if time_s < stopped_s), 50)
+        self.assertEqual([time_s for time_s in seen if time_s > stopped_s + 1], [])
+        self.equals_the_recorded_run("job", "run")
+        said = striper(*self.command(source, "job", "--resume", "--seconds", "0.5"), code=None).stderr
+        self.assertIn("the lasers were locked when the part before ended", said)
 
 
 if __name__ == "__main__":

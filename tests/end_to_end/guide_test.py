@@ -123,7 +123,7 @@ class Guide(InScratch):
         said = striper("guide", "run", broken, "-o", self.path("x"), code=1).stderr
         self.assertIn("sweeps.csv", said)
         self.assertIn("s0", said)
-        self.assertIn("names the run itself", striper("guide", "run", run, "-o", run, code=2).stderr)
+        self.assertIn("names a run: its guidance.yaml would be replaced", striper("guide", "run", run, "-o", run, code=2).stderr)
         self.assertIn("guidance.yaml", striper("guide", "run", self.path("nowhere"), "-o", self.path("x"), code=1).stderr)
         road = self.write("road.yaml", "striper_road: 1\nlength_m: 10\nobjects: [{kind: cat, at_m: 3}]\n")
         self.assertIn("road.yaml:3", striper("guide", "simulate", road, "-o", self.path("x"), code=1).stderr)

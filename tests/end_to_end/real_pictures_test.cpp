@@ -143,11 +143,11 @@ struct ScannedSet {
 };
 
 // Every `stride`-th picture.
-ScannedSet scan_first(const AlwaysLitSet& set, const char* cadence, int stride) {
+ScannedSet scan_first(const AlwaysLitSet& set, const char* pattern, int stride) {
   const auto source =
       open_source("images:" + (testing::real_data(set.set) / set.pictures).string());
   ScannerOptions options;
-  options.ambient.cadence = Cadence::parse(cadence);
+  options.ambient.pattern = IlluminationPattern::parse(pattern);
   options.stripe.axis = set.axis;
   Scanner scanner(options);
   ScannedSet result;
@@ -183,7 +183,7 @@ TEST_P(AlwaysLit, NoDarkExposureIsInvented) {
     EXPECT_GT(given.ok, 0U);
     EXPECT_EQ(found.scans, given.scans);
     EXPECT_EQ(found.ok, given.ok);
-    EXPECT_EQ(found.status.pattern, Cadence::parse("0"));
+    EXPECT_EQ(found.status.pattern, IlluminationPattern::parse("0"));
     EXPECT_EQ(found.status.origin, PatternOrigin::kAssumed);
   }
 }

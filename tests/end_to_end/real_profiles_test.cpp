@@ -36,7 +36,7 @@ double stripe_column(const std::string& picture) {
   ScannerOptions options;
   options.stripe.axis = StripeAxis::kRows;
   options.ambient.channel = Channel::kRed;
-  options.ambient.cadence = source->info().cadence;
+  options.ambient.pattern = source->info().pattern;
   Scanner scanner(options);
   source->start();
   std::vector<double> columns;

@@ -120,7 +120,7 @@ Scene scene_of(const Poster& poster, const Setting& setting) {
   scene.daylight.ambient_w_m2_nm = light.ambient_per_dn * setting.daylight_dn;
   for (SceneObject& object : scene.objects) object.material.reflectance = poster.white;
   scene.objects.push_back(poster_of(poster));
-  if (setting.has_dark) scene.timing.cadence = Cadence::parse("0,dark");
+  if (setting.has_dark) scene.timing.pattern = IlluminationPattern::parse("0,dark");
   return scene;
 }
 
@@ -159,7 +159,7 @@ Errors scan(const Poster& poster, const Setting& setting) {
   StriperModel model = simulator.model();
   model.lasers.front().look.width_px = setting.width_px;
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.ambient.pattern = simulator.scene().timing.pattern;
   // What is asked is where the stripe is, not which thing it is: that is looked for near the wall.
   options.stripe.each_line_by_itself = true;
   options.scan.min_range_m = kDistance_m - kReach_m;

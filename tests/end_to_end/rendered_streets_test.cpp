@@ -65,7 +65,7 @@ class SceneScans {
  private:
   static ScannerOptions options(const Scene& scene, const StriperModel& model) {
     ScannerOptions options = ScannerOptions::for_model(model);
-    options.ambient.cadence = scene.timing.cadence;
+    options.ambient.pattern = scene.timing.pattern;
     return options;
   }
 

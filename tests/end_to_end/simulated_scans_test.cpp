@@ -41,8 +41,8 @@ Containment measure(const Scene& scene, int pictures) {
   const StriperModel model = simulator.model();
   ScannerOptions options = ScannerOptions::for_model(model);
   options.stripe.method = ExtractMethod::kPaper;
-  options.ambient.cadence =
-      scene.timing.cadence;  // Given, so that no picture waits for the next one.
+  options.ambient.pattern =
+      scene.timing.pattern;  // Given, so that no picture waits for the next one.
   Scanner scanner(model, options);
   Containment result;
   for (int picture = 0; picture < pictures; ++picture) {

@@ -144,7 +144,7 @@ class Replay(Simulated):
     def test_a_frame_per_field(self):
         self.check("fields", "&fields=alternate-bottom&laser=0", "-m", self.model)
 
-    def test_cadence_to_be_found(self):
+    def test_pattern_to_be_found(self):
         self.check("unknown", "&laser=0,dark&illumination=unknown", "-m", self.model)
 
 
@@ -238,12 +238,12 @@ class Ntsc(Simulated):
     def test_fields_and_nothing_else_is_said(self):
         # The light_sources cover 3 % of the columns, in 3 % the stripe is too weak for a column by itself: more
         # in the first scan, which has no dark field before it.
-        self.assertIn("cadence 0,dark (found)", self.check("?fields=split-top", least=0.9, in_first=0.65))
+        self.assertIn("pattern 0,dark (found)", self.check("?fields=split-top", least=0.9, in_first=0.65))
 
     def test_the_tracker_finds_all_that_no_lamp_covers(self):
         self.check("?fields=split-top", "--peak", "continuous", least=0.96, in_first=0.9)
 
-    def test_the_cadence_may_be_said_too(self):
+    def test_the_pattern_may_be_said_too(self):
         self.check("?fields=split-top&laser=0,dark", least=0.9, in_first=0.65)
 
     def test_laser_and_shutter_run_together(self):

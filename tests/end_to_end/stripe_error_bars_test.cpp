@@ -95,7 +95,8 @@ void scan_scene(const Scene& scene, const OnReturn& on_return) {
   Simulator simulator(scene);
   const StriperModel model = simulator.model();
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = Cadence::parse("0");  // Always lit: no picture is held back.
+  options.ambient.pattern =
+      IlluminationPattern::parse("0");  // Always lit: no picture is held back.
   Scanner scanner(model, options);
   const std::vector<Truth> truth = simulator.truth(0);
   for (std::uint64_t number = 0; number < kPictures; ++number) {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include <striper/capture/source_uri.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(data, data + size);
@@ -16,8 +16,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (uri.text() != text || uri.scheme().empty()) std::abort();
     if (text.find(uri.path()) == std::string::npos) std::abort();
     if (const auto laser = uri.take("laser")) {
-      const striper::Cadence cadence = striper::Cadence::parse(*laser);
-      if (!(striper::Cadence::parse(cadence.to_string()) == cadence)) std::abort();
+      const striper::IlluminationPattern pattern = striper::IlluminationPattern::parse(*laser);
+      if (!(striper::IlluminationPattern::parse(pattern.to_string()) == pattern)) std::abort();
     }
     uri.take_number("fps", 0.0, 1e6);
     uri.take_integer("frames", 0, 1000);

@@ -3,15 +3,14 @@
 """Checks that folders stay small enough to find one's way in.
 
 usage: folders.py SOURCE_DIR
-A folder has at most 24 source files, but for the program's, which has a file for each command. One with more than 8 has
-a README of at most a screen; it names the file to read first, which is there, and every file that it names is there.
+A folder has at most 24 source files. One with more than 8 has a README of at most a screen; it names the file to read
+first, which is there, and every file that it names is there.
 """
 import pathlib
 import re
 import sys
 
 PARTS = ("sdk", "capture", "calibration", "connect", "apps")
-FLAT = ("apps/striper",)
 MOST_FILES = 24
 MOST_WITHOUT_README = 8
 SCREEN = (40, 160)  # Lines, columns.
@@ -20,7 +19,7 @@ SCREEN = (40, 160)  # Lines, columns.
 def complaints(root, folder):
     name = folder.relative_to(root).as_posix()
     sources = [f for f in folder.iterdir() if f.suffix in (".cpp", ".hpp", ".inc")]
-    if len(sources) > MOST_FILES and name not in FLAT:
+    if len(sources) > MOST_FILES:
         yield f"{name}: {len(sources)} source files - expected at most {MOST_FILES}: make rooms"
     readme = folder / "README.md"
     if not readme.exists():

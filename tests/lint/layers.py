@@ -64,11 +64,18 @@ ROOMS = {
     "capture/src/gige": {"protocol": set(), "pictures": {"protocol"}, "clock": {"protocol"},
                          "control": {"protocol", "pictures", "clock"}},
     "capture/src/v4l2": {"device": set(), "format": {"device"}, "buffers": {"device", "format"}},
+    "apps/striper": {"program": set(), "options": {"program"}, "run": {"program", "options"}},
 }
 STRIPE = ROOMS["sdk/src/stripe"]
 STRIPE["select"] = set(STRIPE)
 STRIPE["learn"] = STRIPE["track"] = set(STRIPE) | {"select"}
 STRIPE["report"] = set(STRIPE) | {"learn", "track"}
+PROGRAM = ROOMS["apps/striper"]
+SHARED = set(PROGRAM)
+PROGRAM.update({room: SHARED for room in ("calibrate", "camera", "measure", "design", "follow")})
+PROGRAM["record"] = SHARED | {"calibrate"}
+PROGRAM["serve"] = SHARED | {"camera", "record"}
+PROGRAM["guide"] = SHARED | {"serve"}
 OTHER_MODULES = {"sdk": set(), "capture/simulator": set(), "capture": set(), "calibration": set(),
                  "connect/can": set(),
                  "connect/ros2": set(),
@@ -255,14 +262,17 @@ class Tree:
 
     def check_room(self, path, number, parts):
         """Of two files of one folder with rooms: the table of ROOMS."""
-        table = ROOMS.get("/".join(parts[:3]))
-        if table is None or path.parts[:3] != parts[:3] or len(path.parts) < 5:
+        floor = next((f for f in ROOMS if "/".join(parts).startswith(f + "/")), None)
+        if floor is None or not path.is_relative_to(floor):
             return
-        own, other = path.parts[3], parts[3] if len(parts) > 4 else ""
+        table, level = ROOMS[floor], floor.count("/") + 1
+        if len(path.parts) < level + 2:
+            return
+        own, other = path.parts[level], parts[level] if len(parts) > level + 1 else ""
         if own not in table:
             self.report(path, number, f"room {own} is not in the table of rooms")
         elif other != own and other not in table[own]:
-            self.report(path, number, f"{own} must not include {other or 'what sees all'} of {parts[2]}: {'/'.join(parts[3:])}")
+            self.report(path, number, f"{own} must not include {other or 'what sees all'} of {parts[level - 1]}: {'/'.join(parts[level:])}")
 
     def check_may(self, path, number, module, folder, target):
         own, inside = module_of(path)[0], folder_of(path)

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   const auto source = striper::open_source("images:" + session + "?laser=0");
   striper::ScannerOptions options =
       striper::ScannerOptions::for_model(striper::load_model(session + "/model.yaml"));
-  options.ambient.cadence = source->info().cadence;
+  options.ambient.pattern = source->info().pattern;
   striper::Scanner scanner(striper::load_model(session + "/model.yaml"), options);
   source->start();
   std::vector<striper::Frame> frames(1);

@@ -67,7 +67,7 @@ StriperModel TrialCamera::model() const {
 ScannerOptions TrialCamera::options() const {
   const StriperModel own = model();
   ScannerOptions options = ScannerOptions::for_model(own);
-  options.ambient.cadence = Cadence({Illumination::laser(0)});
+  options.ambient.pattern = IlluminationPattern({Illumination::laser(0)});
   if (parts_->trial.channel) options.ambient.channel = *parts_->trial.channel;
   options.stripe.peak = parts_->trial.peak;
   if (!options.stripe.stripe_sigma_px) {

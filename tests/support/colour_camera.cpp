@@ -8,6 +8,8 @@
 
 #include <opencv2/core.hpp>
 
+#include <striper/core/frame.hpp>
+
 namespace striper::testing {
 namespace {
 
@@ -39,7 +41,7 @@ class Normals {
 
 void expose(const cv::Mat& expected, const Imager& imager, Normals& normals, cv::Mat& out) {
   const double read_dn = imager.noise.read_noise_e * imager.dn_per_electron;
-  const double full = (1 << imager.bit_depth) - 1;
+  const double full = full_scale_dn(imager.bit_depth);
   cv::Mat noisy(expected.size(), CV_32F);
   for (int v = 0; v < expected.rows; ++v) {
     for (int u = 0; u < expected.cols; ++u) {

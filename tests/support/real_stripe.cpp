@@ -145,7 +145,7 @@ RealScore RealScanner::score(const RealPicture& picture) {
 
 ScannerOptions RealSettings::options(StripeAxis axis) const {
   ScannerOptions options;
-  options.ambient.cadence = Cadence({Illumination::laser(0)});
+  options.ambient.pattern = IlluminationPattern({Illumination::laser(0)});
   options.ambient.channel = channel;
   options.stripe.axis = axis;
   options.stripe.peak = peak;

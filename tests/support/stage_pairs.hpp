@@ -11,17 +11,17 @@
 
 namespace striper::testing {
 
-inline AmbientOptions with_cadence(const char* cadence) {
+inline AmbientOptions with_pattern(const char* pattern) {
   AmbientOptions options;
-  options.cadence = Cadence::parse(cadence);
+  options.pattern = IlluminationPattern::parse(pattern);
   return options;
 }
 
 /// A picture whose pixels tell its number and whether it is lit.
-inline Frame tagged(std::uint64_t sequence, const Cadence& cadence) {
+inline Frame tagged(std::uint64_t sequence, const IlluminationPattern& pattern) {
   Frame frame;
   frame.image = cv::Mat(32, 48, CV_8UC1);
-  frame.image.setTo(cadence.at(sequence).is_dark() ? sequence % 100 : 100 + sequence % 100);
+  frame.image.setTo(pattern.at(sequence).is_dark() ? sequence % 100 : 100 + sequence % 100);
   frame.sensor_size = frame.image.size();
   frame.sequence = sequence;
   return frame;

@@ -10,8 +10,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 #include "support/random.hpp"
 #include "support/synthetic_stripe.hpp"
@@ -22,7 +22,7 @@ namespace striper::testing {
 /// Cheap to make, and every light in it is known; the simulator's scenes are the real thing.
 struct Street {
   cv::Size size = {320, 240};
-  Cadence cadence = Cadence::parse("0,dark");
+  IlluminationPattern pattern = IlluminationPattern::parse("0,dark");
   Field field = Field::kProgressive;  ///< Or one of the two interlaced ones.
 
   double daylight_dn = 80.0;  ///< Mean of the background.
@@ -72,7 +72,7 @@ struct Street {
                  {static_cast<int>(light_source[0]) - shift, static_cast<int>(light_source[1])},
                  static_cast<int>(light_source[2]), 1e4, cv::FILLED);
     }
-    const Illumination lit = cadence.at(number);
+    const Illumination lit = pattern.at(number);
     if (!lit.is_lit() || amplitude_dn <= 0.0) return image;
     for (int u = 0; u < image.cols; ++u) {
       const double mu = row(lit.laser_index(), u);
@@ -86,7 +86,7 @@ struct Street {
   }
 
   void expose(const cv::Mat& light, int first_row, int step, cv::Mat& out) const {
-    const double full = (1 << bit_depth) - 1;
+    const double full = full_scale_dn(bit_depth);
     for (int v = first_row; v < light.rows; v += step) {
       for (int u = 0; u < light.cols; ++u) {
         const double dn = light.at<float>(v, u) + normal(0.0, noise_dn);

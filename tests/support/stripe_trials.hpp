@@ -189,6 +189,7 @@ inline TrialScore score(const RenderedTrials& trials, ExtractMethod method) {
   options.method = method;
   options.noise = trials.noise;
   options.excess_sigma_px = 0.0;
+  options.each_line_by_itself = true;
   Stripe stripe;
   make_extractor(options)->extract(trials.frame, stripe);
   const std::vector<double> sigmas(stripe.sigma_px.begin(), stripe.sigma_px.end());

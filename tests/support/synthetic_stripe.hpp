@@ -6,6 +6,7 @@
 
 #include <opencv2/core.hpp>
 
+#include <striper/core/frame.hpp>
 #include <striper/core/lit_frame.hpp>
 
 #include "support/random.hpp"
@@ -37,7 +38,7 @@ inline LitFrame render(const SyntheticStripe& stripe) {
   const bool wide = stripe.bit_depth > 8;
   cv::Mat image(stripe.length, stripe.lines, wide ? CV_16UC1 : CV_8UC1);
   LitFrame frame;
-  frame.full_scale_dn = (1 << stripe.bit_depth) - 1;
+  frame.full_scale_dn = full_scale_dn(stripe.bit_depth);
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
       const double light =

@@ -53,7 +53,7 @@ struct OnAir {
       : scene(way),
         source(open(way, watched)),
         transmitter(output_path(), broadcast(way), buffers_of(scene.picture.image, way)),
-        scans(scene, source->info().cadence) {
+        scans(scene, source->info().pattern) {
     source->start();
   }
 
@@ -198,7 +198,7 @@ TEST_P(VividSync, CheckSeesTheLaserInItsField) {
   const SyncReport report = check_sync(*air.source, {kLong_s, {}});
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked)
       << report.agreeing << " of " << report.windows << " agree, " << report.others << " others";
-  EXPECT_EQ(report.cadence, Cadence::parse("0,dark"));
+  EXPECT_EQ(report.pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_EQ(report.lit_field, way.is_bottom_first() ? Field::kBottom : Field::kTop);
   // The two nodes are not in step: of single fields one may come twice, which no rate can fit.
   if (way.field != V4L2_FIELD_ALTERNATE) {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "follow/found_tracks.hpp"
-#include "svg_chart.hpp"
+#include "program/svg_chart.hpp"
 
 namespace striper::program {
 namespace {

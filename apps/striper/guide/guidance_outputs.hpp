@@ -1,24 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include <striper/guidance/guidance.hpp>
+#include "guide/guidance_output.hpp"
 
 namespace striper::program {
 
 /// Where guidance's decisions go beside the tables, by address: `can:INTERFACE`, `candump:FILE`,
-/// `jsonl:FILE`, `-` for lines of JSON on the standard output. Tells them all.
+/// `jsonl:FILE`, `-` for lines of JSON on the standard output. Tells them all, buses first.
 class GuidanceOutputs : public GuidanceListener {
  public:
-  /// @throws Error{kUsage} for an address that is none, and as what it opens does.
-  GuidanceOutputs(const std::vector<std::string>& addresses, const GuidanceConfig& config);
+  struct Options {
+    bool is_live = false;  ///< A truck drives: no output is waited for.
+    /// Files that the same run reads or writes: no output may be one of them.
+    std::vector<std::filesystem::path> taken;
+  };
+
+  /// @throws Error{kUsage} for an address that is none or is taken, and as what it opens does.
+  GuidanceOutputs(const std::vector<std::string>& addresses, const GuidanceConfig& config,
+                  const Options& options);
   ~GuidanceOutputs() override;
 
-  /// Another that hears, last of all; it must live as long.
-  void add(GuidanceListener& listener) { listeners_.push_back(&listener); }
+  /// Another that hears, last of all, also after `finish`; it must live as long.
+  void add(GuidanceListener& listener) { others_.push_back(&listener); }
   /// Whether one of them is a thing of the present: a run is then played at its own pace.
   bool is_live() const noexcept { return is_live_; }
 
@@ -29,14 +37,27 @@ class GuidanceOutputs : public GuidanceListener {
   void fault(const FaultLine& line) override;
   void switch_laser_off(double time_s) override;
 
-  /// Makes safe and closes all; says what a bus did not take. @return whether it took all.
+  /// Guns off and the safe voltage until guidance says otherwise: where nothing comes in any more.
+  void make_safe(const LateralLine& safe);
+
+  /// Makes safe and closes all, buses first; what comes later goes to the tables alone. Says what
+  /// was not taken. @return whether all was. @throws what the first of them throws, after all.
   bool finish();
 
  private:
-  struct Output;
-  std::vector<std::unique_ptr<Output>> outputs_;
-  std::vector<GuidanceListener*> listeners_;
+  template <typename Tell>
+  void tell_all(const Tell& tell);
+
+  struct Output {
+    std::string address;
+    std::unique_ptr<GuidanceOutput> to;
+  };
+  std::vector<Output> outputs_;
+  std::vector<GuidanceListener*> others_;
+  std::vector<char> is_on_;  // Guns, as the outputs have heard.
   bool is_live_ = false;
+  bool is_finished_ = false;
+  bool is_whole_ = true;
 };
 
 /// What `--to` can be, for its help.

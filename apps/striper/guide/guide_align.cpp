@@ -18,10 +18,10 @@
 
 #include "guide/guide_commands.hpp"
 #include "guide/run_inputs.hpp"
-#include "program.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
-#include "terminal_events.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "program/terminal_events.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {
@@ -171,7 +171,8 @@ void align_beams(const AlignArguments& arguments, GuidanceConfig& config, Outcom
   const TerminalEvents events;
   RunInputs inputs(arguments.run, config, events.port());
   AlignmentDrive drive(config);
-  while (!stop_requested() && inputs.give_next(drive)) {
+  while (inputs.give_next(drive)) {
+    if (stop_requested()) throw Error(ErrorKind::kDevice, "interrupted");
   }
   const BeamAlignment beams = drive.solve(tape);
   say_beams(beams, config);

@@ -12,10 +12,10 @@
 #include "guide/console/console_lines.hpp"
 #include "guide/console/console_screen.hpp"
 #include "guide/guide_commands.hpp"
-#include "option_bounds.hpp"
-#include "program.hpp"
-#include "terminal.hpp"
-#include "terminal_events.hpp"
+#include "options/option_bounds.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "program/terminal_events.hpp"
 
 namespace striper::program {
 namespace {

@@ -13,10 +13,10 @@
 #include <striper/guidance/guidance_errors.hpp>
 
 #include "guide/guide_commands.hpp"
-#include "option_bounds.hpp"
-#include "program.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
+#include "options/option_bounds.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {

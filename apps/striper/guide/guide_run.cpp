@@ -2,31 +2,27 @@
 // striper guide run: a recorded run through guidance, to tables.
 #include <algorithm>
 #include <array>
-#include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <striper/core/error.hpp>
-#include <striper/core/whole_file.hpp>
 #include <striper/guidance/guidance.hpp>
+#include <striper/stream/rig_file.hpp>
 
 #include "guide/guidance_outputs.hpp"
 #include "guide/guide_commands.hpp"
 #include "guide/live/live_run.hpp"
-#include "guide/run_inputs.hpp"
+#include "guide/recorded_run.hpp"
 #include "guide/run_tables.hpp"
-#include "option_bounds.hpp"
-#include "program.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
-#include "terminal_events.hpp"
+#include "options/option_bounds.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {
@@ -43,6 +39,7 @@ struct RunArguments {
   bool json = false;
   std::vector<std::string> heads;
   std::vector<std::string> models;
+  std::optional<std::string> rig;
   std::optional<std::string> record;
   std::optional<double> seconds;
   bool resume = false;
@@ -71,12 +68,19 @@ constexpr const char* kHelp =
     "are described by data/can/guidance.dbc ('?id=800' moves the first of their four "
     "identifiers).\n"
     "candump:FILE is a log of the same frames, which canplayer plays.\n\n"
-    "With --head it runs live, on the cameras of the beams' heads, until Ctrl-C. The odometer is "
-    "what\n"
-    "odometer: source: of the file says: encoder (of the first head's camera; the default), or\n"
-    "serial:DEVICE?baud=19200 with a line COUNTS for each reading. job.json keeps the totals, "
-    "second\n"
-    "by second; --resume goes on with them, with tables of its own in part-2, part-3, ...\n\n"
+    "With --head or --rig it runs live, on the cameras of the beams' heads, until Ctrl-C. The\n"
+    "odometer is what odometer: source: of the file, or of the rig, says: encoder (of the first\n"
+    "head's camera; the default), serial:DEVICE?baud=19200 with a line COUNTS for each reading, "
+    "or\n"
+    "can:can0 with the frames TRUCK_ODOMETER and TRUCK_STATE of data/can/guidance.dbc ('?id=', "
+    "and\n"
+    "'&start=7&size=32&order=big' for a counter in a frame of the truck's own). Where nothing "
+    "comes\n"
+    "in for .25 s guns are off and the voltage is the safe one. Lasers are on while it runs; "
+    "where\n"
+    "the mirror stops they go off and stay off. job.json keeps totals and lasers, second by "
+    "second;\n"
+    "--resume goes on with them, with tables of its own in part-2, part-3, ...\n\n"
     "Examples:\n"
     "  striper guide run run -o job\n"
     "  striper guide run run --method report --alpha 0.9 -o as-in-1991\n"
@@ -84,26 +88,29 @@ constexpr const char* kHelp =
     "  striper guide run run -o job --to can:can0\n"
     "  striper guide run --config truck.yaml --head 'truck=gige:STRIPER1?encoder=yes&laser=0,1,2' "
     "\\\n"
-    "      --model truck=striper.yaml -o job --record run";
+    "      --model truck=striper.yaml -o job --record run\n"
+    "  striper guide run --config truck.yaml --rig rig.yaml -o job --to can:can0";
 
-CommandOption* define_live(Command& command, RunArguments& arguments) {
+void define_live(Command& command, CommandOption* run, RunArguments& arguments) {
   auto* const head =
       command.add_option("--head", arguments.heads, "Live: where a head's frames come from")
           ->type_name("NAME=SOURCE")
-          ->one_word_each();
+          ->one_word_each()
+          ->excludes(run);
   command.add_option("--model", arguments.models, "And its model; as often as there are heads")
       ->type_name("NAME=FILE")
       ->one_word_each()
       ->needs(head);
+  command.add_option("--rig", arguments.rig, "Live: the heads, and the odometer, of a rig")
+      ->type_name("RIG.yaml")
+      ->excludes(run)
+      ->excludes(head);
   command.add_option("--record", arguments.record, "Keep what came in, as a RUN of its own")
-      ->type_name("RUN")
-      ->needs(head);
+      ->type_name("RUN");
   command.add_option("--seconds", arguments.seconds, "End after so long; default: Ctrl-C")
       ->type_name("S")
-      ->check(above_zero())
-      ->needs(head);
-  command.add_flag("--resume", arguments.resume, "Go on with the job that is in DIR")->needs(head);
-  return head;
+      ->check(above_zero());
+  command.add_flag("--resume", arguments.resume, "Go on with the job that is in DIR");
 }
 
 void define(Command& command, RunArguments& arguments) {
@@ -129,7 +136,7 @@ void define(Command& command, RunArguments& arguments) {
       ->type_name("OUTPUT")
       ->one_word_each();
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
-  define_live(command, arguments)->excludes(run);
+  define_live(command, run, arguments);
   command.footer(kHelp);
 }
 
@@ -149,81 +156,17 @@ GuidanceConfig config_of(const RunArguments& arguments) {
   return config;
 }
 
-// Waits until an input is due, of a run that began when this was made; less where it is to stop.
-class RunPace {
- public:
-  void wait_for(double time_s) {
-    if (!std::isfinite(time_s)) return;
-    if (std::isnan(first_s_)) first_s_ = time_s;
-    const auto due = begin_ + std::chrono::duration_cast<Clock::duration>(
-                                  std::chrono::duration<double>(time_s - first_s_));
-    while (!stop_requested() && Clock::now() < due) {
-      std::this_thread::sleep_until(std::min(due, Clock::now() + kLongest));
-    }
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::milliseconds kLongest{50};
-
-  Clock::time_point begin_ = Clock::now();
-  double first_s_ = std::numeric_limits<double>::quiet_NaN();
-};
-
-void play(RunInputs& inputs, Guidance& guidance, bool is_live) {
-  Progress progress("sweeps", std::nullopt);
-  RunPace pace;
-  while (!stop_requested()) {
-    if (is_live) pace.wait_for(inputs.next_s());
-    if (!inputs.give_next(guidance)) break;
-    progress.update(inputs.sweeps());
-  }
-}
-
-ExitCode run_recorded(const RunArguments& arguments, const GuidanceConfig& config) {
+// --json and each output `-` write to the same place.
+void require_one_at_standard_output(const RunArguments& arguments) {
   const auto to_output =
       std::count_if(arguments.to.begin(), arguments.to.end(),
                     [](const std::string& to) { return to == "-" || to.ends_with(":-"); });
   if (to_output + (arguments.json ? 1 : 0) > 1) {
     throw Error(ErrorKind::kUsage, "--json and each --to - write to the standard output: one may");
   }
-  const TerminalEvents events;
-  const fs::path output = arguments.output;
-  if (fs::exists(output) && fs::equivalent(output, *arguments.run)) {
-    throw Error(ErrorKind::kUsage, "-o names the run itself: its guidance.yaml would be replaced");
-  }
-  RunInputs inputs(*arguments.run, config, events.port());
-  GuidanceOutputs outputs(arguments.to, config);  // Before the tables of an earlier job go.
-  fs::create_directories(output);
-  RunTables tables(output);
-  outputs.add(tables);
-  Guidance guidance(config, outputs);
-  play(inputs, guidance, outputs.is_live());
-  guidance.finish();
-  const bool is_all_sent = outputs.finish();
-  tables.close();
-  write_file_atomically(output / "guidance.yaml", format_guidance(config));
-  const GuidanceTotals totals = guidance.totals();
-  if (totals.sweeps == 0) {
-    throw Error(ErrorKind::kBadFile, fmt::format("{} has no sweeps of the beams that guidance.yaml "
-                                                 "names",
-                                                 *arguments.run));
-  }
-  say_totals(totals, config.stripe);
-  say(fmt::format("wrote lateral.csv, guns.csv, seen.csv and faults.csv into {}",
-                  arguments.output));
-  if (arguments.json) print_json(json_of(totals, config.stripe));
-  return is_all_sent ? ExitCode::kDone : ExitCode::kFailed;
 }
 
-ExitCode guide_run(const RunArguments& arguments) {
-  if (!arguments.run && arguments.heads.empty()) {
-    throw Error(ErrorKind::kUsage, "expected the directory of a run, or --head NAME=SOURCE");
-  }
-  if (!arguments.run && !arguments.config) {
-    throw Error(ErrorKind::kUsage, "--head needs --config: the truck's guidance.yaml");
-  }
-  const GuidanceConfig config = config_of(arguments);
+void warn_of_few_beams(const GuidanceConfig& config) {
   const auto used = std::count_if(config.beams.begin(), config.beams.end(),
                                   [](const GuidanceBeam& b) { return b.use != BeamUse::kOff; });
   if (used == 2) {
@@ -234,19 +177,72 @@ ExitCode guide_run(const RunArguments& arguments) {
     say("warning: one beam alone tells neither the direction of the stripe nor its bend; lateral_m "
         "may be off by a foot, and sigma_m does not say so");
   }
-  if (arguments.run) return run_recorded(arguments, config);
-  if (!arguments.to.empty()) {
-    throw Error(ErrorKind::kUsage, "--to does not go with --head yet - record the run and play it");
+}
+
+ExitCode guide_recorded(const RunArguments& arguments, const GuidanceConfig& config) {
+  RecordedRunOptions options{*arguments.run, arguments.output, arguments.to, {}};
+  if (arguments.config) options.taken.emplace_back(*arguments.config);
+  const RunOutcome outcome = run_recorded(config, options);
+  if (outcome.totals.sweeps == 0 && !outcome.was_interrupted) {
+    throw Error(ErrorKind::kBadFile, fmt::format("{} has no sweeps of the beams that guidance.yaml "
+                                                 "names",
+                                                 *arguments.run));
   }
+  say_totals(outcome.totals, config.stripe);
+  say(fmt::format("wrote lateral.csv, guns.csv, seen.csv and faults.csv into {}",
+                  arguments.output));
+  if (outcome.was_interrupted) say("interrupted: they hold what was read until then");
+  if (arguments.json) {
+    nlohmann::json summary = json_of(outcome.totals, config.stripe);
+    summary["interrupted"] = outcome.was_interrupted;
+    print_json(summary);
+  }
+  return outcome.is_all_sent && !outcome.was_interrupted ? ExitCode::kDone : ExitCode::kFailed;
+}
+
+ExitCode guide_live(const RunArguments& arguments, GuidanceConfig config) {
   LiveRunOptions live;
-  live.heads = live_heads(arguments.heads, arguments.models);
+  if (arguments.rig) {
+    const RigFile rig = load_rig(*arguments.rig);
+    live.heads = live_heads(rig);
+    take_odometer(rig, *arguments.rig, config);
+    live.taken.emplace_back(*arguments.rig);
+  } else {
+    live.heads = live_heads(arguments.heads, arguments.models);
+  }
+  live.taken.emplace_back(*arguments.config);
+  for (const LiveHead& head : live.heads) live.taken.emplace_back(head.model);
   live.output = arguments.output;
   if (arguments.record) live.record = *arguments.record;
+  live.to = arguments.to;
   live.seconds = arguments.seconds;
   live.resumes = arguments.resume;
-  const GuidanceTotals totals = run_live(config, live);
-  if (arguments.json) print_json(json_of(totals, config.stripe));
-  return totals.sweeps > 0 ? ExitCode::kDone : ExitCode::kFailed;
+  const LiveOutcome outcome = run_live(config, live);
+  if (arguments.json) {
+    nlohmann::json summary = json_of(outcome.totals, config.stripe);
+    summary["laser"] = to_string(outcome.laser);
+    print_json(summary);
+  }
+  return outcome.totals.sweeps > 0 && outcome.is_all_sent ? ExitCode::kDone : ExitCode::kFailed;
+}
+
+ExitCode guide_run(const RunArguments& arguments) {
+  const bool is_live = arguments.rig || !arguments.heads.empty();
+  if (!arguments.run && !is_live) {
+    throw Error(ErrorKind::kUsage,
+                "expected the directory of a run, --head NAME=SOURCE or --rig RIG.yaml");
+  }
+  if (is_live && !arguments.config) {
+    throw Error(ErrorKind::kUsage, "a live run needs --config: the truck's guidance.yaml");
+  }
+  if (!is_live && (arguments.record || arguments.seconds || arguments.resume)) {
+    throw Error(ErrorKind::kUsage,
+                "--record, --seconds and --resume are of live runs: with --head or --rig");
+  }
+  require_one_at_standard_output(arguments);
+  const GuidanceConfig config = config_of(arguments);
+  warn_of_few_beams(config);
+  return is_live ? guide_live(arguments, config) : guide_recorded(arguments, config);
 }
 
 }  // namespace

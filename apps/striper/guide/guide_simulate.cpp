@@ -15,9 +15,10 @@
 #include <striper/road/road_drive.hpp>
 
 #include "guide/guide_commands.hpp"
-#include "program.hpp"
-#include "summary.hpp"
-#include "terminal.hpp"
+#include "guide/run_files.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {
@@ -47,7 +48,9 @@ constexpr const char* kHelp =
 
 void define(Command& command, SimulateRoadArguments& arguments) {
   command.add_option("ROAD.yaml", arguments.road, "The road, see data/roads")->required();
-  command.add_option("-o,--output", arguments.output, "The directory; it is made")
+  command
+      .add_option("-o,--output", arguments.output,
+                  "The directory; it is made, and must not hold a run")
       ->type_name("RUN")
       ->required();
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
@@ -85,7 +88,7 @@ std::size_t write_tape(const RoadDrive& drive, const fs::path& file) {
 ExitCode guide_simulate(const SimulateRoadArguments& arguments) {
   const Road road = load_road(arguments.road);
   const fs::path output = arguments.output;
-  fs::create_directories(output);
+  make_run_directory(output);
   RoadDrive drive(road);
   SweepWriter sweeps((output / "sweeps.csv").string(), most_samples(road.truck));
   auto odometer = make_odometer_csv((output / "odometer.csv").string());
@@ -127,9 +130,12 @@ ExitCode guide_simulate(const SimulateRoadArguments& arguments) {
                 {"way_m", drive.way_m()},
                 {"duration_s", drive.duration_s()},
                 {"truth_rows", rows},
-                {"output", arguments.output}});
+                {"output", arguments.output},
+                {"interrupted", stop_requested()}});
   }
-  return ExitCode::kDone;
+  if (!stop_requested()) return ExitCode::kDone;
+  say("interrupted: sweeps and odometer end there");
+  return ExitCode::kFailed;
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "terminal.hpp"
+#include "program/terminal.hpp"
 
 namespace striper::program {
 

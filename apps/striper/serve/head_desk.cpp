@@ -10,7 +10,7 @@
 
 #include <striper/core/error.hpp>
 
-#include "why_json.hpp"
+#include "camera/why_json.hpp"
 
 namespace striper::program {
 namespace {

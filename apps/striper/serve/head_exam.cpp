@@ -8,8 +8,8 @@
 
 #include <striper/core/error.hpp>
 
-#include "picture_exam.hpp"
-#include "stream_exam.hpp"
+#include "camera/picture_exam.hpp"
+#include "camera/stream_exam.hpp"
 
 namespace striper::program {
 namespace {
@@ -20,7 +20,7 @@ constexpr auto kAskedLately = 10s;
 constexpr auto kLooksEvery = 3s;
 constexpr auto kKeepsFor = 2s;           // Of a slow camera what came until then.
 constexpr auto kOfLate = 60s;            // What was lost, or warned of, before is over.
-constexpr std::size_t kMostFrames = 12;  // Shows a cadence of up to four exposures three times.
+constexpr std::size_t kMostFrames = 12;  // Shows a pattern of up to four exposures three times.
 constexpr std::size_t kMostBytes = 64 << 20;  // Of cameras with many pixels fewer.
 constexpr std::size_t kMostHeard = 100;
 

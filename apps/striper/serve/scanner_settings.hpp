@@ -9,7 +9,7 @@
 #include <striper/stream/head.hpp>
 #include <striper/stream/sink_services.hpp>
 
-#include "scanner_arguments.hpp"
+#include "options/scanner_arguments.hpp"
 
 namespace striper::program {
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <striper/board/find_board.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/core/robust.hpp>
 #include <striper/laser_plane/board_stripe.hpp>
 #include <striper/stripe/extractor.hpp>
@@ -258,8 +259,8 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
     average_neighbours(coarse.returns, clear, scene, stripe);
   }
   if (picture.on.channels() == 3) {
-    const int full_scale_dn = (1 << picture.bit_depth) - 1;
-    stripe.colour = detail::stripe_colour(picture.on, stripe, settings.axis, full_scale_dn);
+    stripe.colour =
+        detail::stripe_colour(picture.on, stripe, settings.axis, full_scale_dn(picture.bit_depth));
   }
   return stripe;
 }

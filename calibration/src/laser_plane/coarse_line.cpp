@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <striper/ambient/channel_choice.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/core/robust.hpp>
 
 #include "laser_plane/board_paper.hpp"
@@ -33,7 +34,7 @@ std::unique_ptr<StripeExtractor> coarse_extractor(const ExtractionSettings& sett
 
 LitFrame lit_frame(const LaserPicture& picture, const ExtractionSettings& settings) {
   LitFrame frame = lit_frame_of_channel(picture.on, settings.channel, settings.axis,
-                                        (1 << picture.bit_depth) - 1);
+                                        full_scale_dn(picture.bit_depth));
   if (settings.subtract_off && frame.dark.empty()) {
     ChannelImages off;
     select_channel(picture.off, settings.channel, off);

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulated_source.hpp>
 
@@ -65,9 +65,9 @@ void apply_query(Uri& uri, Scene& scene, SimulatedSourceOptions& options) {
     scene.seed = static_cast<std::uint64_t>(*seed);
   }
   if (const auto noise = uri.take("noise")) keep_noises(uri, *noise, scene.imager.noise);
-  if (const auto cadence = take_cadence(uri)) {
-    options.cadence_given = true;
-    if (!cadence->is_automatic()) scene.timing.cadence = *cadence;
+  if (const auto pattern = take_pattern(uri)) {
+    options.pattern_given = true;
+    if (!pattern->is_automatic()) scene.timing.pattern = *pattern;
   }
   if (const auto word = uri.take("illumination")) {
     if (*word != "unknown" && *word != "known") {
@@ -140,7 +140,7 @@ SourceInfo SimulatedSource::info() const {
   info.field = field_of(scene.timing.scan);
   info.picture_rate_hz = scene.timing.picture_rate_hz;
   info.pictures = options_.pictures;
-  if (options_.illumination_known || options_.cadence_given) info.cadence = scene.timing.cadence;
+  if (options_.illumination_known || options_.pattern_given) info.pattern = scene.timing.pattern;
   return info;
 }
 

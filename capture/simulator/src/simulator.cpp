@@ -102,7 +102,7 @@ class Simulator::Impl {
   }
   Illumination illumination(std::uint64_t picture, int exposure) const noexcept {
     if (!lasers_on_) return Illumination::dark();
-    return scene_.timing.cadence.at(exposure_number(picture, exposure));
+    return scene_.timing.pattern.at(exposure_number(picture, exposure));
   }
   double time_s(std::uint64_t picture, int exposure) const noexcept {
     const double pictures =

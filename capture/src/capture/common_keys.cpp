@@ -21,13 +21,13 @@ Field parse_fields(const SourceUri& uri, const std::string& word) {
 
 CommonKeys CommonKeys::take(SourceUri& uri) {
   CommonKeys keys;
-  if (const auto laser = take_cadence(uri)) keys.cadence = *laser;
+  if (const auto laser = take_pattern(uri)) keys.pattern = *laser;
   if (const auto word = uri.take("fields")) keys.fields = parse_fields(uri, *word);
   return keys;
 }
 
 void CommonKeys::apply(SourceInfo& info) const {
-  if (!cadence.is_automatic()) info.cadence = cadence;
+  if (!pattern.is_automatic()) info.pattern = pattern;
   if (fields) info.field = *fields;
 }
 
@@ -39,7 +39,7 @@ void CommonKeys::apply(Frame& frame, std::int64_t picture_period_ns) const {
     frame.exposure_in_picture = 0;
     frame.field_period_ns = picture_period_ns / 2;
   }
-  if (!cadence.is_automatic()) frame.illumination = Illumination::unknown();
+  if (!pattern.is_automatic()) frame.illumination = Illumination::unknown();
 }
 
 }  // namespace striper::detail

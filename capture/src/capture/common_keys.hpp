@@ -15,7 +15,7 @@ struct CommonKeys {
   /// For SourceUri::refuse_unused.
   static constexpr std::string_view kKnown = "laser, fields";
 
-  Cadence cadence;              ///< Automatic unless `laser=` says otherwise.
+  IlluminationPattern pattern;  ///< Automatic unless `laser=` says otherwise.
   std::optional<Field> fields;  ///< kInterlacedTopFirst or kInterlacedBottomFirst, if given.
 
   /// @throws Error{kUsage} quoting a value that is none.
@@ -24,7 +24,7 @@ struct CommonKeys {
   /// Puts what was given into what the source says of itself.
   void apply(SourceInfo& info) const;
 
-  /// Puts what was given into a frame. A cadence says nothing of a single frame that the pictures
+  /// Puts what was given into a frame. A pattern says nothing of a single frame that the pictures
   /// could not refute: where one was given it is the source's, and the frame's own illumination, of
   /// a recording, gives way to it. What was not given leaves the frame as it is.
   /// @param picture_period_ns from picture to picture; a field takes half of it.

@@ -138,7 +138,7 @@ std::map<std::string, std::string> take_features(SourceUri& uri) {
 GigeOptions GigeOptions::from_uri(SourceUri uri) {
   GigeOptions options;
   const auto common = detail::CommonKeys::take(uri);
-  options.cadence = common.cadence;
+  options.pattern = common.pattern;
   options.fields = common.fields;
   options.uri = uri.text();
   options.name = uri.path();
@@ -191,12 +191,12 @@ void GigeOptions::validate() const {
                 fmt::format("source '{}': strobe= names {} twice - expected a line for each laser",
                             uri, *line));
   }
-  for (const Illumination light : cadence.pattern()) {
+  for (const Illumination light : pattern.entries()) {
     if (strobe_lines.empty() || !light.is_lit()) continue;
     if (light.laser_index() >= static_cast<int>(strobe_lines.size())) {
       throw Error(ErrorKind::kUsage,
                   fmt::format("source '{}': laser={} names laser {}, strobe= has {} line{}", uri,
-                              cadence.to_string(), light.laser_index(), strobe_lines.size(),
+                              pattern.to_string(), light.laser_index(), strobe_lines.size(),
                               strobe_lines.size() == 1 ? "" : "s"));
     }
   }

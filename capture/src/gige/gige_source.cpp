@@ -71,13 +71,13 @@ detail::StreamKind kind_of(const detail::PictureSetup& setup) {
 // What is likely to be meant otherwise, while nothing in the pictures speaks against it.
 void say_what_keys_mean(const detail::CommonKeys& common, const GigeOptions& options) {
   const bool is_triggered = !options.trigger.empty() && options.trigger != "off";
-  if (common.cadence.has_dark() && options.strobe_lines.empty() && !is_triggered) {
+  if (common.pattern.has_dark() && options.strobe_lines.empty() && !is_triggered) {
     options.events.send(
         {"laser_not_switched",
          fmt::format("'{}': laser={} without strobe= switches nothing; it says what something else "
                      "does with the laser, in step with the pictures. For a laser on one of the "
                      "camera's own lines name that: strobe=Line2",
-                     options.uri, common.cadence.to_string())});
+                     options.uri, common.pattern.to_string())});
   }
   if (common.fields) {
     options.events.send(
@@ -149,7 +149,7 @@ struct GigeSource::State {
 };
 
 GigeSource::State::State(GigeOptions given)
-    : options(std::move(given)), common{options.cadence, options.fields} {
+    : options(std::move(given)), common{options.pattern, options.fields} {
   if (options.uri.empty()) options.uri = (options.is_usb ? "u3v:" : "gige:") + options.name;
   options.validate();
   say_what_keys_mean(common, options);
@@ -219,7 +219,7 @@ void GigeSource::State::begin() {
   if (is_running) return;
   if (session && session->is_lost()) session.reset();
   if (!session) session = open_session();
-  numbers = detail::FrameNumbers(std::max<std::size_t>(common.cadence.pattern().size(), 1));
+  numbers = detail::FrameNumbers(std::max<std::size_t>(common.pattern.entries().size(), 1));
   next_arrival = 0;
   epoch = 0;
   completed_ns = 0;

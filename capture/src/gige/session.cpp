@@ -398,7 +398,7 @@ void Session::switch_lasers(bool on) {
 
 void Session::trigger_once(std::uint64_t number) {
   const std::lock_guard one_at_a_time(features_mutex_);
-  const Illumination light = lasers_on_ ? options_.cadence.at(number) : Illumination::dark();
+  const Illumination light = lasers_on_ ? options_.pattern.at(number) : Illumination::dark();
   if (is_lost_) return;  // the lasers may have been turned off for good
   if (lasers_.is_host_switched()) lasers_.command(light);
   {

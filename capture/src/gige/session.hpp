@@ -48,7 +48,7 @@ class Session {
   std::int64_t exposure_ns() const noexcept { return exposure_ns_; }
   bool has_lasers() const noexcept { return lasers_.is_used(); }
   bool are_lasers_on() const noexcept { return lasers_on_; }
-  /// Off: dark whatever the cadence says, until they are on again. @throws Error{kDevice}.
+  /// Off: dark whatever the pattern says, until they are on again. @throws Error{kDevice}.
   void switch_lasers(bool on);
 
   /// What the encoder showed at a picture; empty where it was not asked for.

@@ -49,9 +49,9 @@ std::string expected_cell(const NameCell<Text>&) {
   return "the name of a file beside the table";
 }
 
-bool parse_cadence(std::string_view text, Cadence& cadence) {
+bool parse_pattern(std::string_view text, IlluminationPattern& pattern) {
   try {
-    cadence = Cadence::parse(std::string(text));
+    pattern = IlluminationPattern::parse(std::string(text));
     return true;
   } catch (const Error&) {
     return false;
@@ -59,21 +59,21 @@ bool parse_cadence(std::string_view text, Cadence& cadence) {
 }
 
 template <typename Value>
-struct CadenceCell {
+struct PatternCell {
   Value& value;
 };
 template <typename Value>
-CadenceCell(Value&) -> CadenceCell<Value>;
+PatternCell(Value&) -> PatternCell<Value>;
 template <typename Value>
-void write_cell(std::string& out, const CadenceCell<Value>& cell) {
+void write_cell(std::string& out, const PatternCell<Value>& cell) {
   striper::write_cell(out, cell.value.to_string());
 }
-bool read_cell(std::string_view text, CadenceCell<Cadence> cell) {
-  return parse_cadence(text, cell.value);
+bool read_cell(std::string_view text, PatternCell<IlluminationPattern> cell) {
+  return parse_pattern(text, cell.value);
 }
 template <typename Value>
-std::string expected_cell(const CadenceCell<Value>&) {
-  return "a cadence as in laser=";
+std::string expected_cell(const PatternCell<Value>&) {
+  return "a pattern as in laser=";
 }
 
 template <typename Value>
@@ -90,8 +90,8 @@ void write_cell(std::string& out, const IlluminationCell<Value>& cell) {
 bool read_cell(std::string_view text, IlluminationCell<Illumination> cell) {
   cell.value = text == "dark" ? Illumination::dark() : Illumination::unknown();
   if (text.empty() || text == "dark") return true;
-  Cadence single;
-  if (!parse_cadence(text, single) || single.pattern().size() != 1) return false;
+  IlluminationPattern single;
+  if (!parse_pattern(text, single) || single.entries().size() != 1) return false;
   cell.value = single.at(0);
   return true;
 }
@@ -183,7 +183,7 @@ constexpr std::array kColumns{
     column("grid_u_step", [](auto& r) { return step_cell(r.frame.grid.u.step); }),
     column("grid_v_offset", [](auto& r) { return offset_cell(r.frame.grid.v.offset); }),
     column("grid_v_step", [](auto& r) { return step_cell(r.frame.grid.v.step); }),
-    column("cadence", [](auto& r) { return CadenceCell{r.cadence}; }),
+    column("cadence", [](auto& r) { return PatternCell{r.pattern}; }),
     column(
         "epoch", [](auto& r) -> auto& { return r.frame.epoch; }),
     column("status",

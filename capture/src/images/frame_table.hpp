@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/csv_table.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 namespace striper::detail {
 
@@ -19,9 +19,9 @@ inline constexpr std::string_view kFrameTableName = "frames.csv";
 /// One line of a recording's `frames.csv`: where a frame's picture is and everything else that the
 /// frame says.
 struct FrameRow {
-  std::string file;  ///< Name in the same directory; empty for a frame without an image.
-  Frame frame;       ///< Without the image.
-  Cadence cadence;   ///< Of the source that was recorded.
+  std::string file;             ///< Name in the same directory; empty for a frame without an image.
+  Frame frame;                  ///< Without the image.
+  IlluminationPattern pattern;  ///< Of the source that was recorded.
 };
 
 /// The table's columns (CONVENTIONS.md, Recordings).

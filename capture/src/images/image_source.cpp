@@ -78,7 +78,7 @@ std::uint64_t count_pictures(const std::vector<FrameRow>& rows) {
 ImageOptions ImageOptions::from_uri(SourceUri uri) {
   ImageOptions options;
   const auto common = detail::CommonKeys::take(uri);
-  options.cadence = common.cadence;
+  options.pattern = common.pattern;
   options.fields = common.fields;
   options.fps = uri.take_number("fps", 1e-3, 1e6).value_or(options.fps);
   if (const auto given = uri.take_integer("bits", 9, 16)) options.bits = static_cast<int>(*given);
@@ -115,7 +115,7 @@ struct ImageSource::State {
 
 void ImageSource::State::list_pictures(const ImageOptions& options) {
   events = options.events;
-  common = {options.cadence, options.fields};
+  common = {options.pattern, options.fields};
   bits = options.bits;
   info.uri = options.uri.empty() ? "images:" + options.path : options.uri;
   if (!(options.fps > 0.0)) {
@@ -134,7 +134,7 @@ void ImageSource::State::list_pictures(const ImageOptions& options) {
                   options.path, is_recording ? " (a recording)" : "");
   info.picture_rate_hz = is_recording ? rate_of(rows) : options.fps;
   info.has_clock = rows.front().frame.time.utc_offset_ns.has_value();
-  info.cadence = rows.front().cadence;
+  info.pattern = rows.front().pattern;
   info.field = rows.front().frame.field;
   if (info.field == Field::kBottom) info.field = Field::kTop;  // Stands for single fields.
   common.apply(info);

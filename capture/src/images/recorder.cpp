@@ -84,7 +84,7 @@ struct Recorder::Table : CsvWriter<detail::FrameRow> {
 };
 
 Recorder::Recorder(fs::path directory, const SourceInfo& info)
-    : directory_(std::move(directory)), cadence_(info.cadence) {
+    : directory_(std::move(directory)), pattern_(info.pattern) {
   make_empty_directory(directory_);
   const fs::path table = directory_ / detail::kFrameTableName;
   try {
@@ -104,7 +104,7 @@ Recorder::~Recorder() {
 }
 
 void Recorder::write(const Frame& frame) {
-  table_->add({write_picture(frame), frame, cadence_});
+  table_->add({write_picture(frame), frame, pattern_});
   table_->flush();
   ++frames_;
 }

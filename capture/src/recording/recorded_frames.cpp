@@ -38,11 +38,11 @@ Number number_of(const std::map<std::string, std::string>& values, const char* k
   return number;
 }
 
-Cadence cadence_of(const std::map<std::string, std::string>& values) {
+IlluminationPattern pattern_of(const std::map<std::string, std::string>& values) {
   const auto found = values.find("cadence");
   if (found == values.end() || found->second.empty()) return {};
   try {
-    return Cadence::parse(found->second);
+    return IlluminationPattern::parse(found->second);
   } catch (const Error&) {
     return {};
   }
@@ -96,7 +96,7 @@ bool RecordedFrames::tell_of_source(SourceInfo& info) const {
     info.bit_depth = number_of<int>(one.values, "bit_depth");
     info.channels = number_of<int>(one.values, "channels");
     info.picture_rate_hz = number_of<double>(one.values, "picture_rate_hz");
-    info.cadence = cadence_of(one.values);
+    info.pattern = pattern_of(one.values);
     return true;
   }
   return false;
@@ -166,7 +166,7 @@ void RecordedFrames::take_info(const wire::McapMessage& message, Frame& frame) {
   frame = Frame();
   try {
     wire::read_cdr(message.data, info_message_);
-    from_message(info_message_, frame, cadence_);
+    from_message(info_message_, frame, pattern_);
   } catch (const Error& error) {
     frame = Frame();
     frame.status = FrameStatus::kCorrupt;

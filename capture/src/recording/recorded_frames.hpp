@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
 #include <striper/core/frame_source.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/wire/mcap_reader.hpp>
 #include <striper/wire/ros_messages.hpp>
 #include <striper/wire/striper_messages.hpp>
@@ -30,7 +30,7 @@ class RecordedFrames {
   bool tell_of_source(SourceInfo& info) const;
 
   /// Of the last frame; automatic where it has no FrameInfo.
-  const Cadence& cadence() const noexcept { return cadence_; }
+  const IlluminationPattern& pattern() const noexcept { return pattern_; }
 
   /// Messages that stand for frames, where the file has a summary.
   std::optional<std::uint64_t> count() const;
@@ -53,7 +53,7 @@ class RecordedFrames {
   bool has_info_ = false;    // Each frame has a FrameInfo.
   std::map<std::uint16_t, Kind> kinds_;
 
-  Cadence cadence_;
+  IlluminationPattern pattern_;
   wire::Image image_message_;
   wire::FrameInfo info_message_;
   cv::Mat image_;            // Waits for its FrameInfo.

@@ -31,7 +31,7 @@ bool is_single_field(Field field) { return field == Field::kTop || field == Fiel
 RecordingOptions RecordingOptions::from_uri(SourceUri uri) {
   RecordingOptions options;
   const auto common = detail::CommonKeys::take(uri);
-  options.cadence = common.cadence;
+  options.pattern = common.pattern;
   options.fields = common.fields;
   options.path = uri.path();
   options.head = uri.take("head").value_or("");
@@ -44,7 +44,7 @@ RecordingOptions RecordingOptions::from_uri(SourceUri uri) {
 
 struct RecordingSource::State {
   explicit State(const RecordingOptions& options_in)
-      : options(options_in), common{options.cadence, options.fields} {
+      : options(options_in), common{options.pattern, options.fields} {
     info.uri = options.uri.empty() ? "mcap:" + options.path : options.uri;
   }
 
@@ -86,7 +86,7 @@ void RecordingSource::State::look_at_first_frame() {
   info.has_clock = first.time.utc_offset_ns.has_value();
   info.field = first.field;
   if (info.field == Field::kBottom) info.field = Field::kTop;  // Stands for single fields.
-  if (!recorded.cadence().is_automatic()) info.cadence = recorded.cadence();
+  if (!recorded.pattern().is_automatic()) info.pattern = recorded.pattern();
   if (!is_single_field(info.field)) info.pictures = recorded.count();
   while (!is_told && is_any && first.image.empty()) is_any = recorded.next(first);
   if (!is_told && is_any) {

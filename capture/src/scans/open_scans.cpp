@@ -95,7 +95,7 @@ std::unique_ptr<ScanSource> scan_frames(std::string_view uri,
   if (!why_not.empty()) throw Error(ErrorKind::kBadValue, "the model " + why_not);
   ScannerOptions options = ScannerOptions::for_model(*model, asked.value_or(ScannerOptions()));
   options.events = events;
-  options.ambient.cadence = source->info().cadence;
+  options.ambient.pattern = source->info().pattern;
   return std::make_unique<ScannedSource>(std::move(source), model, options);
 }
 

@@ -74,7 +74,7 @@ V4l2Options V4l2Options::from_uri(SourceUri uri) {
   }
   options.time_offset_us = uri.take_number("time_offset_us", -1e7, 1e7).value_or(0.0);
   const detail::CommonKeys keys = detail::CommonKeys::take(uri);
-  options.cadence = keys.cadence;
+  options.pattern = keys.pattern;
   options.fields = keys.fields;
   options.controls = uri.take_rest();
   options.validate();

@@ -72,7 +72,7 @@ class V4l2Source final : public FrameSource {
 V4l2Source::V4l2Source(V4l2Options options, std::shared_ptr<VideoCalls> calls)
     : options_(std::move(options)), calls_(std::move(calls)), queue_(options_.queue) {
   options_.validate();
-  keys_.cadence = options_.cadence;
+  keys_.pattern = options_.pattern;
   keys_.fields = options_.fields;
   device_ = std::make_unique<VideoDevice>(calls_, options_.device);
   agreement_ = negotiate(*device_, options_);
@@ -108,7 +108,7 @@ SourceInfo V4l2Source::info() const {
   if (agreement_.is_sequential() || agreement_.is_one_field_a_buffer()) {
     info.image_size.height /= 2;
     info.field = agreement_.field == V4L2_FIELD_BOTTOM ? Field::kBottom : Field::kTop;
-    info.cadence = keys_.cadence;
+    info.pattern = keys_.pattern;
     return info;
   }
   keys_.apply(info);

@@ -6,6 +6,8 @@
 
 #include <opencv2/core.hpp>
 
+#include <striper/core/frame.hpp>
+
 #include "device.hpp"
 #include "gige/pictures/pixel_layout.hpp"
 #include "live/host_clock.hpp"
@@ -57,7 +59,7 @@ cv::Mat at_depth(const cv::Mat& picture, int from_bits, const PixelLayout& layou
   if (scale == 1.0 && black == 0.0 && picture.type() == layout.mat_type()) return picture;
   cv::Mat result;
   picture.convertTo(result, layout.mat_type(), scale, black);
-  const int full_scale = (1 << layout.bit_depth) - 1;
+  const int full_scale = full_scale_dn(layout.bit_depth);
   if (result.depth() == CV_16U && layout.bit_depth < 16) cv::min(result, full_scale, result);
   return result;
 }
@@ -153,7 +155,7 @@ Device::Exposure Device::open_shutter() {
 }
 
 Illumination Device::light_of(const Exposure& exposure) const {
-  if (!exposure.state.lines_are_commanded) return scene_->cadence().at(exposure.number);
+  if (!exposure.state.lines_are_commanded) return scene_->pattern().at(exposure.number);
   const std::uint32_t lasers = exposure.line_status >> kFirstLaserLine;
   if ((lasers & 1) != 0) return Illumination::laser(0);
   return (lasers & 2) != 0 ? Illumination::laser(1) : Illumination::dark();

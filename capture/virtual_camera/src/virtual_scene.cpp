@@ -9,8 +9,8 @@
 namespace striper {
 namespace {
 
-/// Picture n with a given light is that of a simulator whose cadence has the light there: a lit one
-/// of the constant cadence, a dark one of whichever alternation is dark at n.
+/// Picture n with a given light is that of a simulator whose pattern has the light there: a lit one
+/// of the constant pattern, a dark one of whichever alternation is dark at n.
 class SimulatedVirtualScene : public VirtualScene {
  public:
   explicit SimulatedVirtualScene(const Scene& scene) : scene_(scene) {
@@ -23,7 +23,7 @@ class SimulatedVirtualScene : public VirtualScene {
   cv::Size sensor_size() const override { return {scene_.camera.width(), scene_.camera.height()}; }
   int bit_depth() const override { return scene_.imager.bit_depth; }
   double rate_hz() const override { return scene_.timing.picture_rate_hz; }
-  Cadence cadence() const override { return scene_.timing.cadence; }
+  IlluminationPattern pattern() const override { return scene_.timing.pattern; }
 
   cv::Mat picture(std::uint64_t n, Illumination light) override {
     return simulator_for(n, light).render(n).image;
@@ -34,16 +34,16 @@ class SimulatedVirtualScene : public VirtualScene {
     // A line that no laser is wired to lights nothing.
     const bool is_lit =
         light.is_lit() && light.laser_index() < static_cast<int>(scene_.lasers.size());
-    Cadence cadence({Illumination::laser(is_lit ? light.laser_index() : 0)});
+    IlluminationPattern pattern({Illumination::laser(is_lit ? light.laser_index() : 0)});
     if (!is_lit) {
-      cadence = n % 2 == 0 ? Cadence({Illumination::dark(), Illumination::laser(0)})
-                           : Cadence({Illumination::laser(0), Illumination::dark()});
+      pattern = n % 2 == 0 ? IlluminationPattern({Illumination::dark(), Illumination::laser(0)})
+                           : IlluminationPattern({Illumination::laser(0), Illumination::dark()});
     }
-    const std::string key = cadence.to_string();
+    const std::string key = pattern.to_string();
     auto found = simulators_.find(key);
     if (found == simulators_.end()) {
       Scene scene = scene_;
-      scene.timing.cadence = cadence;
+      scene.timing.pattern = pattern;
       found = simulators_.emplace(key, Simulator(std::move(scene))).first;
     }
     return found->second;
@@ -58,13 +58,13 @@ class LoopedScene final : public VirtualScene {
   LoopedScene(std::shared_ptr<VirtualScene> scene, int count)
       : scene_(std::move(scene)), count_(static_cast<std::uint64_t>(count)) {
     // The lights that it has of its own are made now, others when they are first asked for.
-    for (std::uint64_t n = 0; n < count_; ++n) picture(n, scene_->cadence().at(n));
+    for (std::uint64_t n = 0; n < count_; ++n) picture(n, scene_->pattern().at(n));
   }
 
   cv::Size sensor_size() const override { return scene_->sensor_size(); }
   int bit_depth() const override { return scene_->bit_depth(); }
   double rate_hz() const override { return scene_->rate_hz(); }
-  Cadence cadence() const override { return scene_->cadence(); }
+  IlluminationPattern pattern() const override { return scene_->pattern(); }
 
   cv::Mat picture(std::uint64_t n, Illumination light) override {
     const int laser = light.is_lit() ? light.laser_index() : -1;

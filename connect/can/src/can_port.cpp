@@ -3,18 +3,16 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <linux/can.h>
-#include <linux/can/raw.h>
-#include <net/if.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <striper/can/can_port.hpp>
 #include <striper/core/append_file.hpp>
 #include <striper/core/error.hpp>
+
+#include "can_socket.hpp"
 
 namespace striper {
 namespace {
@@ -23,74 +21,23 @@ constexpr std::string_view kBus = "can";
 constexpr std::string_view kLog = "candump";
 constexpr const char* kNameInLogs = "can0";
 
-// A socket that sends to one interface and hears nothing.
+// Sends to one interface and hears nothing.
 class CanSocket : public CanPort {
  public:
-  explicit CanSocket(const std::string& interface) : interface_(interface) {
-    socket_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
-    if (socket_ < 0) {
-      const int error = errno;
-      if (error == EAFNOSUPPORT || error == EPROTONOSUPPORT) {
-        throw Error(ErrorKind::kUnsupported,
-                    fmt::format("can:{}: this kernel has no CAN; 'modprobe can_raw' where it is a "
-                                "module",
-                                interface));
-      }
-      fail(error);
-    }
-    try {
-      bind();
-    } catch (...) {
-      ::close(socket_);
-      throw;
-    }
-  }
-  CanSocket(const CanSocket&) = delete;
-  CanSocket& operator=(const CanSocket&) = delete;
-  ~CanSocket() override { ::close(socket_); }
+  explicit CanSocket(const std::string& interface) : socket_(interface) {}
 
   void send(double /*time_s*/, const CanFrame& frame) noexcept override {
     can_frame raw{};
     raw.can_id = frame.id;
     raw.can_dlc = frame.size;
     std::memcpy(raw.data, frame.data.data(), frame.size);
-    count(::write(socket_, &raw, sizeof raw) == sizeof raw ? 0 : errno);
+    count(::write(socket_.get(), &raw, sizeof raw) == sizeof raw ? 0 : errno);
   }
 
   void close() override {}
 
  private:
-  void bind() const {
-    ::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
-    sockaddr_can address{};
-    address.can_family = AF_CAN;
-    address.can_ifindex = static_cast<int>(::if_nametoindex(interface_.c_str()));
-    const bool is_there =
-        address.can_ifindex != 0 &&
-        ::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-    if (!is_there) {
-      throw Error(ErrorKind::kNotFound,
-                  fmt::format("can:{0}: there is no CAN interface '{0}'; 'ip link' lists them",
-                              interface_));
-    }
-    // One that is down is bound all the same; the socket keeps that as an error.
-    int error = 0;
-    socklen_t size = sizeof error;
-    ::getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);
-    if (error == ENETDOWN) {
-      throw Error(ErrorKind::kIo,
-                  fmt::format("can:{0}: the interface is down; 'ip link set {0} up'", interface_));
-    }
-    if (error != 0) fail(error);
-  }
-
-  [[noreturn]] void fail(int error) const {
-    throw Error(ErrorKind::kIo,
-                fmt::format("can:{}: {}", interface_, std::generic_category().message(error)));
-  }
-
-  std::string interface_;
-  int socket_ = -1;
+  detail::CanSocketHandle socket_;
 };
 
 class CandumpFile : public CanPort {

@@ -24,11 +24,11 @@ std::string_view to_string(AmbientMethod method) noexcept {
 
 void AmbientOptions::validate() const {
   const bool needs_dark = method == AmbientMethod::kAlternate || method == AmbientMethod::kFields;
-  if (needs_dark && !cadence.is_automatic() && !cadence.has_dark()) {
+  if (needs_dark && !pattern.is_automatic() && !pattern.has_dark()) {
     throw Error(ErrorKind::kBadValue,
-                fmt::format("ambient method {} needs dark exposures and the cadence '{}' has none: "
+                fmt::format("ambient method {} needs dark exposures and the pattern '{}' has none: "
                             "give for example laser=0,dark, or use ambient none",
-                            to_string(method), cadence.to_string()));
+                            to_string(method), pattern.to_string()));
   }
 }
 

@@ -96,7 +96,7 @@ AmbientStatus AmbientStage::status() const {
   status.unpaired = tracker.unpaired_exposures();
   status.channel = state_->maker.channel();
   if (!tracker.state().is_settled()) return status;
-  status.pattern = tracker.cadence();
+  status.pattern = tracker.pattern();
   status.origin = tracker.origin();
   status.method = state_->maker.method();
   return status;

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/error.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/core/uri.hpp>
 
 namespace striper {
@@ -147,11 +147,11 @@ std::map<std::string, std::string> Uri::take_rest() {
   return rest;
 }
 
-std::optional<Cadence> take_cadence(Uri& uri) {
+std::optional<IlluminationPattern> take_pattern(Uri& uri) {
   const std::optional<std::string> word = uri.take("laser");
   if (!word) return std::nullopt;
   try {
-    return Cadence::parse(*word);
+    return IlluminationPattern::parse(*word);
   } catch (const Error& error) {
     throw Error(error.kind(), fmt::format("source '{}': {}", uri.text(), error.what()));
   }

@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 
+#include <striper/core/frame.hpp>
 #include <striper/core/statistics.hpp>
 #include <striper/design/design_figures.hpp>
 #include <striper/stripe/crlb.hpp>
@@ -190,7 +191,7 @@ void DesignFigures::add_errors(const Eigen::Vector2d& pixel, RangeFigures& figur
 
   CrlbOptions options;
   options.noise = noise;
-  options.full_scale_dn = std::exp2(design_.camera.bit_depth) - 1.0;
+  options.full_scale_dn = full_scale_dn(design_.camera.bit_depth);
   options.slope_is_known = false;
   const int half = static_cast<int>(std::ceil(7.0 * profile.sigma_px)) + 6;
   options.first_pixel = -half;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kName = "exposure_us";
 
-// Scans come no later than so many pictures after theirs: the longest cadence and a few.
+// Scans come no later than so many pictures after theirs: the longest pattern and a few.
 constexpr std::size_t kPictures = 16;
 
 // So many rows and columns of a picture tell how bright it is.

@@ -40,8 +40,8 @@ Described with_axis(Described described, StripeAxis axis) {
   return described;
 }
 
-ScannerOptions with_cadence(ScannerOptions options, const Cadence& cadence) {
-  options.ambient.cadence = cadence;
+ScannerOptions with_pattern(ScannerOptions options, const IlluminationPattern& pattern) {
+  options.ambient.pattern = pattern;
   return options;
 }
 
@@ -84,14 +84,14 @@ void require_region(const ScannerOptions& options, const cv::Size& sensor) {
                   region.x, region.y, region.width, region.height, sensor.width, sensor.height));
 }
 
-void require_lasers(const Cadence& cadence, std::size_t count) {
-  for (const Illumination entry : cadence.pattern()) {
+void require_lasers(const IlluminationPattern& pattern, std::size_t count) {
+  for (const Illumination entry : pattern.entries()) {
     if (!entry.is_lit() || static_cast<std::size_t>(entry.laser_index()) < count) continue;
     throw Error(
         ErrorKind::kBadValue,
-        fmt::format("the cadence '{}' fires laser {}, but the model has {} laser{}, counted "
+        fmt::format("the pattern '{}' fires laser {}, but the model has {} laser{}, counted "
                     "from 0",
-                    cadence.to_string(), entry.laser_index(), count, count == 1 ? "" : "s"));
+                    pattern.to_string(), entry.laser_index(), count, count == 1 ? "" : "s"));
   }
 }
 
@@ -187,7 +187,7 @@ std::unique_ptr<Scanner::Stages> Scanner::Stages::with(const StriperModel& given
   const auto model = std::make_shared<const StriperModel>(with_axis(given, options.stripe.axis));
   auto stages = std::make_unique<Stages>(ScanProjector(*model, options.scan),
                                          with_expected_stripes(options, *model));
-  require_lasers(options.ambient.cadence, model->lasers.size());
+  require_lasers(options.ambient.pattern, model->lasers.size());
   stages->model = model;
   stages->model_size = cv::Size(model->camera.width(), model->camera.height());
   return stages;
@@ -228,7 +228,7 @@ ScanSpan Scanner::Stages::scan_what_is_ready() {
 Scanner::Scanner(const StriperModel& model) : Scanner(model, ScannerOptions()) {}
 
 Scanner::Scanner(const StriperModel& model, const SourceInfo& source)
-    : Scanner(model, with_cadence(ScannerOptions(), source.cadence)) {}
+    : Scanner(model, with_pattern(ScannerOptions(), source.pattern)) {}
 
 Scanner::Scanner(const StriperModel& model, const ScannerOptions& options)
     : stages_(Stages::with(model, ScannerOptions::for_model(model, options))) {}

@@ -160,7 +160,7 @@ std::vector<ScannerOption> choices() {
       {.name = "ambient",
        .unit = {},
        .words = words_of(kAmbientMethods),
-       .what_if_not_given = "auto: what the lasers' cadence allows",
+       .what_if_not_given = "auto: what the illumination pattern allows",
        .help = "How daylight is subtracted: auto, none, alternate (dark pictures), fields (dark "
                "fields; the source must have fields, see fields= below) or temporal (a standing "
                "sensor before a stripe that wanders)",

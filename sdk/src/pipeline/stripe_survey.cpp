@@ -15,12 +15,12 @@ constexpr std::array kColourChannels{Channel::kRed,           Channel::kGreen,
                                      Channel::kGreenMinusRed, Channel::kRedMinusGreen};
 
 // With a label of its own a frame need not be compared with others to know whether it is lit. Two
-// interlaced fields may be lit differently: the cadence tells.
-Frame labelled(const Frame& frame, const Cadence& cadence) {
+// interlaced fields may be lit differently: the pattern tells.
+Frame labelled(const Frame& frame, const IlluminationPattern& pattern) {
   Frame copy = frame;
   if (!frame.illumination.is_unknown() || frame.is_interlaced()) return copy;
   copy.illumination =
-      cadence.is_automatic() ? Illumination::laser(0) : cadence.at(frame.exposure_number());
+      pattern.is_automatic() ? Illumination::laser(0) : pattern.at(frame.exposure_number());
   return copy;
 }
 
@@ -66,7 +66,7 @@ StripeSighting look(std::span<const Frame> frames, const ScannerOptions& options
   Tally tally(options.stripe.axis, options.ambient.channel);
   Scanner scanner(options);
   for (const Frame& frame : frames) {
-    tally.add(scanner.process(labelled(frame, options.ambient.cadence)));
+    tally.add(scanner.process(labelled(frame, options.ambient.pattern)));
   }
   tally.add(scanner.finish());
   return tally.sighting();

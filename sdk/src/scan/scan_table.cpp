@@ -39,7 +39,7 @@ std::string expected_cell(const StatusCell<Value>&) {
 }
 
 // Times are 64 bits of nanoseconds, with as much to spare for an offset; a laser is one of 64, as
-// in a cadence.
+// in a pattern.
 constexpr double kMostSeconds = 4e9;
 constexpr int kLastLaser = 63;
 

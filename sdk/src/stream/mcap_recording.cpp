@@ -70,7 +70,7 @@ wire::McapMetadata source_metadata(const HeadInfo& head) {
            {"channels", fmt::to_string(source.channels)},
            {"field", fmt::to_string(static_cast<int>(source.field))},
            {"picture_rate_hz", fmt::format("{}", source.picture_rate_hz)},
-           {"cadence", source.cadence.to_string()}}};
+           {"cadence", source.pattern.to_string()}}};
 }
 
 // One head's topics, and what its messages are made with.
@@ -238,7 +238,7 @@ void McapRecording::Impl::write(const Frame& frame) {
     to_message(frame, head.optical_frame, image_);
     put(head.image, image_, log_time_ns);
   }
-  to_message(frame, head.info.source.cadence, frame_info_);
+  to_message(frame, head.info.source.pattern, frame_info_);
   put(head.frame_info, frame_info_, log_time_ns);
 }
 

@@ -189,7 +189,7 @@ void ScanTopics::write(const Frame& frame) {
   impl_->send_camera(head, frame.grid, frame.time);
   const std::string frame_id = head.info.head + "_camera_optical";
   if (impl_->is_wanted(head.frame_info)) {
-    to_message(frame, head.info.source.cadence, impl_->frame_info);
+    to_message(frame, head.info.source.pattern, impl_->frame_info);
     impl_->send(head.frame_info, impl_->frame_info, to_stamp(frame.time));
   }
   if (impl_->is_wanted(head.image)) {

@@ -62,7 +62,7 @@ RangeErrors scan_with(StriperModel model, int session) {
   Simulator simulator(slanted_wall(session));
   model.noise = simulator.model().noise;
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.ambient.pattern = simulator.scene().timing.pattern;
   Scanner scanner(model, options);
   const Triangulator triangulator(model, 0);
   const Truth truth = simulator.truth(0).at(0);

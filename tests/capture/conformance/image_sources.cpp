@@ -54,7 +54,7 @@ SourceUnderTest from_options() {
     ImageOptions options;
     options.path = pictures().path();
     options.fps = 25.0;
-    options.cadence = Cadence::parse("0,dark");
+    options.pattern = IlluminationPattern::parse("0,dark");
     options.fields = Field::kInterlacedTopFirst;
     return std::make_unique<ImageSource>(options);
   };

@@ -45,7 +45,7 @@ SourceUnderTest from_options() {
   const auto open = [] {
     RecordingOptions options;
     options.path = recording();
-    options.cadence = Cadence::parse("0,dark");
+    options.pattern = IlluminationPattern::parse("0,dark");
     return std::make_unique<RecordingSource>(options);
   };
   return {"options", open, true};

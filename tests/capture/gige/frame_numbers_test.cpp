@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that block ids of every kind of device become one sequence without wraps, with the gaps
-// counted and the laser's cadence in step.
+// counted and the illumination pattern in step.
 #include "gige/pictures/frame_numbers.hpp"
 
 #include <gtest/gtest.h>
@@ -69,7 +69,7 @@ TEST(FrameNumbers, WhatComesLateIsNoWrap) {
   EXPECT_EQ(after.sequence, 5u);
 }
 
-TEST(FrameNumbers, GoOnInStepWithTheCadenceAfterARestart) {
+TEST(FrameNumbers, GoOnInStepWithThePatternAfterARestart) {
   for (const std::uint64_t length : {1u, 2u, 3u, 4u}) {
     FrameNumbers numbers(length);
     for (std::uint64_t id = 1; id <= 7; ++id) numbers.next(id);

@@ -59,7 +59,7 @@ TEST(GigeControls, ExposureAndGainReachTheCameraWhileItStreams) {
   EXPECT_EQ(testing::error_of([&] { source->controls().get("laser"); }).kind(), ErrorKind::kUsage);
 }
 
-TEST(GigeControls, LaserIsSwitchedHoweverItFollowsItsCadence) {
+TEST(GigeControls, LaserIsSwitchedHoweverItFollowsItsPattern) {
   const VirtualStriper striper(pattern());
   for (const char* const query :
        {"fps=100&strobe=Line2&laser=0", "fps=100&strobe=Line2&laser=0,dark",

@@ -142,7 +142,7 @@ TEST(GigeReopened, InterlacedPicturesGoOnAsTheyWere) {
     EXPECT_EQ(after.exposures_per_picture, 2);
     EXPECT_EQ(after.exposure_in_picture, 0);
     EXPECT_EQ(after.field_period_ns, before.field_period_ns);
-    EXPECT_EQ(after.epoch, before.epoch + 1) << "anywhere in the cadence";
+    EXPECT_EQ(after.epoch, before.epoch + 1) << "anywhere in the pattern";
     EXPECT_GT(after.sequence, before.sequence);
   }
 }

@@ -125,7 +125,7 @@ std::vector<Event> events_when_opened_with(const std::string& query) {
   return heard.events();
 }
 
-TEST(GigeSource, CadenceWithoutALineToSwitchIsExplained) {
+TEST(GigeSource, PatternWithoutALineToSwitchIsExplained) {
   EXPECT_THAT(events_when_opened_with("laser=0,dark"), has_event("laser_not_switched"));
   EXPECT_THAT(events_when_opened_with("laser=0"), Not(has_event("laser_not_switched")));
   EXPECT_THAT(events_when_opened_with("trigger=Line1&laser=0,dark"),
@@ -223,7 +223,7 @@ TEST_P(GigeLaser, FramesSayWhatReallyLitThem) {
     const cv::Mat truth = PatternScene::expected(kSize, 8, frame.sequence, frame.illumination);
     EXPECT_TRUE(is_same(frame.image, truth)) << "picture " << frame.sequence;
   }
-  EXPECT_EQ(source->info().cadence, Cadence::parse("0,dark"));
+  EXPECT_EQ(source->info().pattern, IlluminationPattern::parse("0,dark"));
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -184,7 +184,7 @@ void expect_laser_off_until_acquisition(const detail::Device& camera) {
       writes.begin(), writes.end(), [](const RegisterWrite& one) { return one.is_laser_armed; });
   EXPECT_LT(first_source, first_armed);
   const auto sequencer = std::find_if(writes.begin(), begin, is("SequencerConfigurationMode"));
-  EXPECT_GE(first_armed, sequencer) << "armed by something else than the cadence";
+  EXPECT_GE(first_armed, sequencer) << "armed by something else than the pattern";
 }
 
 TEST(GigeReconnection, TwentyTimesKilledAndStartedAgain) {

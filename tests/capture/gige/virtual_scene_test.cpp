@@ -12,13 +12,13 @@
 namespace striper {
 namespace {
 
-Scene two_lasers(const std::string& cadence) {
+Scene two_lasers(const std::string& pattern) {
   return parse_scene(R"(striper_scene: 1
 camera: {width: 96, height: 64, fov_deg: 55, lens: plumb_bob}
 imager: {blur_px: 0.5, black_level_dn: 8}
 noise: {shot: yes, read_e: 20, seed: 7}
 timing: {picture_rate_hz: 40, cadence: ")" +
-                         cadence + R"("}
+                         pattern + R"("}
 lasers:
   - {position_m: [0, 0, -0.5], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10}
   - {position_m: [0, 0, -0.3], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10}
@@ -28,8 +28,8 @@ objects:
                      "two_lasers");
 }
 
-cv::Mat rendered(const std::string& cadence, std::uint64_t n) {
-  return Simulator(two_lasers(cadence)).render(n).image;
+cv::Mat rendered(const std::string& pattern, std::uint64_t n) {
+  return Simulator(two_lasers(pattern)).render(n).image;
 }
 
 double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF); }
@@ -39,7 +39,7 @@ TEST(VirtualScene, TellsWhatTheSceneIs) {
   EXPECT_EQ(scene->sensor_size(), cv::Size(96, 64));
   EXPECT_EQ(scene->bit_depth(), 8);
   EXPECT_EQ(scene->rate_hz(), 40.0);
-  EXPECT_EQ(scene->cadence(), Cadence::parse("0,dark,1"));
+  EXPECT_EQ(scene->pattern(), IlluminationPattern::parse("0,dark,1"));
 }
 
 TEST(VirtualScene, APictureIsTheSimulatorsWithThatLight) {
@@ -71,7 +71,7 @@ TEST(VirtualScene, TheSensorIsReadWholeWhateverTheSceneReads) {
 TEST(VirtualScene, ALoopedOneRepeatsItsFirstPictures) {
   const auto looped = make_looped_scene(make_virtual_scene(two_lasers("0,dark")), 3);
   EXPECT_EQ(looped->sensor_size(), cv::Size(96, 64));
-  EXPECT_EQ(looped->cadence(), Cadence::parse("0,dark"));
+  EXPECT_EQ(looped->pattern(), IlluminationPattern::parse("0,dark"));
   for (const std::uint64_t n : {0U, 1U, 2U, 3U, 7U, 3000001U}) {
     EXPECT_EQ(difference(looped->picture(n, Illumination::laser(0)), rendered("0", n % 3)), 0.0)
         << n;

@@ -36,7 +36,9 @@ class PatternScene : public VirtualScene {
   cv::Size sensor_size() const override { return size_; }
   int bit_depth() const override { return bit_depth_; }
   double rate_hz() const override { return rate_hz_; }
-  Cadence cadence() const override { return Cadence({Illumination::laser(0)}); }
+  IlluminationPattern pattern() const override {
+    return IlluminationPattern({Illumination::laser(0)});
+  }
   cv::Mat picture(std::uint64_t n, Illumination light) override {
     return expected(size_, bit_depth_, n, light);
   }

@@ -145,7 +145,7 @@ TEST_F(ImagesOfADirectory, InfoSaysWhatTheFirstPictureIs) {
   EXPECT_EQ(info.picture_rate_hz, 5.0);
   EXPECT_FALSE(info.is_live);
   EXPECT_FALSE(info.has_clock);
-  EXPECT_EQ(info.cadence, Cadence::parse("0,dark"));
+  EXPECT_EQ(info.pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_THAT(info.description, HasSubstr("2 pictures of '"));
 }
 
@@ -286,7 +286,7 @@ TEST_F(ImagesOfADirectory, FrameInAnotherThreadIsNeverWrittenTo) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST_F(ImagesOfADirectory, CadenceOfTheAddressIsTheSourcesAndNoFrames) {
+TEST_F(ImagesOfADirectory, PatternOfTheAddressIsTheSourcesAndNoFrames) {
   for (const char* name : {"1.png", "2.png", "3.png", "4.png"}) put(name);
   const std::vector<Frame> frames = read_all("?laser=0,1,dark");
   const SourceInfo info = open("?laser=0,1,dark")->info();
@@ -319,9 +319,10 @@ TEST_F(ImagesOfADirectory, WrongKeysAndValuesAreUsageErrors) {
   EXPECT_THAT(error_of("?fsp=3").what(), HasSubstr("images: knows fps, bits, laser, fields"));
   EXPECT_THAT(error_of("?fields=top").what(), HasSubstr("expected split-top or split-bottom"));
   EXPECT_THAT(error_of("?laser=0,off").what(),
-              AllOf(StartsWith("source 'images:"), HasSubstr("?laser=0,off': laser cadence"),
+              AllOf(StartsWith("source 'images:"), HasSubstr("?laser=0,off': illumination pattern"),
                     HasSubstr("'off' is neither")));
-  EXPECT_THAT(error_of("?laser=dark").what(), HasSubstr("?laser=dark': a laser cadence needs"));
+  EXPECT_THAT(error_of("?laser=dark").what(),
+              HasSubstr("?laser=dark': a illumination pattern needs"));
   EXPECT_THAT(error_of("?fps=0").what(), HasSubstr("fps=0"));
   EXPECT_THAT(error_of("?bits=12").what(), HasSubstr("bits=12 - but '"));
   for (const char* query : {"?fsp=3", "?fields=top", "?laser=0,off", "?fps=0", "?bits=12"}) {

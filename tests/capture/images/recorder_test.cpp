@@ -52,7 +52,7 @@ void record_and_compare(const std::vector<Frame>& frames, const SourceInfo& info
     SCOPED_TRACE(i);
     testing::expect_same_frame(again[i], frames[i]);
   }
-  EXPECT_EQ(replayed.cadence, info.cadence);
+  EXPECT_EQ(replayed.pattern, info.pattern);
 }
 
 TEST(Recorder, EveryPixelTypeReplaysExactly) {
@@ -66,7 +66,7 @@ TEST(Recorder, EveryMemberOfAFrameReplaysExactly) {
   std::vector<Frame> frames = testing::full_frames();
   frames[1].time.monotonic_ns = -5;
   SourceInfo info;
-  info.cadence = Cadence::parse("3,dark");
+  info.pattern = IlluminationPattern::parse("3,dark");
   record_and_compare(frames, info);
 }
 
@@ -103,7 +103,7 @@ TEST(Recorder, AddressOverridesWhatWasRecorded) {
   SourceInfo info;
   const std::vector<Frame> frames = replay(scratch.path(), &info, "?laser=dark,1");
   EXPECT_EQ(info.illumination_of(frames.at(0)), Illumination::dark());
-  EXPECT_EQ(info.cadence, Cadence::parse("dark,1"));
+  EXPECT_EQ(info.pattern, IlluminationPattern::parse("dark,1"));
 }
 
 TEST(Recorder, NeverWritesIntoADirectoryOfPictures) {

@@ -88,7 +88,7 @@ TEST(RecordingSource, KnowsWhatTheSourceWas) {
   source.sensor_size = {80, 60};
   source.bit_depth = 12;
   source.picture_rate_hz = 30000.0 / 1001.0;
-  source.cadence = Cadence::parse("0,1,dark");
+  source.pattern = IlluminationPattern::parse("0,1,dark");
   record(scratch / "run.mcap", {plain_frame(7), plain_frame(8), plain_frame(11)}, source);
   const auto opened = open_source((scratch / "run.mcap").string());
   const SourceInfo info = opened->info();
@@ -96,7 +96,7 @@ TEST(RecordingSource, KnowsWhatTheSourceWas) {
   EXPECT_EQ(info.sensor_size, source.sensor_size);
   EXPECT_EQ(info.bit_depth, 12);
   EXPECT_EQ(info.picture_rate_hz, source.picture_rate_hz);
-  EXPECT_EQ(info.cadence, source.cadence);
+  EXPECT_EQ(info.pattern, source.pattern);
   EXPECT_EQ(info.pictures, 3U);
   EXPECT_FALSE(info.is_live);
   frames_of(*opened);

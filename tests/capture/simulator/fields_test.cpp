@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that interlaced fields are the rows of the progressive picture of their own time,
-// interlaced or one by one, and that the lasers follow their cadence. Does not prove how a source
+// interlaced or one by one, and that the lasers follow their pattern. Does not prove how a source
 // hands them out.
 #include <cmath>
 
@@ -51,7 +51,7 @@ TEST(SimulatedFields, InterlacedFieldsOfAStaticSceneAreTheProgressivePicture) {
 TEST(SimulatedFields, FieldsOneByOneAreTheRowsOfTheInterlacedPicture) {
   Scene scene = quiet_wall();
   scene.objects[0].motion.velocity_m_s = {-5.0, 0.0, 0.0};
-  scene.timing.cadence = Cadence::parse("0,dark");
+  scene.timing.pattern = IlluminationPattern::parse("0,dark");
   scene.timing.scan = ScanMode::kBottomFirst;
   const Frame interlaced = Simulator(scene).render(2);
   EXPECT_TRUE(interlaced.illumination.is_unknown());  // Its two fields differ.
@@ -91,7 +91,7 @@ TEST(SimulatedFields, EachFieldIsExposedAtItsOwnTime) {
 TEST(SimulatedFields, LaserInOneFieldLeavesTheOtherDark) {
   Scene scene = quiet_wall();
   scene.timing.scan = ScanMode::kTopFirst;
-  scene.timing.cadence = Cadence::parse("0,dark");
+  scene.timing.pattern = IlluminationPattern::parse("0,dark");
   Simulator simulator(scene);
   const cv::Mat image = simulator.render(0).image;
   scene.lasers[0].pulse_energy_j = 0.0;
@@ -122,17 +122,17 @@ TEST(SimulatedFields, TruthOfRowsIsPerFieldLine) {
   EXPECT_NEAR(truths[0].lines[10].brightest.x_m, 2.0, 1e-9);
 }
 
-TEST(SimulatedCadence, LasersTakeTurns) {
+TEST(SimulatedPattern, LasersTakeTurns) {
   Scene scene = quiet_wall();
   scene.lasers.push_back(scene.lasers[0]);
   scene.lasers[1].T_device_laser.translation().z() = -0.7;
-  scene.timing.cadence = Cadence::parse("0,1,dark");
+  scene.timing.pattern = IlluminationPattern::parse("0,1,dark");
   Simulator simulator(scene);
   const double f = scene.camera.fx();
   for (std::uint64_t picture = 0; picture < 6; ++picture) {
     const Frame frame = simulator.render(picture);
     const std::vector<Truth> truths = simulator.truth(picture);
-    EXPECT_EQ(frame.illumination, scene.timing.cadence.at(picture));
+    EXPECT_EQ(frame.illumination, scene.timing.pattern.at(picture));
     ASSERT_EQ(truths.size(), picture % 3 == 2 ? 0U : 1U);
     if (truths.empty()) continue;
     const int laser = static_cast<int>(picture % 3);
@@ -145,7 +145,7 @@ TEST(SimulatedCadence, LasersTakeTurns) {
   EXPECT_NEAR(simulator.model().lasers[1].plane.distance_m(), 0.7, 1e-12);
 }
 
-TEST(SimulatedCadence, PartThatAPictureDoesNotHaveIsRefused) {
+TEST(SimulatedPattern, PartThatAPictureDoesNotHaveIsRefused) {
   Simulator simulator(quiet_wall());
   const Error error = testing::error_of([&] { simulator.render(0, 1); });
   EXPECT_STREQ(error.what(), "part 1 of a picture - expected 0 to 0");

@@ -119,7 +119,7 @@ TEST(SceneValidate, NoNumberMayBeUnknown) {
               HasSubstr("daylight.sun_direction: 0 - expected a number above 0"));
   EXPECT_THAT(refusal([](Scene& s) { s.lasers[0].focus_m = 1.0; }),
               HasSubstr("a focus of no thickness is infinitely bright"));
-  EXPECT_THAT(refusal([](Scene& s) { s.timing.cadence = Cadence(); }),
+  EXPECT_THAT(refusal([](Scene& s) { s.timing.pattern = IlluminationPattern(); }),
               HasSubstr("timing.cadence: 'auto'"));
 }
 

@@ -115,7 +115,7 @@ TEST(SceneYaml, NoiseAndTimingArrive) {
   EXPECT_EQ(scene.seed, 77U);
   EXPECT_EQ(scene.timing.picture_rate_hz, 25.0);
   EXPECT_EQ(scene.timing.scan, ScanMode::kBottomFirst);
-  EXPECT_EQ(scene.timing.cadence, Cadence::parse("0,1,dark"));
+  EXPECT_EQ(scene.timing.pattern, IlluminationPattern::parse("0,1,dark"));
   EXPECT_EQ(scene.axis, StripeAxis::kRows);
 }
 

@@ -44,7 +44,7 @@ TEST(SimulatedSource, GivesTheNumberOfPicturesThatIsAskedFor) {
   EXPECT_EQ(source->info().pictures, 3U);
   EXPECT_EQ(source->info().image_size, cv::Size(640, 480));
   EXPECT_EQ(source->info().picture_rate_hz, 20.0);
-  EXPECT_EQ(source->info().cadence, Cadence::parse("0"));
+  EXPECT_EQ(source->info().pattern, IlluminationPattern::parse("0"));
   Frame frame;
   EXPECT_EQ(source->next(frame, milliseconds(0)), NextStatus::kStopped);
   const std::vector<Frame> frames = all_frames(*source);
@@ -91,9 +91,9 @@ TEST(SimulatedSource, NoiseCanBeSwitchedOffWhollyOrByName) {
   EXPECT_NE(cv::norm(read[0].image, other[0].image, cv::NORM_INF), 0.0);
 }
 
-TEST(SimulatedSource, LasersFollowTheCadenceOfTheAddress) {
+TEST(SimulatedSource, LasersFollowThePatternOfTheAddress) {
   const auto source = open_source(wall("?frames=4&laser=0,dark"));
-  EXPECT_EQ(source->info().cadence, Cadence::parse("0,dark"));
+  EXPECT_EQ(source->info().pattern, IlluminationPattern::parse("0,dark"));
   const auto frames = all_frames(*source);
   EXPECT_TRUE(frames[0].illumination.is_lit());
   EXPECT_TRUE(frames[1].illumination.is_dark());
@@ -102,11 +102,11 @@ TEST(SimulatedSource, LasersFollowTheCadenceOfTheAddress) {
 
 TEST(SimulatedSource, IlluminationCanBeKeptSecret) {
   const auto secret = open_source(wall("?frames=2&illumination=unknown"));
-  EXPECT_TRUE(secret->info().cadence.is_automatic());
+  EXPECT_TRUE(secret->info().pattern.is_automatic());
   EXPECT_TRUE(all_frames(*secret)[0].illumination.is_unknown());
   // What the address says is no secret.
   const auto told = open_source(wall("?frames=2&illumination=unknown&laser=0,dark"));
-  EXPECT_EQ(told->info().cadence, Cadence::parse("0,dark"));
+  EXPECT_EQ(told->info().pattern, IlluminationPattern::parse("0,dark"));
 }
 
 TEST(SimulatedSource, FieldsAreInterlacedOrOneByOne) {

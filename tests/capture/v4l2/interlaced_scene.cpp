@@ -57,15 +57,15 @@ Frame as_camera_gives_it(const Frame& rendered, std::uint32_t code) {
   return frame;
 }
 
-ScannerOptions options_for(const StriperModel& model, const Cadence& cadence) {
+ScannerOptions options_for(const StriperModel& model, const IlluminationPattern& pattern) {
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = cadence;
+  options.ambient.pattern = pattern;
   return options;
 }
 
 // The last scan of a picture that comes over and over.
 PolarScan scan_undisturbed(const InterlacedScene& scene) {
-  Scanner scanner(scene.model, options_for(scene.model, Cadence::parse("0,dark")));
+  Scanner scanner(scene.model, options_for(scene.model, IlluminationPattern::parse("0,dark")));
   PolarScan last;
   for (std::uint64_t number = 0; number < 4; ++number) {
     Frame frame = scene.picture;
@@ -166,10 +166,10 @@ Frame InterlacedScene::as_if_simulated(const Frame& came) const {
   return frame;
 }
 
-SideBySide::SideBySide(const InterlacedScene& scene, const Cadence& cadence)
+SideBySide::SideBySide(const InterlacedScene& scene, const IlluminationPattern& pattern)
     : scene_(scene),
-      of_camera_(scene.model, options_for(scene.model, cadence)),
-      of_simulator_(scene.model, options_for(scene.model, cadence)),
+      of_camera_(scene.model, options_for(scene.model, pattern)),
+      of_simulator_(scene.model, options_for(scene.model, pattern)),
       undisturbed_(scan_undisturbed(scene)) {}
 
 void SideBySide::process(const Frame& came) {

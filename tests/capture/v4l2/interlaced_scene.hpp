@@ -8,8 +8,8 @@
 
 #include <linux/videodev2.h>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/model/striper_model.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/scan/polar_scan.hpp>
@@ -56,7 +56,7 @@ struct InterlacedScene {
 class SideBySide {
  public:
   /// @param scene must outlive this.
-  SideBySide(const InterlacedScene& scene, const Cadence& cadence);
+  SideBySide(const InterlacedScene& scene, const IlluminationPattern& pattern);
 
   void process(const Frame& came);
   void finish();

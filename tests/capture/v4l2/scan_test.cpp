@@ -38,7 +38,7 @@ struct Studio {
     source = detail::v4l2::open(
         V4l2Options::from_uri(SourceUri::parse("v4l2:/dev/fake?laser=0,dark&" + way.query())),
         camera);
-    scans = std::make_unique<SideBySide>(scene, source->info().cadence);
+    scans = std::make_unique<SideBySide>(scene, source->info().pattern);
     source->start();
   }
 

@@ -172,7 +172,7 @@ TEST(V4l2Options, AreReadFromTheAddress) {
   EXPECT_EQ(options.height, 576);
   EXPECT_EQ(options.reconnect_s, 5.0);
   EXPECT_FALSE(options.require_signal);
-  EXPECT_EQ(options.cadence.to_string(), "0,dark");
+  EXPECT_EQ(options.pattern.to_string(), "0,dark");
   EXPECT_EQ(options.controls.at("gain"), "3");
 }
 

@@ -6,16 +6,19 @@ bus itself is vcan.sh's.
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper STRIPER_SOURCE_DIR=. python3 can_test.py Frames
 """
 import csv
+import fcntl
 import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.environ["STRIPER_SOURCE_DIR"], "tests/end_to_end"))
-from program import SOURCE_DIR, InScratch, striper  # noqa: E402
+from program import SOURCE_DIR, STRIPER, InScratch, striper  # noqa: E402
 
 DBC = os.path.join(SOURCE_DIR, "data/can/guidance.dbc")
 ROAD = """striper_road: 1
@@ -89,7 +92,8 @@ class WithRun(InScratch):
 class Frames(WithRun):
     def test_the_description_is_whole(self):
         dbc = Dbc(DBC)
-        self.assertEqual([m["name"] for m in dbc.messages.values()], ["GUIDANCE_LATERAL", "GUIDANCE_GUNS", "GUIDANCE_FAULT", "GUIDANCE_WAY"])
+        self.assertEqual([m["name"] for m in dbc.messages.values()], ["GUIDANCE_LATERAL", "GUIDANCE_GUNS", "GUIDANCE_FAULT", "GUIDANCE_WAY",
+                                                                    "TRUCK_ODOMETER", "TRUCK_STATE"])
         for message in dbc.messages.values():
             taken = 0
             for name, signal in message["signals"].items():
@@ -199,6 +203,34 @@ class Frames(WithRun):
         switches = [line["is_on"] for line in lines if line["table"] == "switch"]
         self.assertEqual(switches, [i % 2 == 0 for i in range(len(switches))])
         self.assertGreater(len(switches), 6)
+        self.assertEqual(lines[-1]["table"], "safe")
+
+    def test_a_reader_that_stands_still_does_not_hold_ctrl_c_up(self):
+        run = self.run_of()
+        reader, writer = os.pipe()
+        fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
+        program = subprocess.Popen([STRIPER, "guide", "run", run, "-o", self.path("job"), "--to", "-"], stdout=writer,
+                                   stderr=subprocess.PIPE, text=True)
+        time.sleep(2)  # It would long be done.
+        self.assertIsNone(program.poll())
+        program.send_signal(signal.SIGINT)
+        told = time.monotonic()
+        _, said = program.communicate(timeout=20)
+        self.assertLess(time.monotonic() - told, 0.5)
+        self.assertEqual(program.returncode, 1)
+        self.assertIn("were not sent: nobody reads them", said)
+        os.close(writer)
+        os.close(reader)
+
+    def test_no_output_replaces_what_the_run_reads_or_writes(self):
+        run = self.run_of()
+        for name in ("run/sweeps.csv", "run/guidance.yaml", "job/lateral.csv", "job/../job/guns.csv"):
+            for scheme in ("jsonl", "candump"):
+                said = striper("guide", "run", run, "-o", self.path("job"), "--to", f"{scheme}:{self.path(name)}", code=2).stderr
+                self.assertIn("is read or written by this run", said)
+        twice = ["--to", f"jsonl:{self.path('one')}", "--to", f"candump:{self.path('one')}"]
+        self.assertIn("read or written", striper("guide", "run", run, "-o", self.path("job"), *twice, code=2).stderr)
+        self.assertIn("already holds a run", striper("guide", "simulate", self.path("road.yaml"), "-o", run, code=2).stderr)
 
     def test_what_cannot_be_is_said(self):
         run = self.run_of()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the ambient stage says what it chose and what is wrong with what was asked of it:
 // nothing subtracted, always lit, whole or interlaced pictures, rows that are never dark, a scene
-// that moves. What it says of a cadence that was given is in given_cadence_test.cpp.
+// that moves. What it says of a pattern that was given is in given_pattern_test.cpp.
 #include <functional>
 #include <vector>
 
@@ -41,7 +41,7 @@ TEST(Advice, AutoSaysThatItSawNoLaserAndTakesNothingOff) {
 
 TEST(Advice, LaserThatIsPlainlyAlwaysOnNeedsNone) {
   Street street;
-  street.cadence = Cadence::parse("0");
+  street.pattern = IlluminationPattern::parse("0");
   street.texture_dn = 2.0;
   EXPECT_THAT(events_on(street, {}), Not(has_event("no_dark_exposure")));
   EXPECT_THAT(events_on(street, with_method(AmbientMethod::kAlternate)), has_event("always_lit"));
@@ -77,7 +77,7 @@ TEST(Advice, AlternateOfFieldsThatAreNeverDarkSaysSo) {
 
 TEST(Advice, TemporalOfASceneThatMovesSaysSo) {
   Street street;
-  street.cadence = Cadence::parse("0");
+  street.pattern = IlluminationPattern::parse("0");
   street.texture_dn = 1.5 * street.noise_dn;  // A fainter one is not noticed.
   for (const double speed_px : {0.0, 5.0}) {
     street.speed_px = speed_px;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that lit and dark exposures are paired right whatever is lost on the way, and that nothing
-// is allocated once warm. How the cadence is found and doubted: found_cadence_test.cpp; of a source
+// is allocated once warm. How the pattern is found and doubted: found_pattern_test.cpp; of a source
 // that is opened again: reopened_source_test.cpp; what is subtracted: subtraction_test.cpp; what
-// people are told: advice_test.cpp and given_cadence_test.cpp.
+// people are told: advice_test.cpp and given_pattern_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,18 +21,18 @@ using ::testing::HasSubstr;
 using testing::Street;
 using testing::tagged;
 using testing::take;
-using testing::with_cadence;
+using testing::with_pattern;
 using Pair = testing::StagePair;
 using Pairs = testing::StagePairs;
 
-Pairs pairs_of(const char* cadence, const std::vector<std::uint64_t>& arrived,
+Pairs pairs_of(const char* pattern, const std::vector<std::uint64_t>& arrived,
                AmbientMethod method = AmbientMethod::kAuto) {
-  AmbientOptions options = with_cadence(cadence);
+  AmbientOptions options = with_pattern(pattern);
   options.method = method;
   AmbientStage stage(options);
   Pairs pairs;
   for (const std::uint64_t sequence : arrived) {
-    stage.push(tagged(sequence, options.cadence));
+    stage.push(tagged(sequence, options.pattern));
     take(stage, pairs);
   }
   stage.finish();
@@ -67,8 +67,8 @@ TEST(AmbientStage, NoneSubtractsNothingAndStillSkipsTheDarkOnes) {
 }
 
 TEST(AmbientStage, AlwaysOnIsHandedThroughAtOnce) {
-  AmbientStage stage(with_cadence("0"));
-  stage.push(tagged(5, Cadence::parse("0")));
+  AmbientStage stage(with_pattern("0"));
+  stage.push(tagged(5, IlluminationPattern::parse("0")));
   Pairs pairs;
   take(stage, pairs);
   EXPECT_EQ(pairs, (Pairs{{5, 0, -1}}));
@@ -78,7 +78,7 @@ TEST(AmbientStage, AlwaysOnIsHandedThroughAtOnce) {
 TEST(AmbientStage, NeverPairsAcrossALoss) {
   testing::reseed();
   for (const char* const text : {"0,dark", "dark,0", "0,0,dark", "0,1,2,dark", "0,dark,dark"}) {
-    const Cadence cadence = Cadence::parse(text);
+    const IlluminationPattern pattern = IlluminationPattern::parse(text);
     std::vector<std::uint64_t> arrived;
     for (std::uint64_t sequence = 0; sequence < 97; ++sequence) {
       const bool in_burst = sequence >= 40 && sequence < 50;
@@ -89,18 +89,18 @@ TEST(AmbientStage, NeverPairsAcrossALoss) {
     };
     std::size_t expected = 0;
     for (const std::uint64_t n : arrived) {
-      if (cadence.at(n).is_dark()) continue;
+      if (pattern.at(n).is_dark()) continue;
       std::uint64_t after = n;
       std::uint64_t before = n + 12;  // A whole number of periods later.
-      while (!cadence.at(after).is_dark()) ++after;
-      while (!cadence.at(before).is_dark()) --before;
+      while (!pattern.at(after).is_dark()) ++after;
+      while (!pattern.at(before).is_dark()) --before;
       if (has(after) || has(before - 12)) ++expected;
     }
     const Pairs pairs = pairs_of(text, arrived);
     EXPECT_EQ(pairs.size(), expected) << text;
     for (const Pair& pair : pairs) {
-      EXPECT_TRUE(cadence.at(pair.lit).is_lit()) << text << ' ' << pair.lit;
-      EXPECT_EQ(pair.laser, cadence.at(pair.lit).laser_index()) << text << ' ' << pair.lit;
+      EXPECT_TRUE(pattern.at(pair.lit).is_lit()) << text << ' ' << pair.lit;
+      EXPECT_EQ(pair.laser, pattern.at(pair.lit).laser_index()) << text << ' ' << pair.lit;
       // Dark pictures hold their number, so a mean in time is the lit one's number, and one side
       // alone is at most three off.
       EXPECT_NEAR(pair.dark_value, static_cast<double>(pair.lit), 3.0) << text << ' ' << pair.lit;
@@ -113,13 +113,13 @@ TEST(AmbientStage, NeverPairsAcrossALoss) {
 TEST(AmbientStage, NeverPairsFieldsAcrossALoss) {
   testing::reseed();
   for (const char* const text : {"0,dark", "dark,0", "0,dark,dark", "0,1,2,dark"}) {
-    const Cadence cadence = Cadence::parse(text);
-    AmbientStage stage(with_cadence(text));
+    const IlluminationPattern pattern = IlluminationPattern::parse(text);
+    AmbientStage stage(with_pattern(text));
     int pairs = 0;
     const auto check = [&] {
       while (const LitFrame* const lit = stage.next()) {
         const std::uint64_t number = 2 * lit->sequence + (lit->field == Field::kBottom ? 1 : 0);
-        EXPECT_EQ(lit->laser, cadence.at(number).laser_index()) << text << ' ' << number;
+        EXPECT_EQ(lit->laser, pattern.at(number).laser_index()) << text << ' ' << number;
         EXPECT_NEAR(static_cast<double>(lit->dark.at<std::uint8_t>(3, 3)),
                     static_cast<double>(number), 3.0)
             << text;
@@ -129,7 +129,7 @@ TEST(AmbientStage, NeverPairsFieldsAcrossALoss) {
     for (std::uint64_t number = 0; number < 97; ++number) {
       const bool in_burst = number >= 40 && number < 50;
       if (in_burst || testing::uniform(0.0, 1.0) < 1.0 / 3.0) continue;
-      Frame frame = tagged(number, cadence);
+      Frame frame = tagged(number, pattern);
       frame.sequence = number / 2;
       frame.exposure_in_picture = static_cast<int>(number % 2);
       frame.exposures_per_picture = 2;
@@ -147,18 +147,18 @@ TEST(AmbientStage, NeverPairsFieldsAcrossALoss) {
 TEST(AmbientStage, FramesOwnIlluminationWins) {
   AmbientStage stage{AmbientOptions{}};
   Pairs pairs;
-  const Cadence cadence = Cadence::parse("dark,1");
+  const IlluminationPattern pattern = IlluminationPattern::parse("dark,1");
   for (std::uint64_t sequence = 0; sequence < 9; ++sequence) {
-    Frame frame = tagged(sequence, cadence);
-    frame.illumination = cadence.at(sequence);
+    Frame frame = tagged(sequence, pattern);
+    frame.illumination = pattern.at(sequence);
     stage.push(frame);
     take(stage, pairs);
   }
   EXPECT_EQ(pairs, (Pairs{{1, 1, 1}, {3, 1, 3}, {5, 1, 5}, {7, 1, 7}}));
 }
 
-TEST(AmbientStage, MethodThatNeedsDarkExposuresRefusesACadenceWithoutAny) {
-  AmbientOptions options = with_cadence("0");
+TEST(AmbientStage, MethodThatNeedsDarkExposuresRefusesAPatternWithoutAny) {
+  AmbientOptions options = with_pattern("0");
   options.method = AmbientMethod::kAlternate;
   EXPECT_THROW(
       {
@@ -175,7 +175,7 @@ TEST(AmbientStage, MethodThatNeedsDarkExposuresRefusesACadenceWithoutAny) {
 }
 
 TEST(AmbientStage, BuffersThatNobodyKeepsAreCopied) {
-  AmbientStage stage(with_cadence("0,dark"));
+  AmbientStage stage(with_pattern("0,dark"));
   std::vector<std::uint8_t> memory(32 * 48);
   Pairs pairs;
   for (std::uint64_t sequence = 0; sequence < 3; ++sequence) {
@@ -195,11 +195,11 @@ TEST(AmbientStage, BuffersThatNobodyKeepsAreCopied) {
 // ---- Channels.
 
 // The first pixel of the first exposure that comes out, of pictures of blue 10, green 20, red 30.
-std::pair<int, int> first_lit_and_dark(const char* cadence, AmbientOptions options) {
-  options.cadence = Cadence::parse(cadence);
+std::pair<int, int> first_lit_and_dark(const char* pattern, AmbientOptions options) {
+  options.pattern = IlluminationPattern::parse(pattern);
   AmbientStage stage(options);
   for (std::uint64_t sequence = 0; sequence < 4; ++sequence) {
-    Frame frame = tagged(sequence, options.cadence);
+    Frame frame = tagged(sequence, options.pattern);
     frame.image = cv::Mat(frame.image.size(), CV_8UC3, cv::Scalar(10, 20, 30));
     stage.push(frame);
   }
@@ -249,9 +249,9 @@ TEST_P(WarmStage, AllocatesNothing) {
     }
     // The source knows: nothing is to be looked for in the pictures.
     for (Frame& picture : pictures) {
-      picture.illumination = street.cadence.at(picture.exposure_number());
+      picture.illumination = street.pattern.at(picture.exposure_number());
     }
-    AmbientOptions options = with_cadence("0,dark");
+    AmbientOptions options = with_pattern("0,dark");
     options.channel = GetParam() == 3 ? Channel::kGreen : Channel::kAuto;
     AmbientStage stage(options);
     std::uint64_t allocations = 0;
@@ -281,7 +281,7 @@ TEST(AmbientStage, AsksThePicturesAgainWithoutAllocating) {
     street.amplitude_dn = 0.0;
     street.speed_px = 5.0;
     street.build();
-    AmbientStage stage(with_cadence("0"));
+    AmbientStage stage(with_pattern("0"));
     std::uint64_t allocations = 0;
     for (std::uint64_t sequence = 0; sequence < 100; ++sequence) {
       const Frame picture = street.picture(sequence);

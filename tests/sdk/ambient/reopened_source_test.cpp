@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a source that is lost and opened again, and goes on anywhere in the cadence, is
+// Proves that a source that is lost and opened again, and goes on anywhere in the pattern, is
 // scanned once the pictures show where, and that it is said where they do not. The scenes are
 // synthetic.
 #include <functional>
@@ -22,7 +22,7 @@ using testing::has_event;
 using ::testing::Not;
 using testing::Street;
 using testing::take;
-using testing::with_cadence;
+using testing::with_pattern;
 using Pair = testing::StagePair;
 using Pairs = testing::StagePairs;
 
@@ -34,33 +34,33 @@ struct Reopened {
 };
 
 Reopened reopen(
-    const char* cadence, const char* cadence_after, double amplitude_after_dn = 40.0,
+    const char* pattern, const char* pattern_after, double amplitude_after_dn = 40.0,
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
   testing::reseed();
   Street street;
   street.build();
   const testing::Heard heard;
-  AmbientOptions options = with_cadence(cadence);
+  AmbientOptions options = with_pattern(pattern);
   options.events = heard.port();
   AmbientStage stage(options);
   Reopened result;
   const auto push_all = [&](std::uint64_t first, std::uint64_t count, const char* lit, Pairs& pairs,
                             bool is_told) {
-    street.cadence = Cadence::parse(lit);
+    street.pattern = IlluminationPattern::parse(lit);
     for (std::uint64_t sequence = first; sequence < first + count; ++sequence) {
       Frame frame = street.picture(sequence);
-      frame.illumination = is_told ? street.cadence.at(sequence) : Illumination::unknown();
+      frame.illumination = is_told ? street.pattern.at(sequence) : Illumination::unknown();
       if (!is_told) change(frame);
       stage.push(frame);
       take(stage, pairs);
     }
   };
-  push_all(0, 20, cadence, result.before, true);
+  push_all(0, 20, pattern, result.before, true);
   street.amplitude_dn = amplitude_after_dn;
-  push_all(60, 24, cadence_after, result.after, false);
+  push_all(60, 24, pattern_after, result.after, false);
   // And a second time, in the first phase again.
   street.amplitude_dn = 40.0;
-  push_all(120, 24, cadence, result.after, false);
+  push_all(120, 24, pattern, result.after, false);
   stage.finish();
   take(stage, result.after);
   result.status = stage.status();
@@ -77,7 +77,7 @@ TEST(ReopenedSource, PhaseIsFoundAgainWhereTheSourceDoesNotKnowIt) {
     EXPECT_GE(reopened.after.size(), 48 * (lit_part - 1) / lit_part - 3);
     for (const Pair& pair : reopened.after) {
       const bool is_after = pair.lit >= 60 && pair.lit < 120;
-      const Cadence truth = Cadence::parse(is_after ? after : given);
+      const IlluminationPattern truth = IlluminationPattern::parse(is_after ? after : given);
       EXPECT_TRUE(truth.at(pair.lit).is_lit()) << pair.lit;
     }
     EXPECT_EQ(reopened.status.origin, PatternOrigin::kPhase);
@@ -91,10 +91,10 @@ TEST(ReopenedSource, PhaseOfAnotherEpochIsFoundAgain) {
     testing::reseed();
     Street street;
     street.build();
-    AmbientStage stage(with_cadence(given));
+    AmbientStage stage(with_pattern(given));
     Pairs pairs;
     for (std::uint64_t sequence = 0; sequence < 40; ++sequence) {
-      if (sequence == 20) street.cadence = Cadence::parse("dark,0");
+      if (sequence == 20) street.pattern = IlluminationPattern::parse("dark,0");
       Frame frame = street.picture(sequence);
       frame.epoch = sequence < 20 ? 0 : 1;
       stage.push(frame);
@@ -121,9 +121,9 @@ TEST(ReopenedSource, NothingIsScannedWhereThePhaseCannotBeFound) {
 TEST(ReopenedSource, SourceThatKnowsThePhaseAgainIsBelieved) {
   const Reopened reopened = reopen("0,dark", "dark,0", 40.0, [](Frame& frame) {
     const bool is_second = frame.sequence >= 120;
-    if (is_second) frame.illumination = Cadence::parse("0,dark").at(frame.sequence);
+    if (is_second) frame.illumination = IlluminationPattern::parse("0,dark").at(frame.sequence);
   });
-  EXPECT_EQ(reopened.status.pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(reopened.status.pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_EQ(reopened.status.origin, PatternOrigin::kGiven);
   for (const Pair& pair : reopened.after) EXPECT_EQ(pair.lit % 2, pair.lit < 120 ? 1U : 0U);
 }

@@ -34,7 +34,7 @@ struct Shape {
 
 void PrintTo(const Shape& s, std::ostream* out) {
   *out << s.cols << 'x' << s.rows << " type " << s.type << " field " << static_cast<int>(s.field)
-       << " ambient " << to_string(s.ambient.method) << " cadence " << s.ambient.cadence.to_string()
+       << " ambient " << to_string(s.ambient.method) << " pattern " << s.ambient.pattern.to_string()
        << " axis " << static_cast<int>(s.ambient.axis);
 }
 
@@ -45,7 +45,7 @@ Shape any_shape() {
   constexpr std::array kMethods{AmbientMethod::kAuto, AmbientMethod::kNone,
                                 AmbientMethod::kAlternate, AmbientMethod::kFields,
                                 AmbientMethod::kTemporal};
-  constexpr std::array kCadences{"auto", "0,dark", "0,0,dark", "0,1,dark"};
+  constexpr std::array kPatterns{"auto", "0,dark", "0,0,dark", "0,1,dark"};
   Shape s;
   s.rows = 1 + any_of(perhaps() ? 90 : 12);
   s.cols = 1 + any_of(perhaps() ? 90 : 12);
@@ -53,7 +53,7 @@ Shape any_shape() {
   s.bit_depth = CV_MAT_DEPTH(s.type) == CV_8U ? 8 : perhaps() ? 12 : 16;
   s.field = kFields[static_cast<std::size_t>(any_of(3))];
   s.ambient.method = kMethods[static_cast<std::size_t>(any_of(5))];
-  s.ambient.cadence = Cadence::parse(kCadences[static_cast<std::size_t>(any_of(4))]);
+  s.ambient.pattern = IlluminationPattern::parse(kPatterns[static_cast<std::size_t>(any_of(4))]);
   s.ambient.lasers = any_of(3);
   s.ambient.axis = perhaps() ? StripeAxis::kColumns : StripeAxis::kRows;
   if (any_of(3) == 0) s.ambient.noise = NoiseModel{1.5, 0.02, 4.0};

@@ -22,7 +22,7 @@ using testing::Street;
 template <typename Action>
 void for_each_lit(const Street& street, int pictures, const Action& action) {
   AmbientOptions options;
-  options.cadence = street.cadence;
+  options.pattern = street.pattern;
   AmbientStage stage(options);
   for (int sequence = 0; sequence < pictures; ++sequence) {
     stage.push(street.picture(static_cast<std::uint64_t>(sequence)));
@@ -91,10 +91,10 @@ TEST(Subtraction, MotionIsInTheVariance) {
 
 TEST(Subtraction, FieldsAreInterpolatedBetweenTheDarkRows) {
   for (const Field order : {Field::kInterlacedTopFirst, Field::kInterlacedBottomFirst}) {
-    for (const char* const cadence : {"0,dark", "dark,0"}) {
+    for (const char* const pattern : {"0,dark", "dark,0"}) {
       testing::reseed();
       Street street;
-      street.cadence = Cadence::parse(cadence);
+      street.pattern = IlluminationPattern::parse(pattern);
       street.field = order;
       street.amplitude_dn = 0.0;
       street.noise_dn = 0.5;
@@ -107,8 +107,8 @@ TEST(Subtraction, FieldsAreInterpolatedBetweenTheDarkRows) {
         cv::Scalar deviation;
         cv::meanStdDev(residual_of(lit).rowRange(3, 117), mean, deviation);
         // The nearest line would leave several DN.
-        EXPECT_LT(deviation[0], 0.8) << cadence;
-        EXPECT_NEAR(mean[0], 0.0, 0.1) << cadence;
+        EXPECT_LT(deviation[0], 0.8) << pattern;
+        EXPECT_NEAR(mean[0], 0.0, 0.1) << pattern;
         EXPECT_NEAR(lit.dark_noise_gain, lit.sequence == 0 && lit.dark_noise_gain > 0.5 ? .64 : .32,
                     0.01);
         ++frames;
@@ -137,7 +137,7 @@ TEST(Subtraction, DarkFieldsOfTheSameRowsAreTakenDirectly) {
   testing::reseed();
   Street street;
   street.field = Field::kInterlacedTopFirst;
-  street.cadence = Cadence::parse("0,dark,dark");
+  street.pattern = IlluminationPattern::parse("0,dark,dark");
   street.amplitude_dn = 0.0;
   street.grain_px = 1.5;  // Too fine for any interpolation between rows.
   street.build();
@@ -231,13 +231,13 @@ TEST(Masked, ClippedStripeFarFromALightSourceIsNotMasked) {
 TEST(Temporal, TakesOffWhatStandsStillAndKeepsWhatMoves) {
   testing::reseed();
   Street street;
-  street.cadence = Cadence::parse("0");
+  street.pattern = IlluminationPattern::parse("0");
   street.build();
   std::uint64_t now = 0;
   street.row = [&now](int, int) { return 40.0 + 12.0 * static_cast<double>(now); };
   AmbientOptions options;
   options.method = AmbientMethod::kTemporal;
-  options.cadence = street.cadence;
+  options.pattern = street.pattern;
   AmbientStage stage(options);
   int frames = 0;
   for (now = 0; now < 12; ++now) {

@@ -98,7 +98,7 @@ bool odd(std::uint64_t exposure) { return exposure % 2 == 1; }
 TEST(CheckSync, LaserInTheFirstFieldOfInterlacedPicturesIsFound) {
   const SyncReport report = check(Pictures::kInterlacedBottomFirst, even);
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked);
-  EXPECT_EQ(report.cadence, Cadence::parse("0,dark"));
+  EXPECT_EQ(report.pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_EQ(report.lit_field, Field::kBottom);
   EXPECT_GT(report.surplus, 0.4);
 }
@@ -106,7 +106,7 @@ TEST(CheckSync, LaserInTheFirstFieldOfInterlacedPicturesIsFound) {
 TEST(CheckSync, LaserInTheSecondFieldIsFound) {
   const SyncReport report = check(Pictures::kInterlacedBottomFirst, odd);
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked);
-  EXPECT_EQ(report.cadence, Cadence::parse("dark,0"));
+  EXPECT_EQ(report.pattern, IlluminationPattern::parse("dark,0"));
   EXPECT_EQ(report.lit_field, Field::kTop);
 }
 
@@ -120,7 +120,7 @@ TEST(CheckSync, SingleFieldsAreComparedAtTheSameLines) {
 TEST(CheckSync, EverySecondPictureIsFound) {
   const SyncReport report = check(Pictures::kProgressive, odd);
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked);
-  EXPECT_EQ(report.cadence, Cadence::parse("dark,0"));
+  EXPECT_EQ(report.pattern, IlluminationPattern::parse("dark,0"));
   EXPECT_EQ(report.lit_field, Field::kProgressive);
 }
 
@@ -128,7 +128,7 @@ TEST(CheckSync, EveryThirdFieldIsFoundAndIsOfEitherParity) {
   const SyncReport report =
       check(Pictures::kFieldsTopFirst, [](std::uint64_t exposure) { return exposure % 3 == 0; });
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked);
-  EXPECT_EQ(report.cadence, Cadence::parse("0,dark,dark"));
+  EXPECT_EQ(report.pattern, IlluminationPattern::parse("0,dark,dark"));
   EXPECT_EQ(report.lit_field, Field::kProgressive);
 }
 
@@ -137,7 +137,7 @@ TEST(CheckSync, LaserAlwaysOnOrOffMakesNoDifference) {
     for (const Pictures pictures : {Pictures::kInterlacedBottomFirst, Pictures::kProgressive}) {
       const SyncReport report = check(pictures, [=](std::uint64_t) { return is_on; });
       EXPECT_EQ(report.verdict, SyncVerdict::kNoDifference);
-      EXPECT_TRUE(report.cadence.is_automatic());
+      EXPECT_TRUE(report.pattern.is_automatic());
     }
   }
 }

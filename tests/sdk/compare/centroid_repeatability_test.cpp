@@ -90,7 +90,7 @@ Scene wall_with(double blur_px) {
   scene.imager.blur_sigma_px = blur_px;
   scene.imager.bit_depth = 16;
   scene.imager.dn_per_electron = kDnPerElectron;
-  scene.timing.cadence = Cadence::parse("0,dark");
+  scene.timing.pattern = IlluminationPattern::parse("0,dark");
   return scene;
 }
 
@@ -102,7 +102,7 @@ struct Measured {
 
 double change_of(Simulator& simulator, ScannerOptions options) {
   constexpr std::uint64_t kPictures = 120;
-  options.ambient.cadence = simulator.scene().timing.cadence;
+  options.ambient.pattern = simulator.scene().timing.pattern;
   Scanner scanner(simulator.model(), options);
   std::vector<PolarScan> scans;
   int seen = 0;

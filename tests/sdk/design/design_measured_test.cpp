@@ -63,7 +63,7 @@ struct ColumnSum {
 std::vector<ColumnSum> measure(Simulator& simulator) {
   const StriperModel model = simulator.model();
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   Scanner scanner(model, options);
   std::vector<ColumnSum> columns(kColumns);
   for (std::uint64_t n = 0; n < kFrames; ++n) {
@@ -138,7 +138,7 @@ double found_part(double fov_deg, double range_m, double reflectance) {
   Simulator simulator(sunlit_wall(fov_deg, range_m, reflectance));
   const StriperModel model = simulator.model();
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   Scanner scanner(model, options);
   int found = 0;
   int lines = 0;

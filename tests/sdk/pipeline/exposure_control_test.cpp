@@ -96,17 +96,17 @@ class LinearCamera {
 /// The camera, its scanner and the control, picture by picture.
 class Drive {
  public:
-  Drive(double exposure_us, int delay, const char* cadence)
+  Drive(double exposure_us, int delay, const char* pattern)
       : camera_(exposure_us, delay),
-        cadence_(Cadence::parse(cadence)),
+        pattern_(IlluminationPattern::parse(pattern)),
         control_(camera_.controls()) {
     ScannerOptions options;
-    options.ambient.cadence = cadence_;
+    options.ambient.pattern = pattern_;
     scanner_.emplace(small_model(), options);
   }
 
   void step(LinearCamera::Light light) {
-    if (cadence_.at(pictures_++).is_dark()) light.laser = 0.0;
+    if (pattern_.at(pictures_++).is_dark()) light.laser = 0.0;
     const Frame frame = camera_.take(light);
     const ScanSpan scans = scanner_->process(frame);
     for (const PolarScan& scan : scans) {
@@ -141,7 +141,7 @@ class Drive {
   }
 
   LinearCamera camera_;
-  Cadence cadence_;
+  IlluminationPattern pattern_;
   ExposureControl control_;
   std::optional<Scanner> scanner_;
   std::uint64_t pictures_ = 0;
@@ -150,13 +150,13 @@ class Drive {
 };
 
 // Out of a tunnel, at any rate and delay. @return the drive, once it has come to rest.
-std::unique_ptr<Drive> leave_tunnel(const char* cadence) {
+std::unique_ptr<Drive> leave_tunnel(const char* pattern) {
   constexpr double kRamp_s = 0.2;
   const double rate_hz = uniform(30.0, 200.0);
   const int delay = static_cast<int>(uniform(0.0, 2.99));
   const double laser = uniform(1.0, 2.0);             // DN per microsecond.
   const double tunnel = laser * uniform(0.01, 0.03);  // Outside: one to three times the laser.
-  auto drive = std::make_unique<Drive>(60.0, delay, cadence);
+  auto drive = std::make_unique<Drive>(60.0, delay, pattern);
   for (int i = 0; i < 20; ++i) drive->step({laser, tunnel});
   EXPECT_EQ(drive->lost(), 0);
   for (double t_s = 0.0; t_s < kRamp_s; t_s += 1.0 / rate_hz) {
@@ -213,7 +213,7 @@ TEST(ExposureControl, NeedsAnExposureThatCanBeSet) {
 // The time a laser was on is counted whoever sets the exposure.
 TEST(Scanner, CountsHowLongLasersWereOn) {
   ScannerOptions options;
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   Scanner scanner(small_model(), options);
   LinearCamera camera(250.0, 0);
   for (int i = 0; i < 8; ++i) scanner.process(camera.take({0.5, 0.02}));

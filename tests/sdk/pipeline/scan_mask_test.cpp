@@ -43,7 +43,7 @@ Frame picture_of_wall(const StriperModel& model, double range_m) {
 
 ScannerOptions always_on() {
   ScannerOptions options;
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   return options;
 }
 

@@ -37,7 +37,7 @@ Frame picture_of_wall(const StriperModel& model, double range_m) {
 ScannerOptions paper_options() {
   ScannerOptions options;
   options.stripe.method = ExtractMethod::kPaper;
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   return options;
 }
 
@@ -62,10 +62,10 @@ TEST(Scanner, DarkExposureGivesNoScanAndIsCounted) {
   EXPECT_EQ(scanner.statistics().dark, 1U);
 }
 
-TEST(Scanner, CadenceDecidesWhichExposuresAreLit) {
+TEST(Scanner, PatternDecidesWhichExposuresAreLit) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
-  options.ambient.cadence = Cadence::parse("0,dark");
+  options.ambient.pattern = IlluminationPattern::parse("0,dark");
   Scanner scanner(model, options);
   Frame frame = picture_of_wall(model, 2.0);
   std::size_t scans = 0;
@@ -111,7 +111,7 @@ TEST(Scanner, CorruptFrameIsRefusedWithoutAWord) {
 std::string refusal_of(const Frame& frame) {
   const testing::Heard heard;
   ScannerOptions options;
-  options.ambient.cadence = {};
+  options.ambient.pattern = {};
   options.events = heard.port();
   Scanner scanner(options);
   EXPECT_TRUE(scanner.process(frame).empty());
@@ -142,7 +142,7 @@ TEST(Scanner, SingleRowIsNotTwoFields) {
 
 TEST(Scanner, PictureThatChangesItsSizeIsScannedAsItIs) {
   ScannerOptions options = paper_options();
-  options.ambient.cadence = Cadence::parse("0,dark");
+  options.ambient.pattern = IlluminationPattern::parse("0,dark");
   Scanner scanner(options);
   std::size_t scans = 0;
   for (int i = 0; i < 24; ++i) {
@@ -159,13 +159,13 @@ TEST(Scanner, PictureThatChangesItsSizeIsScannedAsItIs) {
   EXPECT_GT(scans + scanner.statistics().unpaired, 0U);
 }
 
-TEST(Scanner, CadenceOfALaserThatTheModelLacksIsRefused) {
+TEST(Scanner, PatternOfALaserThatTheModelLacksIsRefused) {
   ScannerOptions options = paper_options();
-  options.ambient.cadence = Cadence::parse("0,7,dark");
+  options.ambient.pattern = IlluminationPattern::parse("0,7,dark");
   const Error error = testing::error_of([&] { Scanner(testing::paper_model(), options); });
   EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
   EXPECT_STREQ(error.what(),
-               "the cadence '0,7,dark' fires laser 7, but the model has 1 laser, counted from 0");
+               "the pattern '0,7,dark' fires laser 7, but the model has 1 laser, counted from 0");
 }
 
 // A plane that both axes can see: y points left with columns, up with rows.
@@ -235,7 +235,7 @@ TEST(ScannerOptions, NearEndIsThatOfTheAxisAskedFor) {
 TEST(Scanner, WithOptionsThatSayNothingIsAsTheModelSays) {
   const StriperModel model = model_of_rows_in_red();
   ScannerOptions options;
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   Scanner scanner(model, options);
   Frame frame;
   frame.image = cv::Mat::zeros(480, 640, CV_8UC3);
@@ -252,7 +252,7 @@ TEST(Scanner, WithOptionsThatSayNothingIsAsTheModelSays) {
 TEST(Scanner, InterlacedPictureGivesOneScanPerLitField) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
-  options.ambient.cadence = Cadence::parse("0,dark");
+  options.ambient.pattern = IlluminationPattern::parse("0,dark");
   Scanner scanner(model, options);
   Frame frame = picture_of_wall(model, 1.6);
   frame.field = Field::kInterlacedBottomFirst;
@@ -278,7 +278,7 @@ TEST(Scanner, FirstPictureOfALaserThatIsAlwaysOnGivesTheFirstScan) {
     EXPECT_EQ(scans[0].sequence, sequence);
     EXPECT_EQ(scans[0].returns[320].status, ReturnStatus::kOk);
   }
-  EXPECT_EQ(scanner.status().ambient.pattern, Cadence::parse("0"));
+  EXPECT_EQ(scanner.status().ambient.pattern, IlluminationPattern::parse("0"));
   EXPECT_TRUE(scanner.finish().empty());
 }
 
@@ -294,13 +294,13 @@ TEST(Scanner, FirstScanDoesNotSettleThePattern) {
     scans.push_back(scanner.process(frame).size());
   }
   EXPECT_THAT(scans, ::testing::ElementsAre(1, 0, 0, 0, 0, 2, 0, 1));
-  EXPECT_EQ(scanner.status().ambient.pattern, Cadence::parse("0,dark"));
+  EXPECT_EQ(scanner.status().ambient.pattern, IlluminationPattern::parse("0,dark"));
 }
 
-TEST(Scanner, PicturesHeldForTheCadenceComeOutAtTheEnd) {
+TEST(Scanner, PicturesHeldForThePatternComeOutAtTheEnd) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
-  options.ambient.cadence = {};
+  options.ambient.pattern = {};
   options.ambient.lasers = 2;  // Which of them it is the first picture does not show.
   Scanner scanner(model, options);
   EXPECT_TRUE(scanner.process(picture_of_wall(model, 2.0)).empty());
@@ -308,7 +308,7 @@ TEST(Scanner, PicturesHeldForTheCadenceComeOutAtTheEnd) {
   ASSERT_EQ(scans.size(), 1U);
   EXPECT_EQ(scans[0].returns[320].status, ReturnStatus::kOk);
   EXPECT_EQ(scanner.statistics().scans, 1U);
-  EXPECT_EQ(scanner.status().ambient.pattern, Cadence::parse("0"));
+  EXPECT_EQ(scanner.status().ambient.pattern, IlluminationPattern::parse("0"));
   EXPECT_EQ(scanner.status().ambient.origin, PatternOrigin::kAssumed);
 }
 
@@ -355,7 +355,7 @@ TEST(Scanner, AllocatesNothingOnceWarm) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, paper_options());
   const Frame frame = picture_of_wall(model, 2.0);
-  for (int i = 0; i < 6; ++i) scanner.process(frame);  // The cadence is looked at in so many.
+  for (int i = 0; i < 6; ++i) scanner.process(frame);  // The pattern is looked at in so many.
   const testing::AllocationCounter counter;
   for (int i = 0; i < 10; ++i) scanner.process(frame);
   EXPECT_EQ(counter.count(), 0U);

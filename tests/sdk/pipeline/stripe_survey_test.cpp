@@ -73,7 +73,7 @@ TEST(SurveyStripes, FindsTheColour) {
 
 TEST(SurveyStripes, SubtractsDarkExposures) {
   ScannerOptions options;
-  options.ambient.cadence = Cadence::parse("dark,0");
+  options.ambient.pattern = IlluminationPattern::parse("dark,0");
   std::vector<Frame> frames;
   for (std::uint64_t n = 0; n < 3; ++n) {
     frames.push_back(frame_of(stripe_along_columns(n % 2 == 1 ? 100.0 : 0.0), n));

@@ -75,7 +75,7 @@ std::unique_ptr<ScanSink> throwing_sink() {
 std::uint64_t stream(const StriperModel& model, ScanBus& bus) {
   ScannerOptions options = ScannerOptions::for_model(model);
   options.stripe.method = ExtractMethod::kPaper;
-  options.ambient.cadence = Cadence::parse("0");
+  options.ambient.pattern = IlluminationPattern::parse("0");
   Scanner scanner(model, options);
   const std::vector<Frame> frames = made_frames(model);
   std::uint64_t scans = 0;

@@ -49,7 +49,7 @@ class FakeSource : public FrameSource {
     info.description = "a fake source";
     info.image_size = info.sensor_size = {640, 480};
     info.is_live = is_live_;
-    info.cadence = Cadence::parse("0");
+    info.pattern = IlluminationPattern::parse("0");
     return info;
   }
   void start() override {}
@@ -118,7 +118,7 @@ class HeadTest : public ::testing::Test {
     options.head = options_.name;
     options.events = port;
     options.stripe.method = ExtractMethod::kPaper;
-    options.ambient.cadence = source.cadence;
+    options.ambient.pattern = source.pattern;
     return {Scanner(*model_, options), model_, StripeAxis::kColumns};
   }
 

@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include <striper/core/error.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/stripe/photon_transfer.hpp>
 
 #include "support/error_of.hpp"
@@ -32,7 +33,7 @@ struct Camera {
   /// Between `low_dn` and `high_dn` by the place from left to right, 0 to 1.
   std::function<double(double)> shade = [](double place) { return place; };
 
-  int full_scale_dn() const { return (1 << bit_depth) - 1; }
+  int full_scale_dn() const { return striper::full_scale_dn(bit_depth); }
 
   cv::Mat picture() const {
     cv::Mat image(size, bit_depth > 8 ? CV_16UC1 : CV_8UC1);

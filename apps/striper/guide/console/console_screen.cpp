@@ -13,7 +13,7 @@
 
 #include "guide/console/console_view.hpp"
 #include "guide/console/text_canvas.hpp"
-#include "program.hpp"
+#include "program/program.hpp"
 
 namespace striper::program {
 namespace {

@@ -11,7 +11,7 @@
 #include <striper/core/units.hpp>
 
 #include "guide/console/curve_view.hpp"
-#include "terminal.hpp"
+#include "program/terminal.hpp"
 
 namespace striper::program {
 namespace {

@@ -35,6 +35,7 @@ void InputMerge::give(std::size_t stream, LiveInput input) {
   Stream& of = streams_[stream];
   of.last_s = time_of(input);
   of.heard = Clock::now();
+  heard_ = of.heard;
   of.is_waited_for = true;
   if (time_of(input) < given_s_) {
     ++late_;
@@ -80,6 +81,11 @@ std::optional<LiveInput> InputMerge::next(std::chrono::milliseconds timeout) {
 bool InputMerge::is_over() const {
   const std::lock_guard lock(mutex_);
   return is_closed_ && waiting_.empty();
+}
+
+std::optional<InputMerge::Clock::time_point> InputMerge::heard() const {
+  const std::lock_guard lock(mutex_);
+  return heard_;
 }
 
 std::uint64_t InputMerge::late() const {

@@ -15,8 +15,8 @@
 
 namespace striper::program {
 
-/// A live input; of one time an odometer's reading comes before a sweep, as in a recorded run.
-using LiveInput = std::variant<OdometerReading, BeamSweep>;
+/// A live input; of one time they come in this turn, as in a recorded run.
+using LiveInput = std::variant<OdometerReading, TruckState, BeamSweep>;
 
 /// Puts what several threads give into the order of time.
 ///
@@ -38,6 +38,8 @@ class InputMerge {
   /// The next one, in the order of time. @return nothing where none came in time.
   std::optional<LiveInput> next(std::chrono::milliseconds timeout);
   bool is_over() const;  ///< Closed, and all is given out.
+  /// When anything was given last, whether or not it has been given out yet; nothing before.
+  std::optional<Clock::time_point> heard() const;
   std::uint64_t late() const;
 
  private:
@@ -53,6 +55,7 @@ class InputMerge {
   std::condition_variable came_;
   std::vector<Stream> streams_;
   std::chrono::milliseconds patience_;
+  std::optional<Clock::time_point> heard_;
   std::deque<LiveInput> waiting_;  // In the order of time.
   double given_s_;                 // Of the last one that was given out.
   std::uint64_t late_ = 0;

@@ -30,6 +30,7 @@ JobTotals::JobTotals(const std::filesystem::path& directory, bool resumes) : dir
   try {
     const nlohmann::json job = nlohmann::json::parse(text);
     part_ = job.at("part").get<int>() + 1;
+    was_locked_ = job.at("laser").get<std::string>() == to_string(LaserState::kLocked);
     way_m_ = job.at("way_m").get<double>();
     scans_ = job.at("scans").get<std::uint64_t>();
     faults_ = job.at("faults").get<std::uint64_t>();

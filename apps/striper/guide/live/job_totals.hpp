@@ -28,6 +28,8 @@ class JobTotals {
   JobTotals(const std::filesystem::path& directory, bool resumes);
 
   int part() const noexcept { return part_; }  ///< 1 is the first.
+  /// Whether lasers were locked when the part before ended.
+  bool was_locked() const noexcept { return was_locked_; }
   /// Where this part's tables go: the job's directory, later parts in `part-N` of it.
   std::filesystem::path tables() const;
 
@@ -44,6 +46,7 @@ class JobTotals {
  private:
   std::filesystem::path directory_;
   int part_ = 1;
+  bool was_locked_ = false;
   double way_m_ = 0.0;
   std::uint64_t scans_ = 0;
   std::uint64_t faults_ = 0;

@@ -17,7 +17,7 @@
 #include <striper/model/model_yaml.hpp>
 #include <striper/stream/open_sink.hpp>
 
-#include "terminal.hpp"
+#include "program/terminal.hpp"
 
 namespace striper::program {
 namespace {
@@ -38,6 +38,37 @@ std::chrono::milliseconds patience_of(const GuidanceConfig& config) {
 bool is_encoder(const GuidanceConfig& config) {
   return config.odometer_source.empty() || config.odometer_source == kEncoder;
 }
+
+// A camera that is lost is opened by its head, as at the start: at the first entry of its pattern.
+// Opened again by its source it would begin anywhere, and a pattern without a dark exposure never
+// shows where.
+std::string opened_by_its_head(const std::string& source) {
+  const bool is_camera = source.starts_with("gige:") || source.starts_with("v4l2:");
+  if (!is_camera || source.find("reconnect=") != std::string::npos) return source;
+  const bool has_query = source.find('?') != std::string::npos;
+  return source + (has_query ? "&reconnect=no" : "?reconnect=no");
+}
+
+// A camera that was switched off and on counts from its start again: seen as a count that lies
+// behind the last one once it is opened again. What was driven meanwhile nobody has counted.
+class EncoderCount {
+ public:
+  void open_again() noexcept { is_new_ = true; }
+  std::int64_t continued(std::int64_t counts, bool counts_up) noexcept {
+    const std::int64_t ahead = counts + offset_ - last_;
+    if (std::exchange(is_new_, false) && has_last_ && (counts_up ? ahead < 0 : ahead > 0)) {
+      offset_ = last_ - counts;
+    }
+    has_last_ = true;
+    return last_ = counts + offset_;
+  }
+
+ private:
+  std::int64_t offset_ = 0;
+  std::int64_t last_ = 0;
+  bool has_last_ = false;
+  bool is_new_ = false;
+};
 
 bool is_of_a_clock(const std::string& source) { return !source.starts_with("sim:"); }
 
@@ -64,6 +95,7 @@ struct LiveHeads::Running {
   LiveHead named;
   ScannerSettings settings;
   std::unique_ptr<Head> head;
+  EncoderCount encoder;  // The head's thread's.
   std::mutex mutex;
   std::deque<OdometerReading> readings;
 };
@@ -134,8 +166,8 @@ LiveHeads::LiveHeads(std::vector<LiveHead> heads, const GuidanceConfig& config,
   bus_.add("guidance", std::make_unique<BeamSink>(*this, config.beams));
   for (std::size_t i = 0; i < named_.size(); ++i) add(i, config, record);
   if (is_encoder(config)) return;
-  odometer_ = open_odometer_port(config.odometer_source, [this](const OdometerReading& reading) {
-    inputs_.give(named_.size(), reading);
+  odometer_ = open_odometer_port(config.odometer_source, events_, [this](const LiveInput& input) {
+    inputs_.give(named_.size(), input);
   });
 }
 
@@ -151,23 +183,26 @@ void LiveHeads::add(std::size_t index, const GuidanceConfig& config,
                     const std::filesystem::path& record) {
   ScannerArguments arguments;
   arguments.model = named_[index].model;
+  arguments.given = named_[index].options;
   load_model(named_[index].model);  // Before the camera is there.
   auto running = std::make_unique<Running>(named_[index], arguments);
   Running& head = *running;
   HeadParts parts;
   parts.open = [this, &head, index](const EventPort& port) {
     inputs_.leave(index);
-    return open_source(head.named.source, port);
+    head.encoder.open_again();
+    return open_source(opened_by_its_head(head.named.source), port);
   };
   parts.make_scanner = [this, &head](const SourceInfo& source, const EventPort& port) {
     if (source.is_live) is_live_ = true;
     return head.settings.make(source, port);
   };
   if (is_encoder(config) && index == 0) {
-    parts.before_scan = [&head](const Frame& frame) {
+    const bool counts_up = config.odometer.counts_per_m > 0.0;
+    parts.before_scan = [&head, counts_up](const Frame& frame) {
       if (!frame.encoder_counts) return;
-      head.add(
-          {frame.time.seconds(), *frame.encoder_counts, std::numeric_limits<double>::quiet_NaN()});
+      head.add({frame.time.seconds(), head.encoder.continued(*frame.encoder_counts, counts_up),
+                std::numeric_limits<double>::quiet_NaN()});
     };
   }
   HeadOptions options;

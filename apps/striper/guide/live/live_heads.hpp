@@ -3,6 +3,8 @@
 
 #include <atomic>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,11 +21,13 @@
 
 namespace striper::program {
 
-/// A head of the command line: `NAME=SOURCE`, and `NAME=MODEL` for its model.
+/// A head: of the command line, `NAME=SOURCE` and `NAME=MODEL`, or of a rig.
 struct LiveHead {
   std::string name;
   std::string source;
   std::string model;
+  /// Of its scanner, by the names of `scanner_options()`.
+  std::map<std::string, std::string, std::less<>> options;
 };
 
 /// The heads whose scans are beams, and the odometer, on their way to guidance: each head on a

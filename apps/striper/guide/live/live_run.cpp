@@ -13,11 +13,12 @@
 #include <striper/core/whole_file.hpp>
 #include <striper/motion/odometer_csv.hpp>
 
-#include "guide/live/job_totals.hpp"
+#include "guide/guidance_outputs.hpp"
+#include "guide/run_files.hpp"
 #include "guide/run_tables.hpp"
-#include "program.hpp"
-#include "terminal.hpp"
-#include "terminal_events.hpp"
+#include "program/program.hpp"
+#include "program/terminal.hpp"
+#include "program/terminal_events.hpp"
 
 namespace striper::program {
 namespace {
@@ -51,15 +52,14 @@ class LiveTables : public RunTables {
   bool take_laser_wish() noexcept { return std::exchange(wants_lasers_off_, false); }
 
   // The output's drive has no other line: what it last heard would stand.
-  void say_safe(double time_s, double volts_safe) {
+  LateralLine safe_line(double time_s, double volts_safe) const {
     LateralLine line;
     line.time_s = time_s;
     line.odometer_counts = last_.odometer_counts;
     line.distance_m = last_.distance_m;
     line.volts = volts_safe;
     line.state = PathState::kFault;
-    RunTables::lateral(line);
-    flush();
+    return line;
   }
 
  private:
@@ -67,33 +67,79 @@ class LiveTables : public RunTables {
   bool wants_lasers_off_ = false;
 };
 
+// What came in beside the scans, as a recorded run has it.
+class RunRecord {
+ public:
+  RunRecord(std::filesystem::path run, const GuidanceConfig& config) : run_(std::move(run)) {
+    if (run_.empty()) return;
+    write_file_atomically(run_ / "guidance.yaml", format_guidance(config));
+    odometer_.reset(
+        new CsvWriter<OdometerReading>(make_odometer_csv((run_ / "odometer.csv").string())));
+  }
+
+  void add(const LiveInput& input) {
+    if (run_.empty()) return;
+    if (const auto* reading = std::get_if<OdometerReading>(&input)) odometer_->add(*reading);
+    const auto* state = std::get_if<TruckState>(&input);
+    if (state == nullptr) return;
+    if (!state_) {
+      state_.reset(new CsvWriter<TruckState>((run_ / "state.csv").string(), truck_state_columns()));
+    }
+    state_->add(*state);
+  }
+  void flush() {
+    if (odometer_) odometer_->flush();
+    if (state_) state_->flush();
+  }
+  void close() {
+    if (odometer_) odometer_->close();
+    if (state_) state_->close();
+  }
+
+ private:
+  std::filesystem::path run_;
+  std::unique_ptr<CsvWriter<OdometerReading>> odometer_;
+  std::unique_ptr<CsvWriter<TruckState>> state_;  // Where a truck says anything of itself.
+};
+
+GuidanceOutputs::Options output_options(const GuidanceConfig& config, const LiveRunOptions& options,
+                                        const std::filesystem::path& tables) {
+  GuidanceOutputs::Options outputs{true, options.taken};
+  const auto take = [&](const std::vector<std::filesystem::path>& files) {
+    outputs.taken.insert(outputs.taken.end(), files.begin(), files.end());
+  };
+  take(job_files(options.output));
+  take(job_files(tables));
+  if (!options.record.empty()) take(run_files(options.record, config));
+  return outputs;
+}
+
 class LiveRun {
  public:
   LiveRun(const GuidanceConfig& config, const LiveRunOptions& options)
       : config_(config),
         options_(options),
         job_(options.output, options.resumes),
+        outputs_(options.to, config, output_options(config, options, job_.tables())),
         tables_(prepared(job_.tables())),
         heads_(options.heads, config, options.record, events_.port()),
-        guidance_(config, tables_) {
-    if (options.record.empty()) return;
-    write_file_atomically(options.record / "guidance.yaml", format_guidance(config));
-    odometer_.reset(new CsvWriter<OdometerReading>(
-        make_odometer_csv((options.record / "odometer.csv").string())));
+        guidance_(config, outputs_),
+        record_(options.record, config) {
+    outputs_.add(tables_);
   }
 
-  GuidanceTotals run() {
-    heads_.start();
-    laser_ = LaserState::kOn;
-    say(job_.part() == 1 ? "guiding" : fmt::format("guiding: part {} of the job", job_.part()));
-    const Clock::time_point begin = Clock::now();
-    while (!stop_requested() && (is_open() || !heads_.inputs().is_over())) {
-      if (options_.seconds &&
-          Clock::now() - begin > std::chrono::duration<double>(*options_.seconds)) {
-        break;
-      }
-      step();
-      if (!heads_.is_any_running()) heads_.finish();
+  LiveOutcome run() {
+    if (job_.was_locked()) say("the lasers were locked when the part before ended");
+    try {
+      heads_.start();
+      laser_ = LaserState::kOn;
+      say(job_.part() == 1 ? "guiding, lasers on"
+                           : fmt::format("guiding, lasers on: part {} of the job", job_.part()));
+      begin_ = Clock::now();
+      while (goes_on()) step();
+    } catch (...) {
+      end_outputs();  // Before cameras are waited for.
+      throw;
     }
     return conclude();
   }
@@ -103,7 +149,15 @@ class LiveRun {
     std::filesystem::create_directories(directory);
     return directory;
   }
-  bool is_open() const { return heads_.is_any_running(); }
+
+  bool goes_on() {
+    if (stop_requested()) return false;
+    if (!heads_.is_any_running()) heads_.finish();
+    const bool is_in_time =
+        !options_.seconds ||
+        Clock::now() - begin_ < std::chrono::duration<double>(*options_.seconds);
+    return is_in_time && !heads_.inputs().is_over();
+  }
 
   void step() {
     if (const auto input = heads_.inputs().next(kWait)) {
@@ -111,61 +165,77 @@ class LiveRun {
     } else {
       look_at_silence();
     }
-    if (tables_.take_laser_wish() && laser_ == LaserState::kOn) {
-      laser_ = LaserState::kLocked;
-      heads_.switch_lasers_off();
-      say("lasers off: they stay off until guidance is started again");
-    }
-    if (Clock::now() - kept_ < kKeepEvery) return;
-    keep();
+    if (tables_.take_laser_wish() && laser_ == LaserState::kOn) lock_lasers();
+    if (Clock::now() - kept_ >= kKeepEvery) keep();
   }
 
   void take(const LiveInput& input) {
-    heard_ = Clock::now();
+    taken_ = Clock::now();
     time_s_ = time_of(input);
     if (std::exchange(is_silent_, false)) say("inputs are back");
-    if (const auto* reading = std::get_if<OdometerReading>(&input)) {
-      if (odometer_) odometer_->add(*reading);
-      guidance_.take(*reading);
-    } else {
-      guidance_.take(std::get<BeamSweep>(input));
-    }
+    record_.add(input);
+    std::visit([this](const auto& one) { guidance_.take(one); }, input);
   }
 
   // Time goes on where nothing comes: on the inputs' clock, whichever that is.
   void look_at_silence() {
-    if (!heads_.is_live() || !heard_ || Clock::now() - *heard_ < kSilent) return;
-    const double now_s = time_s_ + std::chrono::duration<double>(Clock::now() - *heard_).count();
+    const auto heard = heads_.inputs().heard();
+    if (!heads_.is_live() || !taken_ || Clock::now() - *heard < kSilent) return;
+    const double now_s = time_s_ + std::chrono::duration<double>(Clock::now() - *taken_).count();
     guidance_.go_to(now_s);
     if (std::exchange(is_silent_, true)) return;
     say("nothing comes in: guns off, the safe voltage");
-    tables_.say_safe(now_s, config_.output.volts_safe);
+    outputs_.make_safe(tables_.safe_line(now_s, config_.output.volts_safe));
+    keep();
+  }
+
+  void lock_lasers() {
+    laser_ = LaserState::kLocked;
+    heads_.switch_lasers_off();
+    say("lasers off: they stay off until guidance is started again");
+    keep();
   }
 
   void keep() {
     kept_ = Clock::now();
     tables_.flush();
-    if (odometer_) odometer_->flush();
+    record_.flush();
     job_.keep(guidance_.totals(), laser_);
   }
 
-  GuidanceTotals conclude() {
-    heads_.finish();
-    while (const auto input = heads_.inputs().next(0ms)) take(*input);
-    guidance_.finish();
+  void end_outputs() {
+    try {
+      is_all_sent_ = outputs_.finish() && is_all_sent_;
+    } catch (const Error& error) {
+      is_all_sent_ = false;
+      say(error.what());
+    }
+  }
+
+  LiveOutcome conclude() {
+    if (heads_.inputs().is_over()) {
+      guidance_.finish();
+      end_outputs();
+    } else {
+      end_outputs();  // Guns off first; cameras may take their time.
+      heads_.finish();
+      while (const auto input = heads_.inputs().next(0ms)) take(*input);
+      guidance_.finish();
+    }
     if (laser_ == LaserState::kOn) laser_ = LaserState::kOff;
     const GuidanceTotals totals = guidance_.totals();
     job_.keep(totals, laser_);
     tables_.close();
-    if (odometer_) odometer_->close();
+    record_.close();
     write_file_atomically(job_.tables() / "guidance.yaml", format_guidance(config_));
+    say(fmt::format("lasers {}", to_string(laser_)));
     say_totals(totals, config_.stripe);
     if (heads_.inputs().late() > 0) {
       say(fmt::format("{} came too late and were left out",
                       count(heads_.inputs().late(), "input")));
     }
     for (const auto& gun : totals.guns) say_job(gun);
-    return totals;
+    return {totals, laser_, is_all_sent_};
   }
 
   void say_job(const GuidanceTotals::Gun& gun) const {
@@ -179,14 +249,17 @@ class LiveRun {
   const LiveRunOptions& options_;
   TerminalEvents events_;
   JobTotals job_;
+  GuidanceOutputs outputs_;
   LiveTables tables_;
   LiveHeads heads_;
   Guidance guidance_;
-  std::unique_ptr<CsvWriter<OdometerReading>> odometer_;
+  RunRecord record_;
   LaserState laser_ = LaserState::kOff;
-  std::optional<Clock::time_point> heard_;
+  std::optional<Clock::time_point> taken_;  // When the last input was.
   double time_s_ = 0.0;
   bool is_silent_ = false;
+  bool is_all_sent_ = true;
+  Clock::time_point begin_ = Clock::now();
   Clock::time_point kept_ = Clock::now();
 };
 
@@ -197,7 +270,7 @@ std::vector<LiveHead> live_heads(const std::vector<std::string>& heads,
   std::vector<LiveHead> list;
   for (const std::string& text : heads) {
     const auto [name, source] = named(text, "--head");
-    list.push_back({name, source, {}});
+    list.push_back({name, source, {}, {}});
   }
   for (const std::string& text : models) {
     const auto [name, file] = named(text, "--model");
@@ -215,9 +288,31 @@ std::vector<LiveHead> live_heads(const std::vector<std::string>& heads,
   return list;
 }
 
-GuidanceTotals run_live(const GuidanceConfig& config, const LiveRunOptions& options) {
+std::vector<LiveHead> live_heads(const RigFile& rig) {
+  std::vector<LiveHead> list;
+  for (const RigHead& head : rig.heads) {
+    list.push_back({head.name, head.source, head.model.string(), head.options});
+  }
+  return list;
+}
+
+void take_odometer(const RigFile& rig, const std::string& file, GuidanceConfig& config) {
+  if (!rig.odometer || !config.odometer_source.empty()) return;
+  const OdometerOptions& truck = config.odometer;
+  if (rig.odometer->counts_per_m != truck.counts_per_m || rig.odometer->bits != truck.bits) {
+    throw Error(ErrorKind::kUsage,
+                fmt::format("{}: the odometer has {} counts a metre and {} bits - expected {} and "
+                            "{}, as the truck's file has them",
+                            file, rig.odometer->counts_per_m, rig.odometer->bits,
+                            truck.counts_per_m, truck.bits));
+  }
+  config.odometer_source = rig.odometer->source;
+}
+
+LiveOutcome run_live(const GuidanceConfig& config, const LiveRunOptions& options) {
+  if (!options.resumes) require_free_for_job(options.output);
   std::filesystem::create_directories(options.output);
-  if (!options.record.empty()) std::filesystem::create_directories(options.record);
+  if (!options.record.empty()) make_run_directory(options.record);
   return LiveRun(config, options).run();
 }
 

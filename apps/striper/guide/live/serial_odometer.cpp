@@ -133,13 +133,8 @@ class SerialOdometer : public OdometerPort {
 
 }  // namespace
 
-std::unique_ptr<OdometerPort> open_odometer_port(const std::string& address,
-                                                 OdometerHearer hearer) {
-  if (!address.starts_with(kScheme)) {
-    throw Error(
-        ErrorKind::kUnsupported,
-        fmt::format("odometer '{}': expected encoder, or serial:DEVICE?baud=19200", address));
-  }
+std::unique_ptr<OdometerPort> detail::open_serial_odometer(const std::string& address,
+                                                           OdometerHearer hearer) {
   std::string device = address.substr(kScheme.size());
   int rate = 19200;  // The report's own line.
   if (const auto query = device.find("?baud="); query != std::string::npos) {

@@ -18,9 +18,9 @@ namespace striper {
 ///     gige:SERIAL-or-IP                a GigE Vision camera
 ///     PATH                             whichever of these the path is
 ///
-/// Every source knows `laser=` (the cadence, see Cadence) and `fields=split-top|split-bottom` (its
-/// pictures are two fields, the named one first in time). Documentation of the other
-/// keys is with each source's header.
+/// Every source knows `laser=` (the pattern, see IlluminationPattern) and
+/// `fields=split-top|split-bottom` (its pictures are two fields, the named one first in time).
+/// Documentation of the other keys is with each source's header.
 ///
 /// @throws Error{kUsage} for a wrong address, Error{kNotFound} where there is nothing there,
 ///         Error{kUnsupported} where this build lacks the backend, Error{kDevice} where a device

@@ -11,13 +11,13 @@
 #include <opencv2/core/types.hpp>
 
 #include <striper/capture/source_uri.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 namespace striper {
 
-/// How the laser is switched where the cadence has dark exposures or several lasers.
+/// How the laser is switched where the pattern has dark exposures or several lasers.
 enum class LaserSwitching {
   kAuto,       ///< In the camera where it can, otherwise by the host.
   kSequencer,  ///< By the camera's own sequencer: full frame rate.
@@ -59,7 +59,7 @@ struct GigeOptions {
   /// that are actions.
   std::string trigger;
   std::optional<ActionKeys> action;  ///< Those that the camera shall act on.
-  Cadence cadence;                   ///< `laser=`
+  IlluminationPattern pattern;       ///< `laser=`
   std::optional<Field> fields;       ///< `fields=`: the pictures are two fields each.
   /// Whose counts come with each picture: `Encoder0`, `Counter1`, `yes` for what the camera has;
   /// empty: none.

@@ -6,9 +6,9 @@
 #include <string>
 
 #include <striper/capture/source_uri.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 namespace striper {
 
@@ -20,7 +20,7 @@ struct ImageOptions {
 
   std::string uri;              ///< What it was opened by; made from `path` when empty.
   EventPort events;             ///< Hears what is odd about the pictures.
-  Cadence cadence;              ///< `laser=`
+  IlluminationPattern pattern;  ///< `laser=`
   std::optional<Field> fields;  ///< `fields=`: the pictures are two fields each.
 
   /// Reads `images:PATH?key=value&...`; the keys are ImageSource's.
@@ -41,7 +41,7 @@ struct ImageOptions {
 /// What a Recorder wrote is replayed exactly (`frames.csv` in the directory): pixels, numbers,
 /// times, illumination, field, grid, bit depth and status. Without it pictures are numbered from 0
 /// and timed by `fps`; where the names of six or more count (`shot_007, shot_008, shot_010, ...`),
-/// a number that is missing is a lost picture, so that the laser's cadence goes on across it.
+/// a number that is missing is a lost picture, so that the illumination pattern goes on across it.
 ///
 /// A picture that is missing, does not decode to its end or is unreadable is a frame with status
 /// kCorrupt, one of another size or pixel type than the first that decodes has kWrongSize; both

@@ -23,7 +23,7 @@ namespace striper {
 class Recorder {
  public:
   /// Makes the directory where there is none.
-  /// @param info of the source to record: its cadence is kept.
+  /// @param info of the source to record: its pattern is kept.
   /// @throws Error{kUsage} where the directory already holds a recording or pictures, Error{kIo}
   ///         where it cannot be made or written.
   Recorder(std::filesystem::path directory, const SourceInfo& info);
@@ -43,7 +43,7 @@ class Recorder {
 
   struct Table;  // frames.csv
   std::filesystem::path directory_;
-  Cadence cadence_;
+  IlluminationPattern pattern_;
   std::unique_ptr<Table> table_;
   std::uint64_t frames_ = 0;
   std::vector<unsigned char> encoded_;

@@ -6,9 +6,9 @@
 #include <string>
 
 #include <striper/capture/source_uri.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 namespace striper {
 
@@ -21,7 +21,7 @@ struct RecordingOptions {
 
   std::string uri;              ///< What it was opened by; made from `path` when empty.
   EventPort events;             ///< Hears of damage.
-  Cadence cadence;              ///< `laser=`
+  IlluminationPattern pattern;  ///< `laser=`
   std::optional<Field> fields;  ///< `fields=`: the pictures are two fields each.
 
   /// Reads `mcap:FILE?key=value&...`; the keys are RecordingSource's.

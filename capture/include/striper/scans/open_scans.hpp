@@ -24,7 +24,7 @@ namespace striper {
 /// @param model what the ranges are computed with; may be null for files, whose scans then do not
 ///        say how their frames lie in the head.
 /// @param options how a source of frames is scanned; what it does not ask for is as the model says.
-///        The cadence is the source's.
+///        The pattern is the source's.
 /// @param events hears of the source and the scanner.
 /// @throws Error{kBadValue} where the model is of another sensor than the source's,
 ///         Error{kUnsupported} where it is to set an exposure that cannot be set,

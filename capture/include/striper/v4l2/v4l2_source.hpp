@@ -8,9 +8,9 @@
 #include <string>
 
 #include <striper/capture/source_uri.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame_source.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 namespace striper {
 
@@ -44,7 +44,7 @@ struct V4l2Options {
 
   std::string uri;              ///< What it was opened by; made from `device` when empty.
   EventPort events;             ///< Hears what the device does.
-  Cadence cadence;              ///< `laser=`
+  IlluminationPattern pattern;  ///< `laser=`
   std::optional<Field> fields;  ///< `fields=`: what the driver says of the field order is wrong.
 
   /// Reads `v4l2:DEVICE?key=value&...`. Keys: input, standard, format, field, size (`720x480`),
@@ -89,7 +89,7 @@ struct V4l2Options {
 ///
 /// Faults. A device that vanishes, stalls or fails while it streams is closed and opened again with
 /// a growing pause (up to 1 s), counted in `reconnects`; numbering goes on by the time that passed,
-/// so that a laser's cadence keeps its phase.
+/// so that a illumination pattern keeps its phase.
 ///
 /// @throws Error{kNotFound} no such device, Error{kDevice} busy, no permission, not a camera, no
 ///         signal; Error{kUnsupported} a format, size or standard that it does not have;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <striper/core/frame.hpp>
 #include <striper/simulator/scene.hpp>
 
 #include "scene/scene_violation.hpp"
@@ -99,7 +100,7 @@ void check_imager(const Imager& imager) {
   check_range("imager.shutter_us", kMicro * imager.shutter_s, 1e-6, 1e9);
   check_range("imager.bits", imager.bit_depth, 8, 16);
   check_positive("imager.dn_per_electron", imager.dn_per_electron);
-  check_range("imager.black_level_dn", imager.black_level_dn, 0.0, (1 << imager.bit_depth) - 1);
+  check_range("imager.black_level_dn", imager.black_level_dn, 0.0, full_scale_dn(imager.bit_depth));
   check_not_negative("imager.full_well_e", imager.full_well_e);
   check_range("imager.bloom.fraction", imager.bloom.fraction, 0.0, 1.0);
   check_range("imager.bloom.sigma_px", imager.bloom.sigma_px, 0.0, 100.0);
@@ -218,12 +219,12 @@ void check_object(const std::string& field, const SceneObject& object) {
 void check_timing(const Timing& timing, std::size_t lasers) {
   if (lasers == 0) refuse("lasers", "[]", "one laser at least");
   check_range("timing.picture_rate_hz", timing.picture_rate_hz, 1e-3, 1e6);
-  if (timing.cadence.is_automatic()) {
+  if (timing.pattern.is_automatic()) {
     refuse("timing.cadence", "'auto'", "what the lasers do, such as '0' or '0,dark'");
   }
-  for (const Illumination entry : timing.cadence.pattern()) {
+  for (const Illumination entry : timing.pattern.entries()) {
     if (entry.is_lit() && static_cast<std::size_t>(entry.laser_index()) >= lasers) {
-      refuse("timing.cadence", fmt::format("'{}'", timing.cadence.to_string()),
+      refuse("timing.cadence", fmt::format("'{}'", timing.pattern.to_string()),
              fmt::format("laser indices below {}, the number of lasers", lasers));
     }
   }

@@ -161,9 +161,10 @@ void read_timing(const YamlField& field, Timing& timing) {
   field.require_map({"picture_rate_hz", "scan", "cadence"});
   field.read("picture_rate_hz", timing.picture_rate_hz);
   if (const auto scan = field.find("scan")) timing.scan = choice(*scan, kScans);
-  if (const auto cadence = field.find("cadence")) {
-    timing.cadence = at_field(
-        *cadence, [&] { return Cadence::parse(cadence->word("a cadence such as '0,dark'")); });
+  if (const auto pattern = field.find("cadence")) {
+    timing.pattern = at_field(*pattern, [&] {
+      return IlluminationPattern::parse(pattern->word("a pattern such as '0,dark'"));
+    });
   }
 }
 

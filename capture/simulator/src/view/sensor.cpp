@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <striper/core/frame.hpp>
+
 #include "light/random.hpp"
 #include "view/view.hpp"
 
@@ -30,7 +32,7 @@ class ReadOut {
         speckle_(seed, kSpeckle, charge.exposure_number),
         full_well_e_(imager.full_well_e > 0.0 ? imager.full_well_e
                                               : std::numeric_limits<double>::infinity()),
-        full_scale_dn_((1 << imager.bit_depth) - 1) {}
+        full_scale_dn_(full_scale_dn(imager.bit_depth)) {}
 
   template <typename Pixel>
   void row(int from, Pixel* to) const {
@@ -148,7 +150,7 @@ void read_out_expected(const Charge& charge, const Imager& imager, const RowRang
 
 double saturation_electrons(const Imager& imager) noexcept {
   const double converter =
-      ((1 << imager.bit_depth) - 1 - imager.black_level_dn) / imager.dn_per_electron;
+      (full_scale_dn(imager.bit_depth) - imager.black_level_dn) / imager.dn_per_electron;
   return imager.full_well_e > 0.0 ? std::min(imager.full_well_e, converter) : converter;
 }
 

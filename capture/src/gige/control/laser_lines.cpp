@@ -22,14 +22,14 @@ int bit_of_line(const std::string& line) {
   return bit;
 }
 
-bool is_constant(const Cadence& cadence) { return cadence.pattern().size() == 1; }
+bool is_constant(const IlluminationPattern& pattern) { return pattern.entries().size() == 1; }
 
 }  // namespace
 
 LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options)
-    : features_(features), cadence_(options.cadence), lines_(options.strobe_lines) {
+    : features_(features), pattern_(options.pattern), lines_(options.strobe_lines) {
   if (lines_.empty()) return;
-  if (cadence_.is_automatic()) cadence_ = Cadence({Illumination::laser(0)});
+  if (pattern_.is_automatic()) pattern_ = IlluminationPattern({Illumination::laser(0)});
   features_.need_one_of("strobe line", {"LineSelector"});
   features_.need_one_of("source of the strobe line", {"LineSource"});
   for (const std::string& line : lines_) add_line(line);
@@ -86,7 +86,7 @@ std::string LaserLines::find_dark_source(const std::string& line) const {
 }
 
 void LaserLines::choose_method(const GigeOptions& options) {
-  if (is_constant(cadence_)) {
+  if (is_constant(pattern_)) {
     method_ = Method::kConstant;
     return;
   }
@@ -108,7 +108,7 @@ void LaserLines::choose_method(const GigeOptions& options) {
     throw Error(ErrorKind::kUnsupported,
                 fmt::format("{}: cannot switch the laser for laser={}: this camera has {} "
                             "(sequencer: SequencerConfigurationMode; by the host: TriggerSoftware)",
-                            features_.device_name(), cadence_.to_string(),
+                            features_.device_name(), pattern_.to_string(),
                             options.switching == LaserSwitching::kAuto
                                 ? "neither a sequencer nor a software trigger"
                                 : "no such way of switching"));
@@ -161,7 +161,7 @@ bool LaserLines::try_off() noexcept {
 
 void LaserLines::arm() {
   if (method_ == Method::kConstant) {
-    put(static_cast<std::size_t>(cadence_.pattern().front().laser_index()), true);
+    put(static_cast<std::size_t>(pattern_.entries().front().laser_index()), true);
   } else if (method_ == Method::kSequencer) {
     program_sequencer();
   }
@@ -170,14 +170,14 @@ void LaserLines::arm() {
 void LaserLines::program_sequencer() {
   features_.set("SequencerMode", "Off");
   features_.set("SequencerConfigurationMode", "On");
-  const auto& pattern = cadence_.pattern();
-  for (std::size_t n = 0; n < pattern.size(); ++n) {
+  const auto& entries = pattern_.entries();
+  for (std::size_t n = 0; n < entries.size(); ++n) {
     features_.set_integer("SequencerSetSelector", static_cast<std::int64_t>(n));
     for (std::size_t line = 0; line < lines_.size(); ++line) {
-      put(line, pattern[n].is_lit() && static_cast<std::size_t>(pattern[n].laser_index()) == line);
+      put(line, entries[n].is_lit() && static_cast<std::size_t>(entries[n].laser_index()) == line);
     }
     if (features_.has("SequencerPathSelector")) features_.set_integer("SequencerPathSelector", 0);
-    features_.set_integer("SequencerSetNext", static_cast<std::int64_t>((n + 1) % pattern.size()));
+    features_.set_integer("SequencerSetNext", static_cast<std::int64_t>((n + 1) % entries.size()));
     features_.try_set("SequencerTriggerSource", "FrameStart");
     features_.execute("SequencerSetSave");
   }
@@ -195,7 +195,7 @@ void LaserLines::command(Illumination light) {
 
 Illumination LaserLines::at(std::uint64_t n) const noexcept {
   const bool is_ours = method_ == Method::kConstant || method_ == Method::kSequencer;
-  return is_ours ? cadence_.at(n) : Illumination::unknown();
+  return is_ours ? pattern_.at(n) : Illumination::unknown();
 }
 
 bool LaserLines::enable_line_chunk() {

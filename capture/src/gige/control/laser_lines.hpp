@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <striper/core/cadence.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/gige/gige_options.hpp>
 
 #include "gige/protocol/feature_access.hpp"
@@ -34,8 +34,8 @@ class LaserLines {
   /// The same for the way out: true if the camera obeyed.
   bool try_off() noexcept;
 
-  /// Makes the lasers follow the cadence from the next acquisition start on. With a host-switched
-  /// cadence they stay off until `command`.
+  /// Makes the lasers follow the pattern from the next acquisition start on. With a host-switched
+  /// pattern they stay off until `command`.
   void arm();
 
   /// Has exactly this laser fire in the next exposures. Precondition: `is_host_switched()`.
@@ -62,7 +62,7 @@ class LaserLines {
   void program_sequencer();
 
   const FeatureAccess& features_;
-  Cadence cadence_;
+  IlluminationPattern pattern_;
   std::vector<std::string> lines_;
   std::vector<std::string> dark_sources_;
   std::vector<int> line_bits_;

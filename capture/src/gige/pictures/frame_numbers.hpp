@@ -19,16 +19,16 @@ class FrameNumbers {
     bool is_late = false;           ///< Of a picture that was counted, or passed over, already.
   };
 
-  /// @param cadence_length after the camera was opened again the sequence goes on with a multiple
-  /// of this, since the cadence does too.
-  explicit FrameNumbers(std::uint64_t cadence_length = 1) noexcept
-      : cadence_length_(cadence_length) {}
+  /// @param pattern_length after the camera was opened again the sequence goes on with a multiple
+  /// of this, since the pattern does too.
+  explicit FrameNumbers(std::uint64_t pattern_length = 1) noexcept
+      : pattern_length_(pattern_length) {}
 
   /// The acquisition was started again. @param lost how many pictures that took, about.
   void restart(std::uint64_t lost) noexcept {
     if (has_any_) {
       const std::uint64_t at_least = next_sequence_ + lost;
-      base_ = (at_least + cadence_length_ - 1) / cadence_length_ * cadence_length_;
+      base_ = (at_least + pattern_length_ - 1) / pattern_length_ * pattern_length_;
     }
     has_start_ = false;
   }
@@ -73,7 +73,7 @@ class FrameNumbers {
     return step < -period / 2 ? step + period : step;
   }
 
-  std::uint64_t cadence_length_;
+  std::uint64_t pattern_length_;
   std::uint64_t base_ = 0;
   std::uint64_t newest_ = 0;
   std::uint64_t newest_id_ = 0;

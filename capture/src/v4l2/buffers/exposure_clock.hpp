@@ -28,7 +28,7 @@ struct ExposurePlace {
 /// Numbers and times exposures from the driver's stamps.
 ///
 /// Numbers. Pictures count up from 0 by the driver's differences, over its wrap-around; after an
-/// interruption by the time that passed, so that a cadence of the laser keeps its phase. Drivers
+/// interruption by the time that passed, so that a pattern of the laser keeps its phase. Drivers
 /// that give one field a buffer either count pictures (the kernel's rule: both fields have the same
 /// number) or fields; which one shows with the first pair of fields that follow each other closely.
 ///

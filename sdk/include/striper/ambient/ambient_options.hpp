@@ -5,9 +5,9 @@
 #include <string_view>
 
 #include <striper/ambient/asked.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/channel.hpp>
 #include <striper/core/event.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/core/noise_model.hpp>
 #include <striper/core/stripe_axis.hpp>
 
@@ -31,9 +31,9 @@ struct AmbientOptions {
 
   /// Which exposures are lit; automatic by default: found from the frames. A frame's own
   /// illumination wins.
-  Cadence cadence;
+  IlluminationPattern pattern;
 
-  /// How many lasers there are, for numbering them where the cadence is found; 0 if unknown: a
+  /// How many lasers there are, for numbering them where the pattern is found; 0 if unknown: a
   /// Scanner takes the model's.
   int lasers = 0;
 
@@ -52,7 +52,7 @@ struct AmbientOptions {
   /// Hears of the pattern, the fields and what is wrong with what was given.
   EventPort events;
 
-  /// @throws Error{kBadValue} where the method needs dark exposures and the cadence has none.
+  /// @throws Error{kBadValue} where the method needs dark exposures and the pattern has none.
   void validate() const;
 };
 

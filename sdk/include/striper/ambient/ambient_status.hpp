@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include <striper/ambient/ambient_options.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/channel.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 namespace striper {
 
@@ -38,7 +38,7 @@ std::string_view to_string(TrackingPhase phase) noexcept;
 
 /// How an AmbientStage stands.
 struct AmbientStatus {
-  Cadence pattern;  ///< As it is followed; automatic while it is not known.
+  IlluminationPattern pattern;  ///< As it is followed; automatic while it is not known.
   PatternOrigin origin = PatternOrigin::kNone;
   TrackingPhase phase = TrackingPhase::kSearching;
   std::optional<Channel> channel;               ///< That is searched; empty until it is chosen.

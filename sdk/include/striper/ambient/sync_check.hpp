@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <functional>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/frame_source.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/core/stripe_axis.hpp>
 
 namespace striper {
@@ -24,7 +24,7 @@ struct SyncReport {
   SyncVerdict verdict = SyncVerdict::kTooFew;
 
   /// Which exposures are lit, as in `laser=`; automatic unless locked.
-  Cadence cadence;
+  IlluminationPattern pattern;
   /// Where exposures are fields and only those of one parity are lit: kTop or kBottom.
   Field lit_field = Field::kProgressive;
 
@@ -32,7 +32,7 @@ struct SyncReport {
 
   // So many pictures at a time were looked at. How many of these windows
   std::uint64_t windows = 0;   ///< there were,
-  std::uint64_t agreeing = 0;  ///< showed the cadence that most of them show,
+  std::uint64_t agreeing = 0;  ///< showed the pattern that most of them show,
   std::uint64_t others = 0;    ///< showed another one, or lit exposures in no order,
   std::uint64_t unclear = 0;   ///< showed no difference between exposures.
   /// How much more line lit exposures show than dark ones, of what a clear line gives: 0 to 1. The
@@ -57,7 +57,7 @@ struct SyncCheckOptions {
 /// exposures.
 ///
 /// It looks at six pictures after the other, as a Scanner does that was not told the
-/// cadence, in whatever daylight it sees the line. The source is started and stopped.
+/// pattern, in whatever daylight it sees the line. The source is started and stopped.
 ///
 /// @throws Error what the source's `start` throws.
 SyncReport check_sync(FrameSource& source, const SyncCheckOptions& options = {});

@@ -65,7 +65,7 @@ inline constexpr EventKind kEventKinds[] = {
     // Lasers.
     {"laser_off", Severity::kInfo, "A laser was commanded off."},
     {"laser_not_off", Severity::kError, "A laser cannot be commanded off."},
-    {"laser_not_switched", Severity::kWarning, "A cadence is said and nothing switches the laser."},
+    {"laser_not_switched", Severity::kWarning, "A pattern is said and nothing switches the laser."},
     // The pattern of lit and dark exposures.
     {"pattern_found", Severity::kInfo, "The pictures show in which exposures the laser fires."},
     {"pattern_lost", Severity::kWarning, "Which exposures are lit is not known any more."},

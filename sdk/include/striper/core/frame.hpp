@@ -24,6 +24,9 @@ enum class Field : std::uint8_t {
   kInterlacedBottomFirst,  ///< Two fields in one image, the bottom one exposed first.
 };
 
+/// The largest value that a pixel of so many significant bits can take.
+constexpr int full_scale_dn(int bit_depth) noexcept { return (1 << bit_depth) - 1; }
+
 /// The source's own verdict on a frame. For anything but kOk only `sequence`, `time`, `status` and
 /// `status_detail` may be relied on, and the image may be empty.
 enum class FrameStatus : std::uint8_t {
@@ -39,7 +42,7 @@ enum class FrameStatus : std::uint8_t {
 /// Copying a Frame shares the image (cv::Mat is reference-counted); treat the pixels as read-only.
 struct Frame {
   cv::Mat image;      ///< CV_8UC1, CV_16UC1, CV_8UC3 or CV_16UC3 (B, G, R as in OpenCV).
-  int bit_depth = 8;  ///< Significant bits, 8 to 16: a pixel saturates at 2^bit_depth - 1.
+  int bit_depth = 8;  ///< Significant bits, 8 to 16: see full_scale_dn.
   cv::Size
       sensor_size;  ///< The full sensor, in the pixels that `grid` maps to: what the model is of.
   PixelGrid grid;
@@ -47,8 +50,8 @@ struct Frame {
 
   /// The source's number of the picture; a gap is a lost picture. Two fields of a picture share it.
   std::uint64_t sequence = 0;
-  /// How often the source began anew before this frame, each time anywhere in the laser's cadence:
-  /// a camera that was opened again and does not switch the laser itself.
+  /// How often the source began anew before this frame, each time anywhere in the illumination
+  /// pattern: a camera that was opened again and does not switch the laser itself.
   std::uint32_t epoch = 0;
   int exposure_in_picture = 0;  ///< 0 or 1: which of the picture's exposures in time this is.
   int exposures_per_picture =
@@ -63,7 +66,7 @@ struct Frame {
   std::optional<std::int64_t> encoder_counts;
 
   /// What the source knows to have lit it: the light that it commanded, a simulation's truth, a
-  /// recording of either. What a person says of all frames is `SourceInfo::cadence`.
+  /// recording of either. What a person says of all frames is `SourceInfo::pattern`.
   Illumination illumination;
   Field field = Field::kProgressive;
 
@@ -75,9 +78,9 @@ struct Frame {
   std::shared_ptr<const void> lease;
 
   /// The largest value that a pixel can take: at or above it the pixel is saturated.
-  int full_scale_dn() const noexcept { return (1 << bit_depth) - 1; }
+  int full_scale_dn() const noexcept { return striper::full_scale_dn(bit_depth); }
 
-  /// Number of the exposure in time order: the position in the laser's cadence, gaps included.
+  /// Number of the exposure in time order: the position in the illumination pattern, gaps included.
   std::uint64_t exposure_number() const noexcept {
     return sequence * static_cast<std::uint64_t>(exposures_per_picture) +
            static_cast<std::uint64_t>(exposure_in_picture);

@@ -8,9 +8,9 @@
 
 #include <opencv2/core/types.hpp>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/controls.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 namespace striper {
 
@@ -27,14 +27,14 @@ struct SourceInfo {
   bool has_clock = false;                 ///< Times can be related to UTC.
   double picture_rate_hz = 0.0;           ///< Nominal; 0 if unknown.
   std::optional<std::uint64_t> pictures;  ///< How many there are in all, where that is known.
-  Cadence cadence;                        ///< From the URI's `laser=`; automatic if not given.
+  IlluminationPattern pattern;            ///< From the URI's `laser=`; automatic if not given.
 
-  /// What a frame is lit by, as far as its source knows or the cadence says; unknown where the two
+  /// What a frame is lit by, as far as its source knows or the pattern says; unknown where the two
   /// fields of an interlaced picture are lit differently.
   Illumination illumination_of(const Frame& frame) const noexcept {
     if (!frame.illumination.is_unknown()) return frame.illumination;
-    const Illumination first = cadence.at(frame.exposure_number());
-    const bool is_mixed = frame.is_interlaced() && cadence.at(frame.exposure_number() + 1) != first;
+    const Illumination first = pattern.at(frame.exposure_number());
+    const bool is_mixed = frame.is_interlaced() && pattern.at(frame.exposure_number() + 1) != first;
     return is_mixed ? Illumination::unknown() : first;
   }
 };

@@ -9,7 +9,7 @@
 
 namespace striper {
 
-class Cadence;
+class IlluminationPattern;
 
 /// An address taken apart: `scheme:path?key=value&key=value`.
 ///
@@ -69,7 +69,7 @@ class Uri {
 };
 
 /// Takes `laser=`, which every source knows; empty where it is absent.
-/// @throws Error{kUsage} quoting source and value where that is no cadence.
-std::optional<Cadence> take_cadence(Uri& uri);
+/// @throws Error{kUsage} quoting source and value where that is no pattern.
+std::optional<IlluminationPattern> take_pattern(Uri& uri);
 
 }  // namespace striper

@@ -50,10 +50,10 @@ struct ScannerOptions {
 class Scanner {
  public:
   /// An axis that `options` asks for rules, for the scan frame too.
-  /// @throws Error{kBadValue} where the model has no laser or lacks one that the cadence fires, the
+  /// @throws Error{kBadValue} where the model has no laser or lacks one that the pattern fires, the
   ///         plane has no scan frame for that axis, or an option is out of its bounds.
   explicit Scanner(const StriperModel& model);
-  /// For the frames of a source, in the cadence that was given with it.
+  /// For the frames of a source, in the pattern that was given with it.
   Scanner(const StriperModel& model, const SourceInfo& source);
   Scanner(const StriperModel& model, const ScannerOptions& options);
 
@@ -65,12 +65,12 @@ class Scanner {
   ~Scanner();
 
   /// Processes the next frame. Usually gives one scan; none for a dark or refused frame or while
-  /// frames are held until the laser's cadence is known; two for two lit fields; more when held
-  /// frames are released. What is given stays valid until the next call; `ScanSpan::shared` keeps a
-  /// scan for as long as one likes, in any thread. No allocation after the first frames of a
-  /// stream, once scans come back as fast as they are made, but see AmbientStage. Never throws for
-  /// what a frame is: one that cannot be used is refused and counted, and, unless its source had
-  /// called it bad, `frame_refused` is sent.
+  /// frames are held until the illumination pattern is known; two for two lit fields; more when
+  /// held frames are released. What is given stays valid until the next call; `ScanSpan::shared`
+  /// keeps a scan for as long as one likes, in any thread. No allocation after the first frames of
+  /// a stream, once scans come back as fast as they are made, but see AmbientStage. Never throws
+  /// for what a frame is: one that cannot be used is refused and counted, and, unless its source
+  /// had called it bad, `frame_refused` is sent.
   ScanSpan process(const Frame& frame);
 
   /// Gives what is still held, at the end of a stream.

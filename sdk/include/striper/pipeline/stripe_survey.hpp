@@ -34,7 +34,7 @@ struct StripeSighting {
 /// @param frames a few of a stream, in order; with dark exposures enough to subtract them: three.
 ///        Frames that a Scanner refuses count for nothing.
 /// @param options as the stream is scanned; axis, channel and expected stripes are replaced. The
-///        cadence, where it is given, says which frames are dark; else all count as lit.
+///        pattern, where it is given, says which frames are dark; else all count as lit.
 /// @return every way that was tried, the one with the largest `found` first; empty without frames.
 /// @throws Error as Scanner's constructor does. Costs a scan of each frame, up to twelve times;
 ///         allocates. Thread-safe: it shares nothing.

@@ -10,7 +10,7 @@
 #include <striper/core/frame.hpp>
 #include <striper/core/stripe_axis.hpp>
 
-#include "ambient/illumination/cadence_fits.hpp"
+#include "ambient/illumination/pattern_fits.hpp"
 #include "ambient/pixels/band_profiles.hpp"
 
 namespace striper::detail {

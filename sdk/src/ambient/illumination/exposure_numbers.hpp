@@ -7,7 +7,7 @@
 
 namespace striper::detail {
 
-/// Gives every exposure of a stream a number that grows, whose place in the cadence is that of the
+/// Gives every exposure of a stream a number that grows, whose place in the pattern is that of the
 /// source's own number.
 class ExposureNumbers {
  public:

@@ -45,15 +45,15 @@ void ExposureQueue::add(const Frame& frame, std::uint64_t number) {
   held_.push_back(std::move(exposure));
 }
 
-void ExposureQueue::set_cadence(const Cadence& cadence) {
-  cadence_ = cadence;
+void ExposureQueue::set_pattern(const IlluminationPattern& pattern) {
+  pattern_ = pattern;
   is_labelled_ = true;
   for (const auto& exposure : held_) {
     if (!exposure->is_done) label(*exposure);
   }
   reach_ = expected(0, false).before;
   reach_of_fields_ = std::max(reach_, expected(0, true).before);
-  for (std::uint64_t n = 1; n < 2 * cadence.pattern().size(); ++n) {
+  for (std::uint64_t n = 1; n < 2 * pattern.entries().size(); ++n) {
     reach_ = std::max(reach_, expected(n, false).before);
     reach_of_fields_ = std::max({reach_of_fields_, reach_, expected(n, true).before});
   }
@@ -62,7 +62,7 @@ void ExposureQueue::set_cadence(const Cadence& cadence) {
 void ExposureQueue::label(HeldExposure& exposure) noexcept {
   const bool was_dark = exposure.light.is_dark();
   exposure.light = exposure.frame.illumination;
-  if (exposure.light.is_unknown()) exposure.light = cadence_.at(exposure.number);
+  if (exposure.light.is_unknown()) exposure.light = pattern_.at(exposure.number);
   if (exposure.light.is_unknown()) exposure.light = Illumination::laser(0);
   if (exposure.light.is_dark() && !was_dark) ++dark_exposures_;
 }
@@ -118,19 +118,19 @@ HeldExposure* ExposureQueue::find_dark(std::uint64_t number) noexcept {
   return nullptr;
 }
 
-// How far from an exposure the cadence has the nearest dark ones.
+// How far from an exposure the pattern has the nearest dark ones.
 ExposureQueue::Distances ExposureQueue::expected(std::uint64_t number,
                                                  bool even_only) const noexcept {
   const std::uint64_t step = even_only ? 2 : 1;
-  if (cadence_.is_automatic()) return {kReachWithoutPattern, kReachWithoutPattern};
-  const std::uint64_t period = cadence_.pattern().size();
+  if (pattern_.is_automatic()) return {kReachWithoutPattern, kReachWithoutPattern};
+  const std::uint64_t period = pattern_.entries().size();
   Distances distances;
   // Twice the period: an odd period meets both parities.
   for (std::uint64_t d = step; d <= 2 * period && distances.after == 0; d += step) {
-    if (cadence_.at(number + d).is_dark()) distances.after = d;
+    if (pattern_.at(number + d).is_dark()) distances.after = d;
   }
   for (std::uint64_t d = step; d <= 2 * period && distances.before == 0; d += step) {
-    if (cadence_.at(number + 2 * period - d).is_dark()) distances.before = d;
+    if (pattern_.at(number + 2 * period - d).is_dark()) distances.before = d;
   }
   return distances;
 }
@@ -141,7 +141,7 @@ HeldExposure* ExposureQueue::dark_beside(const HeldExposure& lit, std::uint64_t 
                                          std::int64_t direction, DarkChoice choice) noexcept {
   const bool is_field = lit.frame.exposures_per_picture == 2;
   const std::uint64_t step = is_field && choice == DarkChoice::kSameRows ? 2 : 1;
-  const std::uint64_t first = cadence_.is_automatic() ? step : distance;
+  const std::uint64_t first = pattern_.is_automatic() ? step : distance;
   for (std::uint64_t d = first; d <= distance && d != 0; d += step) {
     if (direction < 0 && d > lit.number) return nullptr;
     HeldExposure* const dark = find_dark(direction < 0 ? lit.number - d : lit.number + d);
@@ -157,7 +157,7 @@ Neighbours ExposureQueue::neighbours_of(const HeldExposure& lit, DarkChoice choi
   const bool is_field = lit.frame.exposures_per_picture == 2;
   Distances distances = expected(lit.number, is_field);
   // Rows of the other parity serve only where the same rows are not dark two fields away.
-  const bool same_rows_near = !cadence_.is_automatic() && distances == Distances{2, 2};
+  const bool same_rows_near = !pattern_.is_automatic() && distances == Distances{2, 2};
   if (is_field && choice == DarkChoice::kAny && !same_rows_near) {
     distances = expected(lit.number, false);
   }

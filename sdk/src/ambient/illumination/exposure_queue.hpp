@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 
 #include "ambient/pixels/held_exposure.hpp"
 
@@ -14,14 +14,14 @@ namespace striper::detail {
 
 /// Keeps exposures in time order until no lit one needs them any more.
 ///
-/// A dark exposure serves a lit one only if it is where the cadence has the nearest dark one: after
+/// A dark exposure serves a lit one only if it is where the pattern has the nearest dark one: after
 /// a loss one side is missing, and never is something further away taken for it.
 class ExposureQueue {
  public:
   /// Adds an exposure; its pixels are copied only where neither cv::Mat nor a lease keeps them.
   void add(const Frame& frame, std::uint64_t number);
 
-  /// What comes from now on is unknown until the next `set_cadence`.
+  /// What comes from now on is unknown until the next `set_pattern`.
   void hold_unlabelled() noexcept { is_labelled_ = false; }
 
   /// So is what is held, from this exposure on; what is older is let go.
@@ -31,16 +31,16 @@ class ExposureQueue {
   /// out yet and may have been lit.
   std::uint64_t drop_unlabelled() noexcept;
 
-  /// The one that was added last is lit, whatever the cadence will be.
+  /// The one that was added last is lit, whatever the pattern will be.
   void take_newest_as_lit() noexcept { held_.back()->light = Illumination::laser(0); }
 
   /// Gives up the lit exposures that have not been handed out, and returns how many.
   std::uint64_t give_up() noexcept;
 
-  /// Labels what is held and what will come. @param cadence automatic where the exposures' own
+  /// Labels what is held and what will come. @param pattern automatic where the exposures' own
   /// illumination follows no pattern.
-  void set_cadence(const Cadence& cadence);
-  const Cadence& cadence() const noexcept { return cadence_; }
+  void set_pattern(const IlluminationPattern& pattern);
+  const IlluminationPattern& pattern() const noexcept { return pattern_; }
 
   /// The oldest lit exposure that has not been handed out; null if there is none, or if it is not
   /// known whether an older one is lit.
@@ -70,7 +70,7 @@ class ExposureQueue {
                             DarkChoice choice) noexcept;
   void release_newest() noexcept;
 
-  Cadence cadence_;
+  IlluminationPattern pattern_;
   std::uint64_t reach_ = 0;  // How far before a lit exposure a dark one may serve it.
   std::uint64_t reach_of_fields_ = 0;
   bool is_labelled_ = false;

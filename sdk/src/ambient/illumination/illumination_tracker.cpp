@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "ambient/illumination/cadence_rules.hpp"
+#include "ambient/illumination/pattern_rules.hpp"
 
 namespace striper::detail {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t kLongGap = 3;
 
 // Where pictures are lost, those that come tell less.
-constexpr std::size_t kMostPictures = 2 * CadenceFinder::kPictures;
+constexpr std::size_t kMostPictures = 2 * PatternFinder::kPictures;
 
 // Fields in the right order give about 0, in the wrong one 2, or less where a lot moves.
 constexpr double kWrongFieldOrder = 0.35;
@@ -29,19 +29,19 @@ constexpr const char* kAlwaysLit =
     "ambient {} needs exposures without the laser, and it shows in every one: nothing is "
     "subtracted";
 constexpr const char* kRowsNeverDark =
-    "ambient alternate needs dark exposures of the same rows, and with the cadence '{}' a field "
+    "ambient alternate needs dark exposures of the same rows, and with the pattern '{}' a field "
     "that is lit is never dark: nothing is scanned; ambient fields takes the other field";
 constexpr const char* kSlipped =
-    "the cadence slipped and was found again: pictures were lost without being counted";
+    "the pattern slipped and was found again: pictures were lost without being counted";
 constexpr const char* kPhaseUnknown =
     "the source no longer knows which exposures the laser lights (a camera that was opened again "
-    "begins anywhere in the cadence), and the pictures do not show it: they are not scanned until "
+    "begins anywhere in the pattern), and the pictures do not show it: they are not scanned until "
     "they do";
 constexpr const char* kWrongOrder =
     "the fields seem to be in the wrong order: in time, the second one comes first";
 
 Teller first_teller(const AmbientOptions& options) {
-  return options.cadence.is_automatic() ? Teller::kPictures : Teller::kGiven;
+  return options.pattern.is_automatic() ? Teller::kPictures : Teller::kGiven;
 }
 
 }  // namespace
@@ -51,9 +51,9 @@ IlluminationTracker::IlluminationTracker(const AmbientOptions& options, OnceEven
       events_(events),
       finder_(options.axis, options.lasers),
       state_(first_teller(options)),
-      given_(options.cadence, events),
+      given_(options.pattern, events),
       lines_(options.axis) {
-  if (state_.is_given()) settle(options.cadence, PatternOrigin::kGiven);
+  if (state_.is_given()) settle(options.pattern, PatternOrigin::kGiven);
 }
 
 void IlluminationTracker::push(const Frame& exposure, bool is_of_interlaced_picture) {
@@ -103,18 +103,18 @@ void IlluminationTracker::apply_stated_illumination(const Frame& exposure, std::
   state_.on(TrackingSignal::kLabelsHeard);
   if (had_no_place) {
     unpaired_ += queue_.drop_unlabelled();
-    settle(before_.cadence,
-           options_.cadence.is_automatic() ? PatternOrigin::kFrames : PatternOrigin::kGiven);
+    settle(before_.pattern,
+           options_.pattern.is_automatic() ? PatternOrigin::kFrames : PatternOrigin::kGiven);
   }
   const Illumination own = exposure.illumination;
-  const Illumination expected = queue_.cadence().at(number);
+  const Illumination expected = queue_.pattern().at(number);
   // What the frames say wins; they follow no pattern that could tell what is to come.
   const bool is_other = !expected.is_unknown() && own != expected;
   if (state_.is_settled() && is_other) settle({}, PatternOrigin::kFrames);
 }
 
 // A source that said what lights its exposures does not know any more, as after a camera was lost
-// and opened again: what comes is held until its place in the cadence is known.
+// and opened again: what comes is held until its place in the pattern is known.
 void IlluminationTracker::apply_unstated_illumination(std::uint64_t number, bool is_reopened) {
   if (state_.is_of_pictures()) return;  // It was found, and will be.
   if (state_.has_no_place()) {
@@ -122,8 +122,8 @@ void IlluminationTracker::apply_unstated_illumination(std::uint64_t number, bool
     if (!is_gap && !is_reopened) return;
     unpaired_ += queue_.drop_unlabelled();
   } else {
-    before_.cadence = options_.cadence.is_automatic() ? queue_.cadence() : options_.cadence;
-    if (before_.cadence.pattern().size() <= 1) return;  // There is no phase.
+    before_.pattern = options_.pattern.is_automatic() ? queue_.pattern() : options_.pattern;
+    if (before_.pattern.entries().size() <= 1) return;  // There is no phase.
   }
   search_anew(TrackingSignal::kPlaceLost);
 }
@@ -146,12 +146,12 @@ void IlluminationTracker::look(const Frame& exposure, std::uint64_t number) {
     if (are_all_lit_so_far_) queue_.take_newest_as_lit();
   }
   if (!state_.is_of_frames()) finder_.compare();
-  if (finder_.pictures() < CadenceFinder::kPictures) return;
+  if (finder_.pictures() < PatternFinder::kPictures) return;
   if (state_.is_of_frames()) {
     if (!state_.is_settled()) conclude_from_labels();
   } else {
-    const CadenceFinder::Finding finding = finder_.find();
-    const bool is_unclear = finding.cadence.is_automatic() && !finding.always_lit;
+    const PatternFinder::Finding finding = finder_.find();
+    const bool is_unclear = finding.pattern.is_automatic() && !finding.always_lit;
     const bool may_wait = finder_.has_gaps() && finder_.pictures() < kMostPictures;
     if (is_unclear && may_wait) return;
     conclude(finding);
@@ -162,17 +162,17 @@ void IlluminationTracker::look(const Frame& exposure, std::uint64_t number) {
   if (!is_phase_searched && !given_.is_to_be_confirmed()) looks_.stop_looking();
 }
 
-void IlluminationTracker::conclude(const CadenceFinder::Finding& finding) {
+void IlluminationTracker::conclude(const PatternFinder::Finding& finding) {
   if (state_.has_no_place()) return find_phase(finding);
-  if (!options_.cadence.is_automatic()) return judge_given(finding);
-  if (!finding.cadence.is_automatic()) return conclude_found(finding.cadence);
+  if (!options_.pattern.is_automatic()) return judge_given(finding);
+  if (!finding.pattern.is_automatic()) return conclude_found(finding.pattern);
   conclude_not_found(finding);
 }
 
-void IlluminationTracker::conclude_found(const Cadence& found) {
-  const bool is_other = queue_.cadence().is_automatic() || !agree(found, queue_.cadence());
+void IlluminationTracker::conclude_found(const IlluminationPattern& found) {
+  const bool is_other = queue_.pattern().is_automatic() || !agree(found, queue_.pattern());
   const bool was_found = state_.is_settled() || state_.is_suspect();
-  if (was_found && is_other && queue_.cadence().has_dark()) {
+  if (was_found && is_other && queue_.pattern().has_dark()) {
     events_.send("pattern_slipped", kSlipped);
   }
   // What looked like a line was something else, and may again.
@@ -181,34 +181,34 @@ void IlluminationTracker::conclude_found(const Cadence& found) {
   looks_.look_after(LookTimer::kBetweenChecks);
 }
 
-// What came shows that the laser lights what the cadence in doubt calls dark; or nothing at all.
-void IlluminationTracker::conclude_not_found(const CadenceFinder::Finding& finding) {
-  if (state_.is_suspect() && finder_.shows_lines_in_dark(queue_.cadence())) {
+// What came shows that the laser lights what the pattern in doubt calls dark; or nothing at all.
+void IlluminationTracker::conclude_not_found(const PatternFinder::Finding& finding) {
+  if (state_.is_suspect() && finder_.shows_lines_in_dark(queue_.pattern())) {
     state_.on(TrackingSignal::kUnfounded);
   } else if (state_.is_suspect()) {
-    settle(queue_.cadence(), PatternOrigin::kFound);
+    settle(queue_.pattern(), PatternOrigin::kFound);
     if (is_finished_) unpaired_ += queue_.give_up();
   }
   if (!state_.is_settled()) {
-    settle(Cadence({Illumination::laser(0)}), PatternOrigin::kAssumed);
+    settle(IlluminationPattern({Illumination::laser(0)}), PatternOrigin::kAssumed);
     say_nothing_is_taken_off(finding);
   }
-  const bool is_sure = finding.always_lit || queue_.cadence().has_dark();
+  const bool is_sure = finding.always_lit || queue_.pattern().has_dark();
   looks_.look_after(is_sure ? LookTimer::kBetweenChecks : LookTimer::kBetweenLooks);
 }
 
-void IlluminationTracker::judge_given(const CadenceFinder::Finding& finding) {
+void IlluminationTracker::judge_given(const PatternFinder::Finding& finding) {
   const std::optional<int> until_next = given_.judge(finding, finder_);
   if (until_next) looks_.look_after(*until_next);
 }
 
-// The cadence is known and where it began is not: where the pictures do not show it, none is
+// The pattern is known and where it began is not: where the pictures do not show it, none is
 // scanned.
-void IlluminationTracker::find_phase(const CadenceFinder::Finding& finding) {
-  const std::optional<Cadence> turned =
-      finding.cadence.is_automatic() ? std::nullopt : turned_to(before_.cadence, finding.cadence);
+void IlluminationTracker::find_phase(const PatternFinder::Finding& finding) {
+  const std::optional<IlluminationPattern> turned =
+      finding.pattern.is_automatic() ? std::nullopt : turned_to(before_.pattern, finding.pattern);
   if (turned) {
-    const bool is_same = agree(*turned, queue_.cadence());
+    const bool is_same = agree(*turned, queue_.pattern());
     if (state_.is_suspect() && is_same) until_next_doubt_ = LookTimer::kBetweenChecks;
     if (state_.is_suspect() && !is_same) events_.send("pattern_slipped", kSlipped);
     if (!state_.is_settled() || !is_same) settle(*turned, PatternOrigin::kPhase);
@@ -221,7 +221,7 @@ void IlluminationTracker::find_phase(const CadenceFinder::Finding& finding) {
 }
 
 // One exposure shows nothing of others.
-void IlluminationTracker::say_nothing_is_taken_off(const CadenceFinder::Finding& finding) {
+void IlluminationTracker::say_nothing_is_taken_off(const PatternFinder::Finding& finding) {
   const bool is_asked_for =
       options_.method == AmbientMethod::kFields || options_.method == AmbientMethod::kAlternate;
   if (finding.always_lit) {
@@ -246,21 +246,21 @@ void IlluminationTracker::check_field_order() {
   if (disorder && *disorder > kWrongFieldOrder) events_.send_once({"field_order", kWrongOrder});
 }
 
-void IlluminationTracker::settle(const Cadence& cadence, PatternOrigin how) {
-  queue_.set_cadence(cadence);
+void IlluminationTracker::settle(const IlluminationPattern& pattern, PatternOrigin how) {
+  queue_.set_pattern(pattern);
   state_.on(TrackingSignal::kSettled);
   origin_ = how;
   const bool is_shown = how == PatternOrigin::kFound || how == PatternOrigin::kPhase;
   if (is_shown) {
-    events_.send("pattern_found", fmt::format("the cadence is '{}'", cadence.to_string()));
+    events_.send("pattern_found", fmt::format("the pattern is '{}'", pattern.to_string()));
   }
 }
 
 DarkChoice IlluminationTracker::dark_choice() const noexcept {
   const bool is_searched = state_.is_of_pictures() && state_.phase() == TrackingPhase::kSearching;
   if (is_searched && are_all_lit_so_far_) return DarkChoice::kNone;
-  const Cadence& cadence = queue_.cadence();
-  if (!cadence.is_automatic() && !cadence.has_dark()) return DarkChoice::kNone;
+  const IlluminationPattern& pattern = queue_.pattern();
+  if (!pattern.is_automatic() && !pattern.has_dark()) return DarkChoice::kNone;
   switch (options_.method) {
     case AmbientMethod::kNone:
     case AmbientMethod::kTemporal:
@@ -280,7 +280,7 @@ Neighbours IlluminationTracker::neighbours_of(const HeldExposure& lit) noexcept 
 
 bool IlluminationTracker::pass_over_unpaired(HeldExposure& lit, const Neighbours& darks) {
   const bool is_alone = darks.before == nullptr && darks.after == nullptr;
-  if (!is_alone || dark_choice() == DarkChoice::kNone || !queue_.cadence().has_dark()) return false;
+  if (!is_alone || dark_choice() == DarkChoice::kNone || !queue_.pattern().has_dark()) return false;
   lit.is_done = true;
   ++unpaired_;
   check_rows(lit);
@@ -291,15 +291,15 @@ bool IlluminationTracker::pass_over_unpaired(HeldExposure& lit, const Neighbours
 void IlluminationTracker::check_rows(const HeldExposure& unpaired) {
   const bool is_field = unpaired.frame.exposures_per_picture == 2;
   if (!is_field || dark_choice() != DarkChoice::kSameRows) return;
-  if (has_dark_of_same_rows(queue_.cadence())) return;
-  events_.send_once({"rows_never_dark", fmt::format(kRowsNeverDark, queue_.cadence().to_string())});
+  if (has_dark_of_same_rows(queue_.pattern())) return;
+  events_.send_once({"rows_never_dark", fmt::format(kRowsNeverDark, queue_.pattern().to_string())});
 }
 
-// Fields are lost in twos, and an even cadence goes on across that.
+// Fields are lost in twos, and an even pattern goes on across that.
 bool IlluminationTracker::is_refuted_by(const LitFrame& made, const HeldExposure& lit,
                                         const Neighbours& darks) {
   const bool is_field = queue_.held().back()->frame.exposures_per_picture == 2;
-  if (is_field && queue_.cadence().pattern().size() % 2 == 0) return false;
+  if (is_field && queue_.pattern().entries().size() % 2 == 0) return false;
   const bool is_compared = darks.before != nullptr || darks.after != nullptr;
   if (state_.is_of_frames() || !is_compared || until_next_doubt_ > 0) return false;
   if (!lines_.refutes(made, darks)) return false;
@@ -319,7 +319,7 @@ void IlluminationTracker::doubt_given() {
   looks_.look_now();
 }
 
-// Pictures were lost before it or with it: what follows is held until the cadence is known again,
+// Pictures were lost before it or with it: what follows is held until the pattern is known again,
 // as after a restart.
 void IlluminationTracker::look_again_after(const HeldExposure& refuted) {
   ++unpaired_;

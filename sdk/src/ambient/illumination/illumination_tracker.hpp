@@ -5,16 +5,16 @@
 
 #include <striper/ambient/ambient_options.hpp>
 #include <striper/ambient/ambient_status.hpp>
-#include <striper/core/cadence.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/core/lit_frame.hpp>
 
-#include "ambient/illumination/cadence_finder.hpp"
 #include "ambient/illumination/exposure_numbers.hpp"
 #include "ambient/illumination/exposure_queue.hpp"
-#include "ambient/illumination/given_cadence_check.hpp"
+#include "ambient/illumination/given_pattern_check.hpp"
 #include "ambient/illumination/line_watch.hpp"
 #include "ambient/illumination/look_timer.hpp"
+#include "ambient/illumination/pattern_finder.hpp"
 #include "ambient/illumination/tracking_state.hpp"
 #include "ambient/pixels/held_exposure.hpp"
 #include "core/once_events.hpp"
@@ -43,15 +43,15 @@ class IlluminationTracker {
   /// Whether a lit exposure has to have a dark one and has none; it is then passed over.
   bool pass_over_unpaired(HeldExposure& lit, const Neighbours& darks);
 
-  /// Whether what was made of an exposure refutes the cadence: it gives nothing then, and what
-  /// follows is held until the cadence is known again.
+  /// Whether what was made of an exposure refutes the pattern: it gives nothing then, and what
+  /// follows is held until the pattern is known again.
   bool is_refuted_by(const LitFrame& made, const HeldExposure& lit, const Neighbours& darks);
 
   /// Lets go of what no lit exposure can need.
   void forget() noexcept { queue_.forget(dark_choice()); }
 
   const TrackingState& state() const noexcept { return state_; }
-  const Cadence& cadence() const noexcept { return queue_.cadence(); }
+  const IlluminationPattern& pattern() const noexcept { return queue_.pattern(); }
   PatternOrigin origin() const noexcept { return origin_; }
   std::uint64_t dark_exposures() const noexcept { return queue_.dark_exposures(); }
   std::uint64_t unpaired_exposures() const noexcept { return unpaired_; }
@@ -59,7 +59,7 @@ class IlluminationTracker {
  private:
   // What was known before the source lost its place.
   struct Before {
-    Cadence cadence;
+    IlluminationPattern pattern;
     std::uint64_t number = 0;  // Of the last exposure.
   };
 
@@ -68,16 +68,16 @@ class IlluminationTracker {
   void search_anew(TrackingSignal why);
   void look(const Frame& exposure, std::uint64_t number);
   bool is_given_at_once(const Frame& exposure) const noexcept;
-  void conclude(const CadenceFinder::Finding& finding);
-  void conclude_found(const Cadence& found);
-  void conclude_not_found(const CadenceFinder::Finding& finding);
+  void conclude(const PatternFinder::Finding& finding);
+  void conclude_found(const IlluminationPattern& found);
+  void conclude_not_found(const PatternFinder::Finding& finding);
   void conclude_from_labels();
-  void find_phase(const CadenceFinder::Finding& finding);
-  void judge_given(const CadenceFinder::Finding& finding);
-  void say_nothing_is_taken_off(const CadenceFinder::Finding& finding);
+  void find_phase(const PatternFinder::Finding& finding);
+  void judge_given(const PatternFinder::Finding& finding);
+  void say_nothing_is_taken_off(const PatternFinder::Finding& finding);
   void check_field_order();
   void check_rows(const HeldExposure& unpaired);
-  void settle(const Cadence& cadence, PatternOrigin how);
+  void settle(const IlluminationPattern& pattern, PatternOrigin how);
   void doubt_given();
   void look_again_after(const HeldExposure& refuted);
   DarkChoice dark_choice() const noexcept;
@@ -86,11 +86,11 @@ class IlluminationTracker {
   OnceEvents& events_;
   ExposureNumbers numbers_;
   ExposureQueue queue_;
-  CadenceFinder finder_;
+  PatternFinder finder_;
   LookTimer looks_;
   TrackingState state_;
   PatternOrigin origin_ = PatternOrigin::kNone;
-  GivenCadenceCheck given_;
+  GivenPatternCheck given_;
   LineWatch lines_;
   Before before_;
   // While nobody says what is lit: every exposure so far showed the line, and was given.

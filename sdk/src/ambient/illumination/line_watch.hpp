@@ -11,12 +11,12 @@
 
 namespace striper::detail {
 
-/// Watches whether the line of each laser shows where the cadence has it.
+/// Watches whether the line of each laser shows where the pattern has it.
 class LineWatch {
  public:
   explicit LineWatch(StripeAxis axis) noexcept;
 
-  /// Whether the cadence cannot be: the line is dark in `lit - dark`, or was plain and is gone, or
+  /// Whether the pattern cannot be: the line is dark in `lit - dark`, or was plain and is gone, or
   /// shows in one dark exposure and not in the other.
   bool refutes(const LitFrame& lit, const Neighbours& darks);
 

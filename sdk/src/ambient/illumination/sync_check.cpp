@@ -9,16 +9,16 @@
 #include <striper/ambient/fields.hpp>
 #include <striper/ambient/sync_check.hpp>
 
-#include "ambient/illumination/cadence_finder.hpp"
+#include "ambient/illumination/pattern_finder.hpp"
 
 namespace striper {
 namespace {
 
-using detail::CadenceFinder;
+using detail::PatternFinder;
 
 using std::chrono::milliseconds;
 
-static_assert(SyncReport::kWindowPictures == CadenceFinder::kPictures);
+static_assert(SyncReport::kWindowPictures == PatternFinder::kPictures);
 
 // Asks of a few pictures after the other which exposures the laser lights.
 class Windows {
@@ -27,7 +27,7 @@ class Windows {
 
   void add(const Frame& frame) {
     for_each_exposure(frame, [this](const Frame& exposure) { add_exposure(exposure); });
-    if (finder_.pictures() < CadenceFinder::kPictures) return;
+    if (finder_.pictures() < PatternFinder::kPictures) return;
     conclude(finder_.find());
     finder_.clear();
   }
@@ -40,14 +40,14 @@ class Windows {
     report.others = windows_ - unclear_ - report.agreeing;
     report.verdict = verdict_of(report);
     if (report.verdict != SyncVerdict::kLocked) return;
-    report.cadence = most->cadence;
+    report.pattern = most->pattern;
     report.surplus = most->surplus / static_cast<double>(most->windows);
     report.lit_field = most->lit_field();
   }
 
  private:
   struct Seen {
-    Cadence cadence;
+    IlluminationPattern pattern;
     std::uint64_t windows = 0;
     double surplus = 0.0;  // Their sum.
     bool lights_top = false;
@@ -80,11 +80,11 @@ class Windows {
     places_.push_back({exposure.exposure_number(), exposure.field});
   }
 
-  void conclude(const CadenceFinder::Finding& finding) {
+  void conclude(const PatternFinder::Finding& finding) {
     // Of a laser that is always on or off the exposures differ by a twentieth of a clear line.
     constexpr double kDiffer = 0.1;
     ++windows_;
-    if (!finding.cadence.is_automatic()) {
+    if (!finding.pattern.is_automatic()) {
       note(finding);
     } else if (finding.residual_rms < kDiffer) {
       ++unclear_;
@@ -92,15 +92,15 @@ class Windows {
     places_.clear();
   }
 
-  void note(const CadenceFinder::Finding& finding) {
+  void note(const PatternFinder::Finding& finding) {
     const auto same = std::find_if(seen_.begin(), seen_.end(), [&](const Seen& seen) {
-      return seen.cadence == finding.cadence;
+      return seen.pattern == finding.pattern;
     });
-    Seen& seen = same != seen_.end() ? *same : seen_.emplace_back(Seen{finding.cadence});
+    Seen& seen = same != seen_.end() ? *same : seen_.emplace_back(Seen{finding.pattern});
     ++seen.windows;
     seen.surplus += finding.surplus;
     for (const Place& place : places_) {
-      if (!finding.cadence.at(place.number).is_lit()) continue;
+      if (!finding.pattern.at(place.number).is_lit()) continue;
       seen.lights_top = seen.lights_top || place.field == Field::kTop;
       seen.lights_bottom = seen.lights_bottom || place.field == Field::kBottom;
     }
@@ -113,7 +113,7 @@ class Windows {
     return most != seen_.end() ? &*most : nullptr;
   }
 
-  CadenceFinder finder_;
+  PatternFinder finder_;
   std::vector<Place> places_;  // Of the window's exposures.
   std::vector<Seen> seen_;
   std::uint64_t windows_ = 0;

@@ -18,8 +18,8 @@ struct PhaseRow {
   TrackingPhase to;
 };
 
-// The rows are read in order. A cadence that was given is kGiven where it would be kLocked, and a
-// search for the place in a known cadence is kLost where it would be kSearching.
+// The rows are read in order. A pattern that was given is kGiven where it would be kLocked, and a
+// search for the place in a known pattern is kLost where it would be kSearching.
 constexpr PhaseRow kPhases[] = {
     {kSettled, {}, kLocked},             //
     {kRestarted, {}, kSearching},        //

@@ -10,20 +10,20 @@ namespace striper::detail {
 /// Who says which exposures the laser lights.
 enum class Teller : std::uint8_t {
   kPictures,       ///< Nobody: they are asked.
-  kGiven,          ///< Whoever gave the cadence.
+  kGiven,          ///< Whoever gave the pattern.
   kFrames,         ///< Each frame its own.
-  kGivenNoPlace,   ///< A cadence was given, and where in it the source began anew is not known.
+  kGivenNoPlace,   ///< A pattern was given, and where in it the source began anew is not known.
   kFramesNoPlace,  ///< The frames did, and the source no longer knows.
 };
 
-/// What happens to the tracking of a cadence.
+/// What happens to the tracking of a pattern.
 enum class TrackingSignal : std::uint8_t {
-  kSettled,      ///< The cadence is known.
+  kSettled,      ///< The pattern is known.
   kRestarted,    ///< The source counts anew, and the pictures are asked again.
-  kPlaceLost,    ///< The source lost its place in a cadence that is known.
+  kPlaceLost,    ///< The source lost its place in a pattern that is known.
   kLabelsHeard,  ///< A frame says what lights it.
-  kRefuted,      ///< An exposure does not fit the cadence.
-  kUnfounded,    ///< What refuted it says nothing, or not which cadence it is.
+  kRefuted,      ///< An exposure does not fit the pattern.
+  kUnfounded,    ///< What refuted it says nothing, or not which pattern it is.
 };
 
 /// How sure it is of what lights an exposure, and by whose word.
@@ -44,7 +44,7 @@ class TrackingState {
   bool is_given() const noexcept { return teller_ == Teller::kGiven; }
   bool is_of_pictures() const noexcept { return teller_ == Teller::kPictures; }
   bool is_of_frames() const noexcept { return teller_ == Teller::kFrames; }
-  /// It is the same cadence as before, begun anywhere.
+  /// It is the same pattern as before, begun anywhere.
   bool has_no_place() const noexcept {
     return teller_ == Teller::kGivenNoPlace || teller_ == Teller::kFramesNoPlace;
   }

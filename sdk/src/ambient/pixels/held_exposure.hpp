@@ -16,7 +16,7 @@ namespace striper::detail {
 struct HeldExposure {
   Frame frame;
   std::uint64_t number = 0;  ///< Its place in time, gaps included.
-  Illumination light;        ///< Unknown until the cadence is.
+  Illumination light;        ///< Unknown until the pattern is.
   bool is_done = false;      ///< A lit one that has been handed out.
   cv::Mat own;               ///< Pixels of a frame that nobody else keeps.
   bool has_channel = false;

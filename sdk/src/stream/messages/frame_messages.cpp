@@ -61,9 +61,9 @@ void require_frame(const wire::FrameInfo& m) {
   require_between<int>("status", m.status, 0, static_cast<int>(FrameStatus::kWrongSize));
 }
 
-Cadence cadence_of(const std::string& text) {
+IlluminationPattern pattern_of(const std::string& text) {
   try {
-    return text.empty() ? Cadence() : Cadence::parse(text);
+    return text.empty() ? IlluminationPattern() : IlluminationPattern::parse(text);
   } catch (const Error& error) {
     refuse(fmt::format("striper_msgs/msg/FrameInfo.cadence: {}", error.what()));
   }
@@ -87,7 +87,7 @@ void swap_red_and_blue(cv::Mat& image) {
 
 }  // namespace
 
-void to_message(const Frame& frame, const Cadence& cadence, wire::FrameInfo& message) {
+void to_message(const Frame& frame, const IlluminationPattern& pattern, wire::FrameInfo& message) {
   message.sequence = frame.sequence;
   message.exposure_in_picture = static_cast<std::uint8_t>(frame.exposure_in_picture);
   message.exposures_per_picture = static_cast<std::uint8_t>(frame.exposures_per_picture);
@@ -105,7 +105,7 @@ void to_message(const Frame& frame, const Cadence& cadence, wire::FrameInfo& mes
   message.grid_u_step = frame.grid.u.step;
   message.grid_v_offset = frame.grid.v.offset;
   message.grid_v_step = frame.grid.v.step;
-  message.cadence = cadence.to_string();
+  message.cadence = pattern.to_string();
   message.epoch = frame.epoch;
   message.status = static_cast<std::uint8_t>(frame.status);
   message.detail = frame.status_detail;
@@ -113,9 +113,9 @@ void to_message(const Frame& frame, const Cadence& cadence, wire::FrameInfo& mes
   message.encoder_counts = frame.encoder_counts.value_or(0);
 }
 
-void from_message(const wire::FrameInfo& message, Frame& frame, Cadence& cadence) {
+void from_message(const wire::FrameInfo& message, Frame& frame, IlluminationPattern& pattern) {
   require_frame(message);
-  cadence = cadence_of(message.cadence);
+  pattern = pattern_of(message.cadence);
   frame.sequence = message.sequence;
   frame.exposure_in_picture = message.exposure_in_picture;
   frame.exposures_per_picture = message.exposures_per_picture;

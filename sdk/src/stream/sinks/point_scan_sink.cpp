@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <striper/core/error.hpp>
+#include <striper/core/frame.hpp>
 #include <striper/wire/point_file.hpp>
 #include <striper/wire/return_code.hpp>
 
@@ -88,8 +89,7 @@ class PointScanSink : public ScanSink {
     stream_.open(path_, std::ios::binary | std::ios::trunc);
     if (!stream_) fail(errno);
     wire::PointFileOptions options;
-    options.full_scale_dn =
-        static_cast<double>((1U << static_cast<unsigned>(head.source.bit_depth)) - 1);
+    options.full_scale_dn = full_scale_dn(head.source.bit_depth);
     guarded([&] { file_ = wire::make_point_file(format_, stream_, options); });
     head_ = head.head;
     flush_at_ = Clock::now() + kFlushEvery;

@@ -80,33 +80,33 @@ TEST(FrameInfoMessage, ComesBackToTheBit) {
     if (light.is_dark()) frame.time.utc_offset_ns.reset();
     if (light.is_unknown()) frame.encoder_counts.reset();
     wire::FrameInfo message;
-    to_message(frame, Cadence::parse("0,dark"), message);
+    to_message(frame, IlluminationPattern::parse("0,dark"), message);
     Frame back = any_frame(CV_8UC1);
-    Cadence cadence;
-    from_message(message, back, cadence);
-    EXPECT_EQ(cadence, Cadence::parse("0,dark"));
+    IlluminationPattern pattern;
+    from_message(message, back, pattern);
+    EXPECT_EQ(pattern, IlluminationPattern::parse("0,dark"));
     striper::testing::expect_same_members(back, frame);
   }
 }
 
 TEST(FrameInfoMessage, AnUnknownPatternStaysUnknown) {
   wire::FrameInfo message;
-  to_message(any_frame(CV_8UC1), Cadence(), message);
+  to_message(any_frame(CV_8UC1), IlluminationPattern(), message);
   Frame back;
-  Cadence cadence = Cadence::parse("0");
-  from_message(message, back, cadence);
-  EXPECT_TRUE(cadence.is_automatic());
+  IlluminationPattern pattern = IlluminationPattern::parse("0");
+  from_message(message, back, pattern);
+  EXPECT_TRUE(pattern.is_automatic());
 }
 
 TEST(FrameInfoMessage, ThatIsNoneIsRefused) {
   wire::FrameInfo message;
-  to_message(any_frame(CV_8UC1), Cadence(), message);
+  to_message(any_frame(CV_8UC1), IlluminationPattern(), message);
   const auto refusal = [&](auto change) {
     wire::FrameInfo changed = message;
     change(changed);
     Frame frame;
-    Cadence cadence;
-    const Error error = error_of([&] { from_message(changed, frame, cadence); });
+    IlluminationPattern pattern;
+    const Error error = error_of([&] { from_message(changed, frame, pattern); });
     EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
     return std::string(error.what());
   };

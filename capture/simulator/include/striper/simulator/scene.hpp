@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include <striper/core/cadence.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/core/stripe_axis.hpp>
 #include <striper/model/camera_model.hpp>
 #include <striper/simulator/imager.hpp>
@@ -28,8 +28,9 @@ enum class ScanMode {
 
 struct Timing {
   double picture_rate_hz = 30.0;
-  ScanMode scan = ScanMode::kProgressive;               ///< Fields are half a picture period apart.
-  Cadence cadence = Cadence({Illumination::laser(0)});  ///< Never automatic.
+  ScanMode scan = ScanMode::kProgressive;  ///< Fields are half a picture period apart.
+  IlluminationPattern pattern =
+      IlluminationPattern({Illumination::laser(0)});  ///< Never automatic.
 };
 
 /// Daylight. The spectral irradiances are those in the filter's band; the paper's sun is 856 W/m^2

@@ -20,7 +20,7 @@ struct SimulatedSourceOptions {
   std::optional<std::uint64_t> pictures;  ///< Ends after so many; otherwise it never ends.
   bool illumination_known =
       true;                    ///< Frames and info say which laser fired; else one must find out.
-  bool cadence_given = false;  ///< Info says the cadence even where the frames do not.
+  bool pattern_given = false;  ///< Info says the pattern even where the frames do not.
   bool realtime = false;       ///< `next` waits until the picture is due, or times out.
   /// Frames carry what an encoder on a wheel of the device shows; 0: there is none.
   double encoder_counts_per_m = 0.0;
@@ -37,7 +37,7 @@ class SimulatedControls;
 ///
 /// - `frames` how many pictures (default: no end), `fps` pictures per second, `seed` of the noise
 /// - `noise` = `off`, or those that stay on: `noise=shot,read,prnu,speckle`
-/// - `laser` the cadence that the lasers follow: `0`, `0,dark`, `0,1,dark`
+/// - `laser` the pattern that the lasers follow: `0`, `0,dark`, `0,1,dark`
 /// - `illumination=unknown` the frames do not say which laser fired, as with a real grabber
 /// - `fields` = `progressive`, `split-top`, `split-bottom` (pictures of two fields, the named
 ///   one first), `alternate-top`, `alternate-bottom` (each field a frame)

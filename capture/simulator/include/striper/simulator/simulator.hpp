@@ -19,7 +19,7 @@ namespace striper {
 struct SceneSettings {
   double shutter_s = 0.0;
   double dn_per_electron = 0.0;
-  bool lasers_on = true;  ///< Off: every exposure is dark, whatever the cadence says.
+  bool lasers_on = true;  ///< Off: every exposure is dark, whatever the pattern says.
   std::vector<Eigen::Isometry3d> T_world_object;  ///< Of each object, at time zero.
 
   static SceneSettings of(const Scene& scene);

@@ -54,7 +54,7 @@ struct RegisterWrite {
 ///
 /// Line2 fires laser 0 and Line3 laser 1, during the exposure where LineSource is ExposureActive
 /// and for as long as it is set where it is UserOutput. Until a client sets one of them the scene's
-/// lasers fire by themselves in the scene's own cadence. Lines go off when the client's control is
+/// lasers fire by themselves in the scene's own pattern. Lines go off when the client's control is
 /// lost.
 ///
 /// Picture n after acquisition start shows the scene's picture n. Threads: two of its own; all

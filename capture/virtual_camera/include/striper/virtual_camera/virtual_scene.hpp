@@ -6,8 +6,8 @@
 
 #include <opencv2/core/mat.hpp>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/illumination.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/simulator/scene.hpp>
 
 namespace striper {
@@ -21,14 +21,14 @@ class VirtualScene {
   virtual int bit_depth() const = 0;
   virtual double rate_hz() const = 0;
   /// What the lasers do while no client commands them.
-  virtual Cadence cadence() const = 0;
+  virtual IlluminationPattern pattern() const = 0;
 
   /// The whole sensor's picture number `n` (CV_8UC1 or CV_16UC1) with this laser, or none, on.
   /// Called from one thread; the result is valid until the next call.
   virtual cv::Mat picture(std::uint64_t n, Illumination light) = 0;
 };
 
-/// The simulator's scene. Picture n is bit for bit picture n of `sim:` with a cadence that has the
+/// The simulator's scene. Picture n is bit for bit picture n of `sim:` with a pattern that has the
 /// same light there. @throws Error as Simulator does.
 std::shared_ptr<VirtualScene> make_virtual_scene(const Scene& scene);
 

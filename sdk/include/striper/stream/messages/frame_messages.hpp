@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-#include <striper/core/cadence.hpp>
 #include <striper/core/event.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/illumination_pattern.hpp>
 #include <striper/wire/ros_messages.hpp>
 #include <striper/wire/striper_messages.hpp>
 
@@ -13,8 +13,8 @@
 // where texts grow.
 namespace striper {
 
-/// What a frame has beside its pixels. @param cadence the source's.
-void to_message(const Frame& frame, const Cadence& cadence, wire::FrameInfo& message);
+/// What a frame has beside its pixels. @param pattern the source's.
+void to_message(const Frame& frame, const IlluminationPattern& pattern, wire::FrameInfo& message);
 
 /// A frame's pixels, lossless: mono8, mono16, bgr8 or bgr16, rows one after another.
 /// @throws Error{kUnsupported} for an image of another type, or none.
@@ -22,7 +22,7 @@ void to_message(const Frame& frame, std::string_view frame_id, wire::Image& mess
 
 /// The inverse of the first: all of a frame but its image. @throws Error{kBadFile} where a number
 /// stands for nothing.
-void from_message(const wire::FrameInfo& message, Frame& frame, Cadence& cadence);
+void from_message(const wire::FrameInfo& message, Frame& frame, IlluminationPattern& pattern);
 
 /// The inverse of the second, and anybody's Image: mono8, mono16, bgr8, bgr16, rgb8, rgb16 with any
 /// step and byte order. `frame.image` is new; `frame.bit_depth` is left as it is. @throws
