@@ -23,9 +23,6 @@ constexpr double kObjectIfTopIsLong = 0.2;
 constexpr double kObjectIfTopIsShort = 0.4;
 constexpr double kHoleElse = 0.02;
 
-// How often what rises from the road is a bank or grass, before its roughness is seen.
-constexpr double kOvergrown = 0.1;
-
 double above(double value, double limit, double sigma, double slack) noexcept {
   return normal_below((value - limit) / std::hypot(sigma, slack));
 }
@@ -35,9 +32,9 @@ double object_probability(const CurbEvidence& e) noexcept {
   return e.top_length_m >= kLeastTop_m ? kObjectIfTopIsLong : kObjectIfTopIsShort;
 }
 
-double overgrown_probability(const CurbEvidence& e) noexcept {
+double overgrown_probability(double log_odds) noexcept {
   const double odds = kOvergrown / (1.0 - kOvergrown);
-  return 1.0 / (1.0 + std::exp(std::clamp(-e.overgrown_log_odds, -30.0, 30.0)) / odds);
+  return 1.0 / (1.0 + std::exp(std::clamp(-log_odds, -30.0, 30.0)) / odds);
 }
 
 }  // namespace
@@ -56,7 +53,7 @@ void weigh(const CurbEvidence& e, const CurbOptions& options, CurbFinding& f) no
     put(kind, rest * part);
     rest -= rest * part;
   };
-  take(CurbKind::kRough, overgrown_probability(e));
+  take(CurbKind::kRough, overgrown_probability(f.overgrown_log_odds));
   if (e.is_down) {
     const double is_hole = e.is_ground_behind ? kObjectIfGroundBehind : kHoleElse;
     put(CurbKind::kDown, rest * (1.0 - is_hole));

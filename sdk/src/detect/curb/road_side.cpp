@@ -33,6 +33,10 @@ constexpr double kNose_m = 0.02;
 // behind them.
 constexpr double kShadowed = 2.0;
 
+// Of grass at the road's own level: a piece of it scatters beyond paving (GroundRoughness) with more
+// certainty than a track lets one scan have.
+constexpr double kVergeLogOdds = 30.0;
+
 // What is so much higher than the lowest seen of it stands on it, with its foot this much nearer.
 // Chosen among .03 to .06 and .05 to .08 m by what stands behind the curbs of the real rings
 // (curb_real_test.cpp), which therefore do not judge it.
@@ -298,7 +302,7 @@ std::optional<CurbFinding> RoadSide::rise() {
   const Piece& last = piece(has(top_) ? top_ : face_);
   finding.beyond_m = step_ > 0 ? last.end_m : last.begin_m;
   evidence_.gain = gain(face_) + gain(top_);
-  evidence_.overgrown_log_odds = overgrown_beyond(finding.top_m);
+  finding.overgrown_log_odds = overgrown_beyond(finding.top_m);
   weigh(evidence_, scan_->options, finding);
   return finding;
 }
@@ -330,7 +334,7 @@ std::optional<CurbFinding> RoadSide::drop() {
   look_behind(leaving_ + step_);
   evidence_.gain = gain(leaving_);
   evidence_.is_down = true;
-  evidence_.overgrown_log_odds = overgrown_beyond(f.top_m);
+  f.overgrown_log_odds = overgrown_beyond(f.top_m);
   weigh(evidence_, scan_->options, f);
   return f;
 }
@@ -341,6 +345,7 @@ std::optional<CurbFinding> RoadSide::verge() const {
   CurbFinding f;
   f.kind = CurbKind::kRough;
   f.posterior[static_cast<std::size_t>(CurbKind::kRough)] = 1.0;
+  f.overgrown_log_odds = kVergeLogOdds;
   f.road = ground.line;
   f.foot_m = step_ > 0 ? ground.end_m : ground.begin_m;
   f.lateral_m = out_.dot(f.foot_m);
