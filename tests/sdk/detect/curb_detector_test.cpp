@@ -183,6 +183,25 @@ TEST(CurbDetector, GrassAtTheRoadsLevelIsNoCurb) {
   EXPECT_LE(sure(said_of(street, false)), kTrials * 40 / 2000);
 }
 
+// Blades of 5 cm: only their tips are seen, which are level by chance in a tenth of the scans.
+TEST(CurbDetector, GrassOfFiveCentimetresIsNoCurb) {
+  for (const double low_m : {0.0, 0.02}) {
+    const double high_m = low_m == 0.0 ? 0.05 : 0.06;
+    const auto street = [=] {
+      const double at = testing::uniform(1.0, 2.0);
+      return Street([=](double) {
+        RoadProfile profile{{-1, 0}, {at, 0}};
+        add_rough(at + 0.008, at + 4.0, low_m, high_m, profile);
+        return profile;
+      });
+    };
+    const int called = sure(said_of(street, false));
+    std::cout << "grass of " << low_m << " to " << high_m << " m called a curb: " << called
+              << " of " << kTrials << "\n";
+    EXPECT_LE(called, kTrials * 40 / 2000);
+  }
+}
+
 // Of how many streets it was said once, with the confidence of an event.
 int ever_surest(const std::function<Street()>& make) {
   int count = 0;
@@ -303,7 +322,7 @@ TEST(CurbDetector, KeepsACurbThatIsHidden) {
     });
     if (k < 3) return;
     ASSERT_NE(found, tracks.end()) << k;
-    EXPECT_NEAR(found->lateral_m, at, 4.0 * found->sigma_lateral_m) << k;
+    EXPECT_NEAR(found->lateral_m, at, 3.0 * found->sigma_lateral_m) << k;
     EXPECT_GT(found->confidence, 0.9) << k;
     if (k == 9) {
       id = found->id;
