@@ -19,7 +19,7 @@ constexpr double kLeastTop_m = 0.25;
 
 // How often what looks like a curb stands on the road, by what is seen of it, before any travel.
 constexpr double kObjectIfGroundBehind = 0.97;
-constexpr double kObjectIfTopIsLong = 0.1;
+constexpr double kObjectIfTopIsLong = 0.2;
 constexpr double kObjectIfTopIsShort = 0.4;
 constexpr double kHoleElse = 0.02;
 
@@ -30,6 +30,11 @@ double above(double value, double limit, double sigma, double slack) noexcept {
 double object_probability(const CurbEvidence& e) noexcept {
   if (e.is_ground_behind) return kObjectIfGroundBehind;
   return e.top_length_m >= kLeastTop_m ? kObjectIfTopIsLong : kObjectIfTopIsShort;
+}
+
+double overgrown_probability(double log_odds) noexcept {
+  const double odds = kOvergrown / (1.0 - kOvergrown);
+  return 1.0 / (1.0 + std::exp(std::clamp(-log_odds, -30.0, 30.0)) / odds);
 }
 
 }  // namespace
@@ -48,7 +53,7 @@ void weigh(const CurbEvidence& e, const CurbOptions& options, CurbFinding& f) no
     put(kind, rest * part);
     rest -= rest * part;
   };
-  if (e.is_rough) take(CurbKind::kRough, 0.9);
+  take(CurbKind::kRough, overgrown_probability(f.overgrown_log_odds));
   if (e.is_down) {
     const double is_hole = e.is_ground_behind ? kObjectIfGroundBehind : kHoleElse;
     put(CurbKind::kDown, rest * (1.0 - is_hole));
