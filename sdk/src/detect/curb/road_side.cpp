@@ -33,8 +33,8 @@ constexpr double kNose_m = 0.02;
 // behind them.
 constexpr double kShadowed = 2.0;
 
-// Of grass at the road's own level: a piece of it scatters beyond paving (GroundRoughness) with more
-// certainty than a track lets one scan have.
+// Of grass at the road's own level: a piece of it scatters beyond paving (GroundRoughness) with
+// more certainty than a track lets one scan have.
 constexpr double kVergeLogOdds = 30.0;
 
 // What is so much higher than the lowest seen of it stands on it, with its foot this much nearer.
