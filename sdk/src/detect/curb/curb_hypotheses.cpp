@@ -83,7 +83,8 @@ void CurbHypotheses::take_kinds(const CurbFinding& seen, double share) noexcept 
   const double other = 1.0 - none - seen.of(CurbKind::kRough);
   if (other < kLeast) return;
   for (std::size_t k = 0; k < kinds_.size(); ++k) {
-    const double now = k == index(CurbKind::kNone) ? none : seen.posterior[k] / other * (1.0 - none);
+    const double now =
+        k == index(CurbKind::kNone) ? none : seen.posterior[k] / other * (1.0 - none);
     if (k != index(CurbKind::kRough)) kinds_[k] += share * (now - kinds_[k]);
   }
   hole_ += share * (hole_in(seen) - hole_);
@@ -92,8 +93,8 @@ void CurbHypotheses::take_kinds(const CurbFinding& seen, double share) noexcept 
 // By Bayes, of a scan that is wrong at times; not the same blades twice.
 void CurbHypotheses::take_growth(const CurbFinding& seen, double share) noexcept {
   const double ratio = std::exp(std::clamp(seen.overgrown_log_odds, -30.0, 30.0));
-  const double told = ((1.0 - kLevelGrass) * ratio + kLevelGrass) /
-                      (kGrassBehind * ratio + 1.0 - kGrassBehind);
+  const double told =
+      ((1.0 - kLevelGrass) * ratio + kLevelGrass) / (kGrassBehind * ratio + 1.0 - kGrassBehind);
   overgrown_ = after(overgrown_, std::pow(told, share));
 }
 
