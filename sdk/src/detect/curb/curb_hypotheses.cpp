@@ -35,11 +35,6 @@ constexpr double kVergeLength_m = 20.0;
 // Log odds of what began a track: further scans have to be able to turn it.
 constexpr double kSurest = 5.0;
 
-double after(double probability, double ratio) noexcept {
-  const double odds = probability / (1.0 - probability) * ratio;
-  return odds / (1.0 + odds);
-}
-
 std::size_t index(CurbKind kind) noexcept { return static_cast<std::size_t>(kind); }
 
 bool is_lasting(CurbKind kind) noexcept {
@@ -59,8 +54,8 @@ void CurbHypotheses::start(const CurbFinding& seen, double overgrown) noexcept {
   hole_ = 0.0;
   overgrown_ = overgrown;
   take_kinds(seen, 1.0);
-  // Alone, a scan is believed as CurbFinding's posterior is.
-  overgrown_ = after(overgrown_, std::exp(std::clamp(seen.overgrown_log_odds, -kSurest, kSurest)));
+  // Alone, a scan is believed as CurbFinding's posterior is, but not so that no other turns it.
+  overgrown_ = after(overgrown_, std::clamp(seen.overgrown_log_odds, -kSurest, kSurest));
   lasting_ = ending_ = 0.0;
   chance_ = 0.0;
 }
@@ -95,7 +90,7 @@ void CurbHypotheses::take_growth(const CurbFinding& seen, double share) noexcept
   const double ratio = std::exp(std::clamp(seen.overgrown_log_odds, -30.0, 30.0));
   const double told =
       ((1.0 - kLevelGrass) * ratio + kLevelGrass) / (kGrassBehind * ratio + 1.0 - kGrassBehind);
-  overgrown_ = after(overgrown_, std::pow(told, share));
+  overgrown_ = after(overgrown_, share * std::log(told));
 }
 
 // Of what single scans say, by kind.

@@ -32,12 +32,13 @@ double object_probability(const CurbEvidence& e) noexcept {
   return e.top_length_m >= kLeastTop_m ? kObjectIfTopIsLong : kObjectIfTopIsShort;
 }
 
-double overgrown_probability(double log_odds) noexcept {
-  const double odds = kOvergrown / (1.0 - kOvergrown);
-  return 1.0 / (1.0 + std::exp(std::clamp(-log_odds, -30.0, 30.0)) / odds);
-}
-
 }  // namespace
+
+double after(double probability, double log_odds) noexcept {
+  const double odds =
+      probability / (1.0 - probability) * std::exp(std::clamp(log_odds, -30.0, 30.0));
+  return odds / (1.0 + odds);
+}
 
 void weigh(const CurbEvidence& e, const CurbOptions& options, CurbFinding& f) noexcept {
   const auto put = [&](CurbKind kind, double p) {
@@ -53,7 +54,7 @@ void weigh(const CurbEvidence& e, const CurbOptions& options, CurbFinding& f) no
     put(kind, rest * part);
     rest -= rest * part;
   };
-  take(CurbKind::kRough, overgrown_probability(f.overgrown_log_odds));
+  take(CurbKind::kRough, after(kOvergrown, f.overgrown_log_odds));
   if (e.is_down) {
     const double is_hole = e.is_ground_behind ? kObjectIfGroundBehind : kHoleElse;
     put(CurbKind::kDown, rest * (1.0 - is_hole));

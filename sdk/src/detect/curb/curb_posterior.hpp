@@ -14,6 +14,9 @@ inline constexpr double kLeastFace_rad = 35.0 * std::numbers::pi / 180.0;
 /// How often what rises from the road is a bank or grass, before its roughness is seen.
 inline constexpr double kOvergrown = 0.1;
 
+/// A probability after evidence of so many log odds (Bayes); beyond 30 they are taken for 30.
+double after(double probability, double log_odds) noexcept;
+
 /// What is seen of something that leaves the road, besides its figures.
 struct CurbEvidence {
   double gain = 0.0;      ///< By how much chi2 grows if there is nothing.

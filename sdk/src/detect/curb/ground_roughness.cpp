@@ -14,9 +14,9 @@ constexpr double kMostPaved_m = 0.005;
 
 // Scatters that ground has, a factor of two apart, and how often. Stones and slabs are smooth to a
 // millimetre; of grass only the tips are seen, which scatter by half a centimetre.
-constexpr std::array<GroundRoughness::Scatter, 3> kPaved{
+constexpr std::array<GroundRoughness::Scatter, 3> kPavedScatters{
     {{0.0003, 0.3}, {0.0008, 0.4}, {0.0015, 0.3}}};
-constexpr std::array<GroundRoughness::Scatter, 4> kOvergrown{
+constexpr std::array<GroundRoughness::Scatter, 4> kOvergrownScatters{
     {{0.004, 0.35}, {0.008, 0.3}, {0.016, 0.2}, {0.03, 0.15}}};
 
 // What stands on the ground, and speckle that was not left out: anywhere in a metre.
@@ -24,6 +24,8 @@ constexpr double kStrange = 0.03;
 
 // Pavements fall by 2 to 3 %, ramped ones by 6, banks by more.
 constexpr double kLean = 0.06;
+
+constexpr double kSeenAmongBlades = 0.5;
 
 constexpr int kRounds = 3;  // After three what is strange has no weight.
 
@@ -51,7 +53,20 @@ void GroundRoughness::end_at(double out_m) {
 
 double GroundRoughness::log_odds_of_overgrown() const noexcept {
   if (!can_tell()) return 0.0;
-  return log_likelihood(kOvergrown) - log_likelihood(kPaved);
+  return log_likelihood(kOvergrownScatters) - log_likelihood(kPavedScatters);
+}
+
+double GroundRoughness::log_odds_of_too_few(double returns) noexcept {
+  const auto log_probability = [](double mean) {
+    double sum = 0.0;
+    double term = 1.0;
+    for (std::size_t n = 0; n < kFewest; ++n) {
+      sum += term;
+      term *= mean / static_cast<double>(n + 1);
+    }
+    return std::log(sum) - mean;
+  };
+  return log_probability(kSeenAmongBlades * returns) - log_probability(returns);
 }
 
 double GroundRoughness::log_likelihood(std::span<const Scatter> scatters) const noexcept {

@@ -14,8 +14,9 @@ namespace striper::detail {
 /// where noise explains all of it.
 double scatter_m(const InverseRanges& ranges, const Run& run) noexcept;
 
-/// Whether what scatters so was built: asphalt .5 to 1.5 mm, chippings and setts to 4. Grass,
-/// gravel and snow begin at a centimetre.
+/// Whether a piece that scatters so was built: asphalt scatters by .5 to 1.5 mm, chippings and
+/// setts by up to 4. The limit is 5 mm; grass of which only tips are seen may be below it, and is
+/// told by GroundRoughness.
 bool is_paved(double scatter_m) noexcept;
 
 /// Tells built ground from grown by how the heights of its returns scatter about a line that leans
@@ -40,8 +41,11 @@ class GroundRoughness {
 
   /// Returns ln p(heights | overgrown) - ln p(heights | paved), each a mean over the scatters that
   /// such ground has, 3 % of the returns being of neither; 0 where there are too few to tell.
-  /// A microsecond a return.
   double log_odds_of_overgrown() const noexcept;
+
+  /// The same where there are too few to tell and a paved surface would have so many, on average:
+  /// blades hide half of what is behind them, and counts are of Poisson's kind.
+  static double log_odds_of_too_few(double returns) noexcept;
 
  private:
   static constexpr std::size_t kFewest = 4;

@@ -28,9 +28,8 @@ constexpr double kLookedAt_m = 0.12;
 constexpr double kLookedAtMost_m = 0.3;
 constexpr std::size_t kToldBy = 8;  // Returns.
 constexpr double kNose_m = 0.02;
-// Log odds where returns go on beyond but hardly any is on that surface: at 3 m a paved one of .3 m
-// has ten, and with a third missing less than four in a tenth of all scans; blades hide what is
-// behind them.
+// Log odds at most where returns go on beyond but hardly any is on that surface: it may be dark, or
+// behind what is parked.
 constexpr double kShadowed = 2.0;
 
 // Of grass at the road's own level: a piece of it scatters beyond paving (GroundRoughness) with
@@ -47,6 +46,13 @@ constexpr double kBeforeStanding_m = 0.08;
 constexpr double kFaceLean_rad = 20.0 * kDegree;
 // Of a top that is not seen: level, to the slope of a road.
 constexpr double kTopLean_rad = 3.0 * kDegree;
+
+// Of a piece's columns, how many gave no return. Where some do, the last ones of a face may be
+// missing, and a top of too few to be a piece may have been taken for its end.
+double missing_part(const Piece& piece) {
+  const auto columns = static_cast<double>(piece.last - piece.first + 1);
+  return std::max(0.0, 1.0 - piece.points / columns);
+}
 
 }  // namespace
 
@@ -234,8 +240,25 @@ double RoadSide::overgrown_beyond(const Eigen::Vector2d& edge_m) {
     roughness_.add(at, ranges.noise[k] / (per_metre * per_metre) + road_m * road_m);
   }
   roughness_.end_at(end);
-  if (is_passed && !roughness_.can_tell()) return kShadowed;
+  if (is_passed && !roughness_.can_tell()) {
+    const Eigen::Vector2d from_m = edge_m + kNose_m * out_;
+    return std::min(kShadowed, GroundRoughness::log_odds_of_too_few(
+                                   returns_between(from_m, edge_m + kLookedAtMost_m * out_)));
+  }
   return roughness_.log_odds_of_overgrown();
+}
+
+// How many returns a surface from here to there would have, were they as many an angle as the
+// ground has.
+double RoadSide::returns_between(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const {
+  const InverseRanges& ranges = scan_->cutter.ranges;
+  const Run& ground = run(ground_);
+  const auto turn = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
+  };
+  const double seen = std::asin(std::abs(ranges.turn(ground.from, ground.to - 1)));
+  const double here = turn(from_m - ranges.pivot, to_m - ranges.pivot);
+  return seen > 0.0 ? static_cast<double>(ground.to - 1 - ground.from) * here / seen : 0.0;
 }
 
 // The first element outwards of a place, seen from the pivot.
@@ -278,7 +301,8 @@ CurbLines RoadSide::first_lines() const {
     const double sigma = is_up ? face.sigma_end_m : face.sigma_begin_m;
     // Where the scan ends the face may go on.
     const double unseen = is_end_seen ? 0.0 : scan_->options.max_height_m / std::sqrt(12.0);
-    lines.top = line_through(end, out_, std::hypot(sigma, unseen), kTopLean_rad);
+    const double whose = std::sqrt(12.0 * missing_part(face)) * kFewestPoints * sigma;
+    lines.top = line_through(end, out_, std::hypot(sigma, unseen, whose), kTopLean_rad);
   }
   return lines;
 }
@@ -290,9 +314,8 @@ std::optional<CurbFinding> RoadSide::rise() {
   CurbLines lines = first_lines();
   if (!lines.do_meet()) return std::nullopt;
   if (has(face_) && has(top_)) {
-    const auto& runs = scan_->cutter.runs;
-    const Run& first = runs[static_cast<std::size_t>(std::min(ground_, top_))];
-    const Run& last = runs[static_cast<std::size_t>(std::max(ground_, top_))];
+    const Run& first = run(std::min(ground_, top_));
+    const Run& last = run(std::max(ground_, top_));
     refiner_.refine(scan_->cutter.ranges, {first.from, last.to, step_ > 0}, lines);
   }
   CurbFinding finding;

@@ -76,6 +76,7 @@ class RoadSide {
   CurbLines first_lines() const;
   double gain(Index k) const;
   double overgrown_beyond(const Eigen::Vector2d& edge_m);
+  double returns_between(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
   Index first_beyond(const Eigen::Vector2d& at_m) const;
 
   const CutScan* scan_ = nullptr;
