@@ -23,24 +23,25 @@ if (name(1) eq "") {
 }
 
 if (strlen(ARG2) > 4 && substr(ARG2, strlen(ARG2) - 3, strlen(ARG2)) eq ".png") {
-  set terminal pngcairo size 1000, 240 * beams font "Sans,11" background "white"
+  set terminal pngcairo size 1000, 240 * beams noenhanced font "Sans,11" background "white"
 } else {
-  set terminal svg size 1000, 240 * beams font "Sans,13" background "white"
+  set terminal svg size 1000, 240 * beams noenhanced font "Sans,13" background "white"
 }
 set output ARG2
-set multiplot layout beams, 1 title "What the beams see across the road, from left to right"
+set multiplot layout beams, 1 title sprintf("What the beams see across the road, from its left to its right: sweeps %d to %d of %s\n ", \
+  first, first + beams - 1, ARG1)
 set border linecolor rgb "#888888"
 set tics textcolor rgb "#444444"
 set grid back linetype 1 linecolor rgb "#e4e4e4"
-set ylabel "counts"
-set key top right opaque
+set ylabel "detector (counts)"
+set key outside top right horizontal
 set xrange [0:*]
 set autoscale xfixmax
 do for [beam = 1:beams] {
-  if (beam == beams) { set xlabel "sample" }
+  if (beam == beams) { set xlabel "sample of the sweep" }
   stats samples(beam) using 1 name "BEAM" nooutput
   top = threshold(beam) > BEAM_max ? threshold(beam) : BEAM_max
-  set yrange [0 : 1.15 * top]
+  set yrange [0 : 1.1 * top]
   plot samples(beam) using 0:1 with steps linewidth 1.5 linecolor rgb "#12395c" title "beam " . name(beam), \
        threshold(beam) with lines dashtype 2 linewidth 1.5 linecolor rgb "#b22222" \
          title given[1] ne "" ? sprintf("threshold %g", threshold(beam)) : ""

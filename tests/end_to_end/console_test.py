@@ -11,6 +11,7 @@ import itertools
 import os
 import re
 import shutil
+import signal
 import subprocess
 import time
 import unittest
@@ -350,6 +351,20 @@ class Lines(InScratch):
             self.assertIn(text, said)
         self.assertRegex(said, r"Odometer: 80\d clks 0.01 miles")  # 2.1 s at 10 m/s, 11.725 counts a foot.
         self.assertIn("threshold: 900", self.config())
+
+    def test_told_to_end_it_waits_for_no_line(self):
+        made_run(self.scratch)
+        console = subprocess.Popen([STRIPER, "guide", "console", self.path("run"), "--lines"], stdin=subprocess.PIPE,
+                                   stdout=subprocess.PIPE, text=True)
+        self.addCleanup(console.communicate)
+        console.stdin.write("odometer\nlaser off\nodome")
+        console.stdin.flush()
+        self.assertIn("Odometer: 0 clks", console.stdout.readline())
+        self.assertEqual(console.stdout.readline(), "laser off\n")
+        console.send_signal(signal.SIGINT)
+        told = time.monotonic()
+        self.assertEqual(console.wait(timeout=10), 0)
+        self.assertLess(time.monotonic() - told, 0.5)
 
     def test_every_parameter_out_of_range_is_refused_on_the_spot_and_changes_nothing(self):
         self.lines("help")

@@ -128,7 +128,8 @@ TEST(HardCase, LightSourcesThatPassByHideWhatTheyCoverAndMakeNoGhosts) {
 #ifdef STRIPER_FULL_TRIALS
 
 // At a speed where the flare of a specular highlight, half-way between where the dark fields have
-// it, lies beside a stripe that a light source of those fields hides.
+// it, lies beside a stripe that a light source of those fields hides. Where little of the stripe is
+// left, some of it is located and has no confidence of .99.
 TEST(HardCase, LightSourcesThatPassAtRoadSpeedMakeNoGhosts) {
   for (const double speed_km_h : {60.0, 65.0, 70.0, 80.0, 100.0}) {
     SCOPED_TRACE(speed_km_h);
@@ -136,7 +137,8 @@ TEST(HardCase, LightSourcesThatPassAtRoadSpeedMakeNoGhosts) {
     testing::drive_past_light_sources(scene, speed_km_h / 3.6, kMovingPictures);
     const DaylightScore score = scan(scene, {}, kMovingPictures);
     EXPECT_EQ(score.scans_of_dark, 0U);
-    EXPECT_GE(score.found_fraction(), 0.85);
+    EXPECT_GE(score.located_fraction(), 0.85);
+    EXPECT_GE(score.found_fraction(), 0.8);
     EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
     EXPECT_NEAR(score.pull(), 1.0, 0.2);
   }
@@ -204,7 +206,8 @@ TEST_P(LostPictures, GiveNoScanFromAMismatchedPair) {
     SCOPED_TRACE(status.ambient.pattern.to_string());
     EXPECT_GE(score.scans, 5U);  // Of some ten whose neighbours are not lost either.
     EXPECT_EQ(score.scans_of_dark, 0U);
-    EXPECT_GE(score.found_fraction(), 0.95);  // Lit minus lit would find nothing.
+    EXPECT_GE(score.located_fraction(), 0.95);  // Lit minus lit would find nothing.
+    EXPECT_GE(score.found_fraction(), 0.93);    // A frame alone is not always .99 sure of it.
     EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
   }
 }

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves that `striper guide run` guides live: a simulated truck whose three lasers cross the road before it, seen by one camera with
 a wheel's encoder. What it says live, in tables and over CAN, is to the letter what a recorded run of the same inputs gives; heads of
-a rig; a job that is resumed, or was killed, keeps its totals; an odometer at a serial line and on CAN; a camera that is killed while a gun
+a rig; a job that is resumed, or was killed, keeps its totals; an odometer at a serial line and on CAN; pipes that nobody opens and odometers
+that are silent: said, and ended by Ctrl-C; a camera that is killed while a gun
 is on: safe, back, totals right; a mirror that stops: lasers off, and they stay off.
 Simulated: the frames come from the simulator itself; Camera: from the virtual camera over GigE Vision, at its frame rate. Does not
 prove a real camera, nor a real road; a real bus is vcan.sh's.
@@ -12,6 +13,7 @@ import csv
 import filecmp
 import json
 import os
+import shutil
 import signal
 import struct
 import subprocess
@@ -20,47 +22,26 @@ import time
 import unittest
 
 from gige_test import VirtualCamera
-from program import STRIPER, InScratch, striper
+from program import SOURCE_DIR, STRIPER, InScratch, scene_path, striper
 
-# The truck drives 2 m/s along dashes of 2 m and gaps of 3; its camera is 1 m above the road and looks 30 degrees down; lasers 0.4 m
-# below it meet the road 2.4, 1.8 and 1.2 m ahead, in turn.
-SCENE = """striper_scene: 1
-camera: {width: 240, height: 180, fov_deg: 55, rotation_deg: [0, 30, 0]}
-imager: {blur_px: 0.5, black_level_dn: 8, dn_per_electron: 0.05, shutter_us: 2.5}
-noise: {shot: yes, read_e: 20, seed: 7}
-timing: {picture_rate_hz: RATE, cadence: "0,1,2"}
-lasers:
-  - {position_m: [0, 0, -0.4], rotation_deg: [0, 14.0362, 0], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10.4}
-  - {position_m: [0, 0, -0.4], rotation_deg: [0, 18.4349, 0], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10.4}
-  - {position_m: [0, 0, -0.4], rotation_deg: [0, 26.5651, 0], fan_deg: 60, thickness_deg: 0.3, wavelength_nm: 900, pulse_uj: 10.4}
-device: {position_m: [0, 0.05, 1.0], velocity_m_s: [2, 0, 0]}
-objects:
-  - {name: road, shape: plane, normal: [0, 0, 1], reflectance: 0.15,
-     stripe: {width_m: 0.1, dash_m: 2, gap_m: 3, reflectance: 0.7}}
-"""
-# Laser by laser the camera sees each third picture.
-TRUCK = """striper_guidance: 1
-beams:
-  - {name: far, kind: diffuse, head: truck, laser: 0, x_m: 2.4, y_left_m: 0.4, y_right_m: -0.4, rate_hz: HZ, samples: 100, threshold: auto}
-  - {name: middle, kind: diffuse, head: truck, laser: 1, x_m: 1.8, y_left_m: 0.4, y_right_m: -0.4, rate_hz: HZ, samples: 100, threshold: auto}
-  - {name: near, kind: diffuse, head: truck, laser: 2, x_m: 1.2, y_left_m: 0.4, y_right_m: -0.4, rate_hz: HZ, samples: 100, threshold: auto}
-odometer: {counts_per_m: 500, bits: 32ODOMETER}
-guns: [{name: gun}]
-stripe: {width_m: 0.1, gap_limit_m: 8}
-"""
+# The truck drives 2 m/s along dashes of 2 m and gaps of 3.
+SCENE = scene_path("truck.yaml")
+TRUCK = os.path.join(SOURCE_DIR, "data/roads/laser_truck.yaml")
 TABLES = ("lateral.csv", "guns.csv", "seen.csv", "faults.csv")
-RATE = 24
+RATE = 24  # The scene's pictures a second.
 
 
 class Live(InScratch):
     def setUp(self):
         super().setUp()
-        self.scene = self.write("scene.yaml", SCENE.replace("RATE", str(RATE)))
+        self.scene = self.path("scene.yaml")
+        shutil.copyfile(SCENE, self.scene)
         striper("simulate", self.scene, "-o", self.path("made"), "--frames", "1")
         self.model = self.path("made", "model.yaml")
 
     def truck(self, odometer=""):
-        return self.write("truck.yaml", TRUCK.replace("HZ", str(RATE / 3)).replace("ODOMETER", odometer))
+        with open(TRUCK, encoding="utf-8") as file:
+            return self.write("truck.yaml", file.read().replace("bits: 32}", f"bits: 32{odometer}}}"))
 
     def command(self, source, job, *options, odometer=""):
         return ["guide", "run", "--config", self.truck(odometer), "--head", f"truck={source}", "--model", f"truck={self.model}",
@@ -237,6 +218,47 @@ class Simulated(Live):
         counts = [int(row["counts"]) for row in self.table("run", "odometer.csv")]
         self.assertGreater(len(counts), 50)
         self.assertEqual(counts, sorted(counts))
+
+
+    def test_a_pipe_that_nobody_reads_is_said_and_left(self):
+        """As an output: said, waited for, left with Ctrl-C; as a log of an odometer: refused."""
+        pipe = self.path("pipe")
+        os.mkfifo(pipe)
+        striper("guide", "simulate", self.write("road.yaml", "striper_road: 1\nlength_m: 5\n"), "-o", self.path("recorded"))
+        live = self.command(f"sim:{self.scene}?fps={RATE}&realtime=yes&{self.SOURCE_KEYS}", "job")
+        for command in (live, ["guide", "run", self.path("recorded"), "-o", self.path("other")]):
+            for address in (f"jsonl:{pipe}", f"candump:{pipe}"):
+                program = self.start(*command, "--to", address)
+                self.assertIn(f"--to {address}: waits until somebody reads it; Ctrl-C ends", program.stderr.readline())
+                self.ends_at_once(program, 1)
+                self.assertIn(f"--to {address}: interrupted before anybody read it", program.stderr.read())
+                shutil.rmtree(self.path("job"), ignore_errors=True)
+        said = striper(*self.command(self.source(60), "job", odometer=f', source: "candump:{pipe}"'), code=1, timeout=20).stderr
+        self.assertIn(f"candump:{pipe} is no file", said)
+
+    def test_an_odometer_that_is_silent_is_said_and_holds_nothing_up(self):
+        host, device = os.openpty()
+        self.addCleanup(os.close, host)
+        self.addCleanup(os.close, device)
+        pipe = self.path("pipe")
+        os.mkfifo(pipe)
+        moving = f"sim:{self.scene}?fps={RATE}&realtime=yes&laser=0,1,2"
+        for address in (f"serial:{os.ttyname(device)}", f"serial:{pipe}", "encoder"):
+            program = self.start(*self.command(moving, "job", odometer=f', source: "{address}"'))
+            said = ""
+            while "no reading for 1 s" not in said:
+                said = program.stderr.readline()
+                self.assertNotEqual(said, "", address)
+            self.assertIn(f"odometer {address}: no reading for 1 s: nothing is painted without it", said)
+            self.ends_at_once(program, 0)
+            self.assertEqual(self.painted("job"), [])
+            shutil.rmtree(self.path("job"))
+
+    def ends_at_once(self, program, code):
+        program.send_signal(signal.SIGINT)
+        told = time.monotonic()
+        self.assertEqual(program.wait(timeout=10), code)
+        self.assertLess(time.monotonic() - told, 0.5)
 
 
 class Camera(Live):

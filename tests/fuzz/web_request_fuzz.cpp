@@ -14,6 +14,7 @@
 #include "head_watch.hpp"
 #include "rules/access.hpp"
 #include "rules/http_rules.hpp"
+#include "scan_pieces.hpp"
 #include "web_api.hpp"
 
 namespace {
@@ -30,9 +31,14 @@ void require(bool is_so) {
 // A program that takes every command, and knows whether it may.
 class Program {
  public:
-  Program() : api_(watch_, [] { return WebCounts{}; }) {
+  Program() : api_(watch_, pieces_, [] { return WebCounts{}; }) {
     SinkServices services;
-    services.heads = [] { return std::vector<ServedHead>{{"a/b", "sim:x", "", {}}}; };
+    services.heads = [] {
+      ServedHead head;
+      head.name = "a/b";
+      head.source = "sim:x";
+      return std::vector<ServedHead>{head};
+    };
     services.sinks = [] { return std::vector<SinkReport>(); };
     services.recordings = [] { return std::vector<RecordingFile>{{"x.mcap", 1, 2.0}}; };
     services.parameters = [](std::string_view) {
@@ -70,6 +76,7 @@ class Program {
 
  private:
   HeadWatch watch_;
+  ScanPieces pieces_;
   WebApi api_;
   bool may_change_ = false;
 };

@@ -25,13 +25,15 @@ struct DaylightScore {
   std::size_t scans_of_dark = 0;  ///< Made of an exposure that no laser lit: all of it is false.
   std::size_t countable = 0;      ///< Columns whose stripe is no edge and not under a light source.
   std::size_t found = 0;
-  std::size_t blind = 0;  ///< Of the countable columns: not found, and said to be blind.
+  std::size_t located = 0;  ///< Found, or called doubtful at the stripe's place.
+  std::size_t blind = 0;    ///< Of the countable columns: not found, and said to be blind.
   std::size_t columns = 0;
   std::size_t false_points = 0;  ///< Good returns that are no stripe's.
   std::vector<double> errors_mm;
   std::vector<double> pulls;  ///< Range error over `sigma_m`.
 
   double found_fraction() const { return ratio(found, countable); }
+  double located_fraction() const { return ratio(located, countable); }
   double blind_fraction() const { return ratio(blind, countable); }
   double false_per_column() const { return ratio(false_points, columns); }
   double error_mm() const { return robust_deviation(errors_mm); }
@@ -89,7 +91,9 @@ struct DaylightScore {
   void count(const Return& r, const TrueReturn& truth, StripeAxis axis) {
     ++countable;
     if (r.status == ReturnStatus::kBlind) ++blind;
-    if (r.status != ReturnStatus::kOk || !is_at(truth, r, axis)) return;
+    if (!is_at(truth, r, axis)) return;
+    ++located;
+    if (r.status != ReturnStatus::kOk) return;
     ++found;
     const double error_m = r.range_m - truth.range_m;
     errors_mm.push_back(1000.0 * error_m);

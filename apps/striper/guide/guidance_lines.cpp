@@ -69,6 +69,7 @@ void GuidanceLines::lateral(const LateralLine& line) {
 }
 void GuidanceLines::switch_gun(std::size_t gun, bool is_on, double time_s) {
   now_s_ = time_s;
+  if ((is_on_[gun] != 0) == is_on) return;
   is_on_[gun] = is_on ? 1 : 0;
   written_ += append(
       output_, {{"table", "switch"}, {"gun", guns_[gun]}, {"is_on", is_on}, {"time_s", time_s}});

@@ -128,7 +128,7 @@ const char* const kGuidanceOutputsHelp =
 
 GuidanceOutputs::GuidanceOutputs(const std::vector<std::string>& addresses,
                                  const GuidanceConfig& config, const Options& options)
-    : is_on_(config.guns.size(), 0) {
+    : guns_(config.guns.size()) {
   refuse_taken(addresses, options.taken);
   std::vector<std::string> in_turn = addresses;
   std::stable_partition(in_turn.begin(), in_turn.end(), is_bus);
@@ -140,7 +140,7 @@ GuidanceOutputs::GuidanceOutputs(const std::vector<std::string>& addresses,
     }
     outputs_.push_back(
         {address, std::make_unique<QueuedOutput>(
-                      [address, config] { return open_output(address, config); },
+                      address, [address, config] { return open_output(address, config); },
                       is_live_ ? QueuedOutput::WhenFull::kDrop : QueuedOutput::WhenFull::kWait)});
   }
 }
@@ -159,7 +159,6 @@ void GuidanceOutputs::lateral(const LateralLine& line) {
   tell_all([&](GuidanceListener& to) { to.lateral(line); });
 }
 void GuidanceOutputs::switch_gun(std::size_t gun, bool is_on, double time_s) {
-  is_on_[gun] = is_on ? 1 : 0;
   tell_all([&](GuidanceListener& to) { to.switch_gun(gun, is_on, time_s); });
 }
 void GuidanceOutputs::gun(const GunLine& line) {
@@ -176,9 +175,7 @@ void GuidanceOutputs::switch_laser_off(double time_s) {
 }
 
 void GuidanceOutputs::make_safe(const LateralLine& safe) {
-  for (std::size_t gun = 0; gun < is_on_.size(); ++gun) {
-    if (is_on_[gun] != 0) switch_gun(gun, false, safe.time_s);
-  }
+  for (std::size_t gun = 0; gun < guns_; ++gun) switch_gun(gun, false, safe.time_s);
   lateral(safe);
 }
 

@@ -54,7 +54,7 @@ class GuidanceOutputs : public GuidanceListener {
   };
   std::vector<Output> outputs_;
   std::vector<GuidanceListener*> others_;
-  std::vector<char> is_on_;  // Guns, as the outputs have heard.
+  std::size_t guns_;  // Which of them are on each output knows by itself, from what it has said.
   bool is_live_ = false;
   bool is_finished_ = false;
   bool is_whole_ = true;

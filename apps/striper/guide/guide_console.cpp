@@ -3,10 +3,13 @@
 #include "guide/console/guide_console.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iostream>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include "guide/console/console_lines.hpp"
@@ -62,18 +65,51 @@ std::string answer(GuideConsole& console, const std::string& line, double& now_s
   if (!seconds || *seconds < 0.0 || *seconds > 86400.0) {
     return fmt::format("error: '{}': expected 0 to 86400 seconds", line);
   }
+  const std::string before = standing_message(console);
   now_s += *seconds;
   console.go_on(now_s, *seconds);
-  const auto* const message = console.message();
-  return message == nullptr ? std::string()
-                            : fmt::format("{}: {}", to_string(message->level), message->text);
+  const std::string now = standing_message(console);
+  return now == before ? std::string() : now;
 }
+
+// Lines of the standard input, whoever gives them and however slowly: a program that is told to end
+// waits for none.
+class InputLines {
+ public:
+  bool next(std::string& line) {
+    std::size_t end = 0;
+    while ((end = read_.find('\n')) == std::string::npos) {
+      if (!read_more()) {
+        line = std::exchange(read_, {});
+        return !line.empty() && !stop_requested();
+      }
+    }
+    line = read_.substr(0, end);
+    read_.erase(0, end + 1);
+    return true;
+  }
+
+ private:
+  bool read_more() {
+    constexpr int kLook_ms = 50;
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    while (!stop_requested() && ::poll(&input, 1, kLook_ms) <= 0) {
+    }
+    std::array<char, 4096> bytes{};
+    const ssize_t got = stop_requested() ? 0 : ::read(STDIN_FILENO, bytes.data(), bytes.size());
+    if (got > 0) read_.append(bytes.data(), static_cast<std::size_t>(got));
+    return got > 0;
+  }
+
+  std::string read_;
+};
 
 void run_lines(GuideConsole& console) {
   double now_s = 0.0;
   console.go_on(now_s, 0.0);
+  InputLines input;
   std::string line;
-  while (!console.is_over() && !stop_requested() && std::getline(std::cin, line)) {
+  while (!console.is_over() && !stop_requested() && input.next(line)) {
     const std::string said = answer(console, line, now_s);
     if (!said.empty()) std::cout << said << std::endl;
   }

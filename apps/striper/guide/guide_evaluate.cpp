@@ -116,13 +116,19 @@ Table1 table_1(const GuidanceErrors& errors, double end_extension_m) {
   return table;
 }
 
+// What there is none of (before the first end, or where none was found) is a dash.
+std::string cell(double value, int width, int digits) {
+  if (std::isnan(value)) return fmt::format("{:>{}}", "-", width);
+  return fmt::format("{:{}.{}f}", value, width, digits);
+}
+
 void print_lateral(const GuidanceErrors& errors) {
   fmt::print("from_m   to_m   rows  mean_in  rms_in  largest_in  within .5 in  pull\n");
   const auto row = [](const LateralErrors& one) {
     if (one.rows == 0) return;
-    fmt::print("{:6.1f} {:6.1f} {:6d} {:8.3f} {:7.3f} {:11.3f} {:11.2f} % {:5.2f}\n", one.from_m,
+    fmt::print("{:6.1f} {:6.1f} {:6d} {:8.3f} {:7.3f} {:11.3f} {:11.2f} % {}\n", one.from_m,
                one.to_m, one.rows, one.mean_m / kInch_m, one.rms_m / kInch_m,
-               one.largest_m / kInch_m, 100.0 * one.within, one.pull);
+               one.largest_m / kInch_m, 100.0 * one.within, cell(one.pull, 5, 2));
   };
   for (const LateralErrors& one : errors.stretches) row(one);
   fmt::print("all\n");
@@ -135,10 +141,12 @@ void print_ends(const GuidanceErrors& errors, const Table1& table) {
   double last_true_m = std::nan("");
   double last_found_m = std::nan("");
   for (const DashEndError& end : errors.ends) {
-    fmt::print("{:6} {:11.3f} {:8.3f} {:14.2f} {:9.3f} {:8.3f} {:14.2f}\n",
-               end.is_begin ? "begin" : "end", end.true_m, end.found_m, -end.error_m() / kInch_m,
-               end.true_m - last_true_m, end.found_m - last_found_m,
-               (end.true_m - last_true_m - end.found_m + last_found_m) / kInch_m);
+    const double true_length_m = end.true_m - last_true_m;
+    const double found_length_m = end.found_m - last_found_m;
+    fmt::print("{:6} {} {} {} {} {} {}\n", end.is_begin ? "begin" : "end", cell(end.true_m, 11, 3),
+               cell(end.found_m, 8, 3), cell(-end.error_m() / kInch_m, 14, 2),
+               cell(true_length_m, 9, 3), cell(found_length_m, 8, 3),
+               cell((true_length_m - found_length_m) / kInch_m, 14, 2));
     last_true_m = end.true_m;
     last_found_m = end.found_m;
   }

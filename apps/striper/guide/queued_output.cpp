@@ -10,9 +10,12 @@
 #include <utility>
 #include <variant>
 
+#include <fmt/format.h>
+
 #include <striper/core/error.hpp>
 
 #include "program/program.hpp"
+#include "program/terminal.hpp"
 
 namespace striper::program {
 namespace {
@@ -23,6 +26,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostQueued = 4096;  // Some seconds of a run of three beams at 176 scans/s.
 constexpr auto kLook = 10ms;               // How often a wait looks whether it is to end.
 constexpr auto kEndsWithin = 200ms;
+constexpr auto kOpensWithin = 300ms;  // A file does.
 
 struct GunSwitch {
   std::size_t gun;
@@ -97,12 +101,12 @@ struct QueuedOutput::Desk {
   }
 };
 
-QueuedOutput::QueuedOutput(Open open, WhenFull when_full)
+QueuedOutput::QueuedOutput(const std::string& address, Open open, WhenFull when_full)
     : desk_(std::make_shared<Desk>()),
       when_full_(when_full),
       thread_([desk = desk_, open = std::move(open)] { desk->work(open); }) {
   try {
-    wait_until_open();
+    wait_until_open(address);
   } catch (...) {
     if (thread_.joinable()) thread_.join();
     throw;
@@ -118,12 +122,19 @@ QueuedOutput::~QueuedOutput() {
 }
 
 // A named pipe opens when somebody reads it.
-void QueuedOutput::wait_until_open() {
+void QueuedOutput::wait_until_open(const std::string& address) {
+  const Clock::time_point begin = Clock::now();
+  bool is_told = false;
   std::unique_lock lock(desk_->mutex);
   while (!desk_->is_open && !desk_->is_done) {
     if (stop_requested()) {
       leave_behind();
-      throw Error(ErrorKind::kIo, "--to: interrupted before anybody read it");
+      throw Error(ErrorKind::kIo,
+                  fmt::format("--to {}: interrupted before anybody read it", address));
+    }
+    if (!is_told && Clock::now() - begin > kOpensWithin) {
+      is_told = true;
+      say(fmt::format("--to {}: waits until somebody reads it; Ctrl-C ends", address));
     }
     desk_->went.wait_for(lock, kLook);
   }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <thread>
 
 #include "guide/guidance_output.hpp"
@@ -23,9 +24,11 @@ class QueuedOutput : public GuidanceOutput {
   /// Makes the other one, on the thread: what it is made of must live as long as the program.
   using Open = std::function<std::unique_ptr<GuidanceOutput>()>;
 
-  /// Returns once the other one is open. @throws what opening throws; Error{kIo} where the program
-  /// is told to end before.
-  QueuedOutput(Open open, WhenFull when_full);
+  /// Returns once the other one is open; says so where it waits: a pipe opens when somebody reads
+  /// it.
+  /// @param address of the other one, for messages. @throws what opening throws; Error{kIo} where
+  /// the program is told to end before.
+  QueuedOutput(const std::string& address, Open open, WhenFull when_full);
   ~QueuedOutput() override;
 
   void lateral(const LateralLine& line) override;
@@ -43,7 +46,7 @@ class QueuedOutput : public GuidanceOutput {
   struct Desk;
   template <typename Told>
   void tell(const Told& told);
-  void wait_until_open();
+  void wait_until_open(const std::string& address);
   void leave_behind();
 
   std::shared_ptr<Desk> desk_;  // The thread's, too: it may outlive this.

@@ -3,8 +3,11 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -26,6 +29,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t kLargestShortId = 0x7FF;
+constexpr double kLongestLog_s = 1e9;  // What a clock of nanoseconds holds, and no log has.
 
 double seconds_since_1970() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
@@ -88,7 +92,16 @@ class SocketListener : public CanListener {
 class LogListener : public CanListener {
  public:
   LogListener(std::string path, std::vector<std::uint32_t> ids)
-      : path_(std::move(path)), ids_(std::move(ids)), file_(path_) {
+      : path_(std::move(path)), ids_(std::move(ids)) {
+    // A pipe would hold up whoever opens it.
+    if (std::error_code ignored; std::filesystem::exists(path_, ignored) &&
+                                 !std::filesystem::is_regular_file(path_, ignored)) {
+      throw Error(ErrorKind::kUnsupported,
+                  fmt::format("candump:{} is no file - expected a log of candump -L; a bus is "
+                              "can:INTERFACE",
+                              path_));
+    }
+    file_.open(path_);
     if (!file_) {
       throw Error(ErrorKind::kNotFound, fmt::format("candump:{}: there is no such log", path_));
     }
@@ -105,8 +118,9 @@ class LogListener : public CanListener {
       first_s_ = next_.time_s;
       has_begun_ = true;
     }
-    const auto due = begin_ + std::chrono::duration_cast<Clock::duration>(
-                                  std::chrono::duration<double>(next_.time_s - first_s_));
+    const auto due =
+        begin_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                     std::clamp(next_.time_s - first_s_, 0.0, kLongestLog_s)));
     const auto until = Clock::now() + timeout;
     std::this_thread::sleep_until(std::min(due, until));
     if (due > until) return false;
@@ -175,7 +189,10 @@ bool read_candump_line(std::string_view line, HeardFrame& heard) noexcept {
   }
   const auto [end, error] =
       std::from_chars(time.data() + 1, time.data() + time.size() - 1, heard.time_s);
-  if (error != std::errc() || end != time.data() + time.size() - 1) return false;
+  if (error != std::errc() || end != time.data() + time.size() - 1 ||
+      !std::isfinite(heard.time_s)) {
+    return false;
+  }
   const std::string_view data = frame.substr(sign + 1);
   heard.frame = {};
   if (!read_hex(frame.substr(0, sign), heard.frame.id) || heard.frame.id > CAN_EFF_MASK) {

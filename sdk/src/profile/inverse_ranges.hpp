@@ -29,6 +29,11 @@ struct InverseRanges {
   /// Takes the returns that are ok, with a range and a sigma. Allocates only while scans grow.
   void take(const PolarScan& scan, const Eigen::Vector2d& pivot_m);
 
+  /// Where element i is, scan frame.
+  Eigen::Vector2d at_m(std::size_t i) const noexcept {
+    return pivot + Eigen::Vector2d(cosine[i], sine[i]) / q[i];
+  }
+
   void add_to(LineSums& sums, std::size_t i) const noexcept {
     sums.add(cosine[i], sine[i], q[i], weight[i]);
   }

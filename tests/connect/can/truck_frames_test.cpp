@@ -2,16 +2,18 @@
 // Proves what is read from a truck's frames: ours as data/can/guidance.dbc has them, a counter
 // anywhere in somebody else's (both orders of bytes, against the naive reading of the DBC's words),
 // what says that it is not known, what is too short; lines of a log, a log that is played at its
-// pace. A bus is vcan.sh's.
+// pace; random lines and places of a counter, which are read or refused. A bus is vcan.sh's.
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <random>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <striper/can/truck_frames.hpp>
 #include <striper/core/error.hpp>
@@ -123,9 +125,74 @@ TEST(ReadCandumpLine, TakesWhatCandumpWrites) {
   for (const char* none :
        {"", "(1.0", "(1.0) can0", "(1.0) can0 330", "(x) can0 330#00", "(1.0) can0 330#0",
         "(1.0) can0 330#R", "(1.0) can0 330#001122334455667788", "(1.0) can0 330##100",
-        "(1.0) can0 FFFFFFFF#00", "() can0 330#00"}) {
+        "(1.0) can0 FFFFFFFF#00", "() can0 330#00", "(inf) can0 330#00", "(nan) can0 330#00",
+        "(1e999) can0 330#00"}) {
     EXPECT_FALSE(read_candump_line(none, heard)) << none;
   }
+}
+
+// With few letters, so that whole lines come about, and with whole lines that are spoilt.
+std::string random_line(std::mt19937& random) {
+  constexpr std::string_view kBytes = "()#.0123456789ABCDEFR can";
+  std::string line = "(17.25) can0 330#0102030405060708";
+  const auto spoils = random() % 4;
+  for (std::size_t i = 0; i < spoils; ++i) {
+    const std::size_t at = random() % line.size();
+    if (random() % 3 == 0) {
+      line.erase(at, 1 + random() % 4);
+    } else {
+      line.insert(at, 1, kBytes[random() % kBytes.size()]);
+    }
+  }
+  return line;
+}
+
+TEST(ReadCandumpLine, WhatItTakesIsThatFrameAgainAsALine) {
+  std::mt19937 random(5);
+  int taken = 0;
+  for (int i = 0; i < 100000; ++i) {
+    HeardFrame heard;
+    const std::string line = random_line(random);
+    if (!read_candump_line(line, heard)) continue;
+    ++taken;
+    ASSERT_TRUE(std::isfinite(heard.time_s)) << line;
+    ASSERT_LE(heard.frame.size, heard.frame.data.size()) << line;
+    ASSERT_LE(heard.frame.id, 0x1FFFFFFFU) << line;
+    std::string again;
+    append_candump_line(again, heard.time_s, heard.frame);
+    again.pop_back();
+    HeardFrame same;
+    ASSERT_TRUE(read_candump_line(again, same)) << again;
+    ASSERT_EQ(same.frame.id, heard.frame.id) << line;
+    ASSERT_EQ(same.frame.size, heard.frame.size) << line;
+    ASSERT_EQ(same.frame.data, heard.frame.data) << line;
+    ASSERT_NEAR(same.time_s, heard.time_s, 1e-6 * std::max(1.0, std::abs(heard.time_s))) << line;
+  }
+  EXPECT_GT(taken, 10000);
+}
+
+TEST(TruckFrames, EachPlaceOfACounterIsReadOrRefusedWhateverTheFrame) {
+  std::mt19937 random(6);
+  int read = 0;
+  for (int i = 0; i < 100000; ++i) {
+    const CanSignal signal{static_cast<int>(random() % 70) - 3, static_cast<int>(random() % 36) - 1,
+                           random() % 2 == 0};
+    HeardFrame heard{1.0, {}};
+    heard.frame.id = 7;
+    heard.frame.size = static_cast<std::uint8_t>(random() % 9);
+    for (auto& byte : heard.frame.data) byte = static_cast<std::uint8_t>(random());
+    try {
+      const auto word = TruckFrames(7, signal).read(heard);
+      if (!word) continue;
+      ++read;
+      const auto counts = std::get<OdometerReading>(*word).counts;
+      ASSERT_GE(counts, 0);
+      ASSERT_LT(counts, std::int64_t{1} << signal.size);
+    } catch (const Error& error) {
+      ASSERT_EQ(error.kind(), ErrorKind::kBadValue);
+    }
+  }
+  EXPECT_GT(read, 10000);
 }
 
 class LogFile : public ::testing::Test {
@@ -170,6 +237,27 @@ TEST_F(LogFile, OneThatIsNoneIsSaidWithItsLine) {
   }
   std::filesystem::remove(path_);
   EXPECT_THROW(open(), Error);
+}
+
+// Whoever opened it would wait for a writer, and Ctrl-C would not end that.
+TEST_F(LogFile, APipeIsRefused) {
+  ASSERT_EQ(::mkfifo(path_.c_str(), 0600), 0);
+  try {
+    open();
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kUnsupported);
+    EXPECT_THAT(error.what(), HasSubstr("a bus is can:INTERFACE"));
+  }
+}
+
+TEST_F(LogFile, TimesThatCannotBeDoNotHoldItUp) {
+  write("(100.0) can0 330#01000000\n(50.0) can0 330#02000000\n(1e300) can0 330#03000000\n");
+  const auto log = open();
+  HeardFrame heard;
+  ASSERT_TRUE(log->next(heard, 1s));
+  ASSERT_TRUE(log->next(heard, 1s));  // Before the first: at once.
+  EXPECT_FALSE(log->next(heard, 10ms));
 }
 
 }  // namespace

@@ -143,23 +143,78 @@ void add_rough(double from_m, double to_m, double low_m, double high_m, RoadProf
     profile.emplace_back(at, testing::uniform(low_m, high_m));
 }
 
-// Asphalt of 1.5 mm (a uniform band of 2.6 mm each way).
+// Road and pavement of 1.5 mm (a uniform band of 2.6 mm each way): up, and where it is. (The road
+// was once taken for what lies below the pavement.)
 TEST(CurbDetector, FindsCurbsBesideRoughAsphalt) {
-  const auto street = [] {
+  int found = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
     const double at = testing::uniform(1.0, 2.0);
     const double height = testing::uniform(0.05, 0.25);
-    return Street([=](double) {
+    const auto street = [=](double) {
       RoadProfile profile;
       add_rough(0.2, at - 0.004, -0.0026, 0.0026, profile);
-      for (const Eigen::Vector2d& p : {Eigen::Vector2d(at, 0.0), Eigen::Vector2d(at, height),
-                                       Eigen::Vector2d(at + 6.0, height)})
-        profile.push_back(p);
+      profile.emplace_back(at, 0.0);
+      add_rough(at + 0.0001, at + 4.0, height - 0.0026, height + 0.0026, profile);
+      return profile;
+    };
+    bool is_right = false;
+    drive(street, 0.27, kScans, [&](int, std::span<const CurbTrack> tracks) {
+      is_right = std::any_of(tracks.begin(), tracks.end(), [&](const CurbTrack& track) {
+        return track.kind == CurbKind::kUp && track.confidence > kSure &&
+               std::abs(track.lateral_m - at) < 0.02 && std::abs(track.height_m - height) < 0.01;
+      });
+    });
+    found += is_right ? 1 : 0;
+  }
+  std::cout << "beside rough asphalt found: " << found << " of " << kTrials << "\n";
+  EXPECT_GE(found, kTrials - std::max(1, kTrials * 9 / 2000));
+}
+
+// Blades that begin at the road's end, with heights that are others at every scan.
+TEST(CurbDetector, GrassAtTheRoadsLevelIsNoCurb) {
+  const auto street = [] {
+    const double at = testing::uniform(1.0, 2.0);
+    return Street([=](double) {
+      RoadProfile profile{{-1, 0}, {at, 0}};
+      add_rough(at + 0.008, at + 4.0, -0.025, 0.025, profile);
       return profile;
     });
   };
-  const int found = sure(said_of(street, true));
-  std::cout << "beside rough asphalt found: " << found << " of " << kTrials << "\n";
-  EXPECT_GE(found, kTrials - std::max(1, kTrials * 9 / 2000));
+  EXPECT_LE(sure(said_of(street, false)), kTrials * 40 / 2000);
+}
+
+// Blades of 5 cm: only their tips are seen, which are level by chance in a tenth of the scans.
+// Where the shortest is 2 cm, they are level more often: 2.4 %, and two standard errors.
+TEST(CurbDetector, GrassOfFiveCentimetresIsNoCurb) {
+  for (const double low_m : {0.0, 0.02}) {
+    const double high_m = low_m == 0.0 ? 0.05 : 0.06;
+    const int most = low_m == 0.0 ? 40 : 61;  // Of 2000.
+    const auto street = [=] {
+      const double at = testing::uniform(1.0, 2.0);
+      return Street([=](double) {
+        RoadProfile profile{{-1, 0}, {at, 0}};
+        add_rough(at + 0.008, at + 4.0, low_m, high_m, profile);
+        return profile;
+      });
+    };
+    const int called = sure(said_of(street, false));
+    std::cout << "grass of " << low_m << " to " << high_m << " m called a curb: " << called
+              << " of " << kTrials << "\n";
+    EXPECT_LE(called, kTrials * most / 2000);
+  }
+}
+
+// Of how many streets it was said once, with the confidence of an event.
+int ever_surest(const std::function<Street()>& make) {
+  int count = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    double most = 0.0;
+    drive(make(), 0.27, kScans, [&](int, std::span<const CurbTrack> tracks) {
+      most = std::max(most, best_confidence(tracks));
+    });
+    count += most >= 0.9 ? 1 : 0;
+  }
+  return count;
 }
 
 // A wheel, boxes of .4 m: they end, and the curb that they may have been is gone.
@@ -173,6 +228,7 @@ TEST(CurbDetector, WhatStandsOnTheRoadDiesWithinAMetre) {
       return between(from, from + length, thing, kFlat);
     };
     EXPECT_LE(sure(said_of(street, false)), kTrials * 40 / 2000) << thing[2].transpose();
+    EXPECT_LE(ever_surest(street), kTrials * 4 / 2000) << thing[2].transpose();
   }
 }
 
@@ -268,7 +324,7 @@ TEST(CurbDetector, KeepsACurbThatIsHidden) {
     });
     if (k < 3) return;
     ASSERT_NE(found, tracks.end()) << k;
-    EXPECT_NEAR(found->lateral_m, at, 4.0 * found->sigma_lateral_m) << k;
+    EXPECT_NEAR(found->lateral_m, at, 3.0 * found->sigma_lateral_m) << k;
     EXPECT_GT(found->confidence, 0.9) << k;
     if (k == 9) {
       id = found->id;

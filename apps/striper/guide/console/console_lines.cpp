@@ -47,14 +47,8 @@ std::string settled(GuideConsole& console, const Refusal& refusal, const std::st
   return refusal ? fmt::format("error: {}", *refusal) : done;
 }
 
-std::string said(const GuideConsole& console) {
-  const auto* const message = console.message();
-  return message == nullptr ? std::string()
-                            : fmt::format("{}: {}", to_string(message->level), message->text);
-}
-
 std::string shown_and_left(GuideConsole& console) {
-  if (console.mode() == ConsoleMode::kMenu) return said(console);
+  if (console.mode() == ConsoleMode::kMenu) return standing_message(console);
   const std::string text = screen_text(console);
   console.press({KeyPress::Key::kEscape});
   return text;
@@ -98,7 +92,7 @@ std::string calibrate(GuideConsole& console, const Words& words) {
   if (words[1] == "end") {
     if (console.mode() != ConsoleMode::kCalibrating) return "error: say calibrate FEET first";
     const Refusal refusal = console.end_calibrating();
-    return refusal ? fmt::format("error: {}", *refusal) : said(console);
+    return refusal ? fmt::format("error: {}", *refusal) : standing_message(console);
   }
   const auto feet = number_of(words[1]);
   if (!feet || *feet < 1.0 || *feet > 52800.0) {
@@ -140,7 +134,7 @@ std::string go_on_scanning(GuideConsole& console, const Words& words) {
     return fmt::format("error: continue '{}': expected start or stop", words[1]);
   console.scan_on();
   return console.mode() == ConsoleMode::kContinuous ? "scanning; say: continue stop"
-                                                    : said(console);
+                                                    : standing_message(console);
 }
 
 struct Command {
@@ -219,6 +213,12 @@ Words words_of(std::string_view line) {
 }
 
 }  // namespace
+
+std::string standing_message(const GuideConsole& console) {
+  const auto* const message = console.message();
+  return message == nullptr ? std::string()
+                            : fmt::format("{}: {}", to_string(message->level), message->text);
+}
 
 std::string line_help() {
   std::string text = "commands:";

@@ -13,6 +13,9 @@ namespace striper::program {
 /// @return what it says; of what is wrong `error: ...`, of what is no command the list of all
 std::string answer_line(GuideConsole& console, std::string_view line);
 
+/// The message that stands, `LEVEL: TEXT`; empty without one.
+std::string standing_message(const GuideConsole& console);
+
 /// What `help` says.
 std::string line_help();
 

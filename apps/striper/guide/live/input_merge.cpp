@@ -36,6 +36,7 @@ void InputMerge::give(std::size_t stream, LiveInput input) {
   of.last_s = time_of(input);
   of.heard = Clock::now();
   heard_ = of.heard;
+  if (std::holds_alternative<OdometerReading>(input)) heard_odometer_ = of.heard;
   of.is_waited_for = true;
   if (time_of(input) < given_s_) {
     ++late_;
@@ -86,6 +87,11 @@ bool InputMerge::is_over() const {
 std::optional<InputMerge::Clock::time_point> InputMerge::heard() const {
   const std::lock_guard lock(mutex_);
   return heard_;
+}
+
+std::optional<InputMerge::Clock::time_point> InputMerge::heard_odometer() const {
+  const std::lock_guard lock(mutex_);
+  return heard_odometer_;
 }
 
 std::uint64_t InputMerge::late() const {

@@ -40,6 +40,8 @@ class InputMerge {
   bool is_over() const;  ///< Closed, and all is given out.
   /// When anything was given last, whether or not it has been given out yet; nothing before.
   std::optional<Clock::time_point> heard() const;
+  /// The same, of an odometer's readings.
+  std::optional<Clock::time_point> heard_odometer() const;
   std::uint64_t late() const;
 
  private:
@@ -56,6 +58,7 @@ class InputMerge {
   std::vector<Stream> streams_;
   std::chrono::milliseconds patience_;
   std::optional<Clock::time_point> heard_;
+  std::optional<Clock::time_point> heard_odometer_;
   std::deque<LiveInput> waiting_;  // In the order of time.
   double given_s_;                 // Of the last one that was given out.
   std::uint64_t late_ = 0;

@@ -30,6 +30,8 @@ constexpr auto kWait = 20ms;
 constexpr auto kKeepEvery = 1s;
 // Nothing for so long, while a truck drives, is no hiccup: at 40 mph it is 4.5 m.
 constexpr auto kSilent = 250ms;
+// So long without a reading the odometer is said to be silent: its wire or its address is wrong.
+constexpr auto kOdometerSilent = 1s;
 
 // NAME=VALUE.
 std::pair<std::string, std::string> named(const std::string& text, const char* option) {
@@ -165,6 +167,7 @@ class LiveRun {
     } else {
       look_at_silence();
     }
+    look_at_odometer();
     if (tables_.take_laser_wish() && laser_ == LaserState::kOn) lock_lasers();
     if (Clock::now() - kept_ >= kKeepEvery) keep();
   }
@@ -187,6 +190,25 @@ class LiveRun {
     say("nothing comes in: guns off, the safe voltage");
     outputs_.make_safe(tables_.safe_line(now_s, config_.output.volts_safe));
     keep();
+  }
+
+  // Guidance has a fault for an odometer that stops; one that never began it does not miss.
+  void look_at_odometer() {
+    const auto heard = heads_.inputs().heard_odometer();
+    const auto silent_since = heard ? *heard : begin_;
+    const bool was_silent = is_odometer_silent_;
+    is_odometer_silent_ = taken_ && !is_silent_ && Clock::now() - silent_since > kOdometerSilent;
+    if (is_odometer_silent_ == was_silent) return;
+    const std::string name = config_.odometer_source.empty() ? "encoder" : config_.odometer_source;
+    if (was_silent) {
+      if (heard && Clock::now() - *heard <= kOdometerSilent)
+        say(fmt::format("odometer {} is back", name));
+      return;
+    }
+    say(
+        fmt::format("odometer {}: no reading for 1 s: nothing is painted without it - look at its "
+                    "wire and at its address (encoder=, baud=, id=)",
+                    name));
   }
 
   void lock_lasers() {
@@ -258,6 +280,7 @@ class LiveRun {
   std::optional<Clock::time_point> taken_;  // When the last input was.
   double time_s_ = 0.0;
   bool is_silent_ = false;
+  bool is_odometer_silent_ = false;
   bool is_all_sent_ = true;
   Clock::time_point begin_ = Clock::now();
   Clock::time_point kept_ = Clock::now();

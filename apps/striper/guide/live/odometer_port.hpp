@@ -28,8 +28,8 @@ using OdometerHearer = std::function<void(const LiveInput&)>;
 /// Opens an odometer.
 ///
 /// `serial:DEVICE?baud=19200`: a line of text for each reading, `COUNTS` or
-/// `COUNTS,YAW_RATE_RAD_S`, stamped when its line has ended. Lines that are no numbers are left
-/// out. A device that goes away is opened again, once a second.
+/// `COUNTS,YAW_RATE_RAD_S`, stamped when its line has ended (`OdometerLines`). A device that goes
+/// away is opened again, once a second.
 /// `can:INTERFACE?id=816`: the frames of a truck (`TruckFrames` has the keys), stamped by the
 /// kernel; `candump:FILE`: a log of such, played at its pace.
 /// @param events hears `source_lost` where it ends by itself.

@@ -4,8 +4,6 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <cstring>
-#include <limits>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -20,6 +18,7 @@
 #include <striper/core/error.hpp>
 #include <striper/core/uri.hpp>
 
+#include "guide/live/odometer_lines.hpp"
 #include "guide/live/odometer_port.hpp"
 
 namespace striper::program {
@@ -28,7 +27,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::string_view kScheme = "serial:";
-constexpr std::size_t kLongestLine = 80;
+constexpr auto kLook = 50ms;         // How often it looks whether it is to end.
+constexpr auto kOpenEvery = 1000ms;  // A device that has gone away.
 
 struct Baud {
   int rate;
@@ -58,18 +58,6 @@ int open_line(const std::string& device, speed_t baud) {
   return file;
 }
 
-bool read_reading(std::string_view line, OdometerReading& reading) {
-  while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
-  const char* const end = line.data() + line.size();
-  const auto counts = std::from_chars(line.data(), end, reading.counts);
-  reading.yaw_rate_rad_s = std::numeric_limits<double>::quiet_NaN();
-  if (counts.ec != std::errc()) return false;
-  if (counts.ptr == end) return true;
-  if (*counts.ptr != ',') return false;
-  const auto yaw = std::from_chars(counts.ptr + 1, end, reading.yaw_rate_rad_s);
-  return yaw.ec == std::errc() && yaw.ptr == end;
-}
-
 class SerialOdometer : public OdometerPort {
  public:
   SerialOdometer(std::string device, speed_t baud, OdometerHearer hearer)
@@ -90,14 +78,14 @@ class SerialOdometer : public OdometerPort {
  private:
   void run(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
-      if (file_ < 0) file_ = open_line(device_, baud_);
       if (file_ < 0) {
-        std::this_thread::sleep_for(1s);
+        wait(stop, kOpenEvery);
+        file_ = open_line(device_, baud_);
+        lines_.begin_anew();
         continue;
       }
       pollfd waits{file_, POLLIN, 0};
-      constexpr int kWait_ms = 50;
-      if (::poll(&waits, 1, kWait_ms) <= 0) continue;
+      if (::poll(&waits, 1, static_cast<int>(kLook.count())) <= 0) continue;
       std::array<char, 256> bytes{};
       const ssize_t got = ::read(file_, bytes.data(), bytes.size());
       if (got > 0) {
@@ -108,18 +96,19 @@ class SerialOdometer : public OdometerPort {
     }
   }
 
+  static void wait(const std::stop_token& stop, std::chrono::milliseconds how_long) {
+    const auto until = std::chrono::steady_clock::now() + how_long;
+    while (!stop.stop_requested() && std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(kLook);
+    }
+  }
+
   void take(std::string_view bytes) {
     for (const char byte : bytes) {
-      if (byte != '\n') {
-        if (line_.size() < kLongestLine) line_ += byte;
-        continue;
+      if (auto reading = lines_.take(byte)) {
+        reading->time_s = seconds_since_1970();
+        hearer_(*reading);
       }
-      OdometerReading reading;
-      if (read_reading(line_, reading)) {
-        reading.time_s = seconds_since_1970();
-        hearer_(reading);
-      }
-      line_.clear();
     }
   }
 
@@ -127,7 +116,7 @@ class SerialOdometer : public OdometerPort {
   speed_t baud_;
   OdometerHearer hearer_;
   int file_ = -1;
-  std::string line_;
+  OdometerLines lines_;
   std::jthread thread_;
 };
 
@@ -139,7 +128,9 @@ std::unique_ptr<OdometerPort> detail::open_serial_odometer(const std::string& ad
   int rate = 19200;  // The report's own line.
   if (const auto query = device.find("?baud="); query != std::string::npos) {
     const std::string text = device.substr(query + 6);
-    std::from_chars(text.data(), text.data() + text.size(), rate);
+    const char* const last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), last, rate);
+    if (error != std::errc() || end != last) rate = 0;  // None of those below.
     device.resize(query);
   }
   for (const Baud& baud : kBauds) {
@@ -148,7 +139,7 @@ std::unique_ptr<OdometerPort> detail::open_serial_odometer(const std::string& ad
     }
   }
   throw Error(ErrorKind::kBadValue,
-              fmt::format("odometer '{}': baud {}; expected 9600 to 921600", address, rate));
+              fmt::format("odometer '{}' - expected baud=9600, 19200, 38400, ... 921600", address));
 }
 
 }  // namespace striper::program

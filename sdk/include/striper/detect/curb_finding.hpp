@@ -58,6 +58,8 @@ struct CurbFinding {
   double face_rad = kUnknown;  ///< From the road to the face; pi / 2 is upright.
   double sigma_face_rad = kUnknown;
   ScanLine road;  ///< The last straight piece of the ground before the face.
+  /// ln p(returns beyond the edge | overgrown) - ln p(... | paved); 0 where they do not tell.
+  double overgrown_log_odds = 0.0;
 
   double of(CurbKind wanted) const noexcept { return posterior[static_cast<std::size_t>(wanted)]; }
   /// That it is a curb, up or down, by this scan alone.

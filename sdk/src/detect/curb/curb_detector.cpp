@@ -12,6 +12,7 @@
 
 #include "detect/curb/curb_hypotheses.hpp"
 #include "detect/curb/curb_path.hpp"
+#include "detect/curb/curb_posterior.hpp"
 
 namespace striper {
 namespace {
@@ -27,6 +28,9 @@ constexpr double kLongestHidden_m = 5.0;
 constexpr double kLongestGap_s = 1.0;
 constexpr int kHitsOfKnown = 3;
 constexpr std::size_t kMostTracks = 16;
+
+// What begins so near to a track is beside the same verge: blades of other heights.
+constexpr double kSameVerge_m = 0.1;
 
 // Ground that is seen beyond where a curb should be is no curb; nearer it may be the curb's own.
 constexpr double kClearBeyond_m = 0.05;
@@ -87,6 +91,7 @@ struct CurbDetector::Impl {
   void predict(const Step& step);
   void take(const CurbFinding& finding, const CurbView& view);
   Followed* owner_of(const CurbFinding& finding);
+  double overgrown_at(double lateral_m) const;
   void hit(Followed& one, const CurbFinding& finding, const CurbView& view);
   void look_for_unseen(const CurbView& view, double way_m);
   bool is_clearly_absent(const Followed& one, const CurbView& view) const;
@@ -182,16 +187,30 @@ Followed* CurbDetector::Impl::owner_of(const CurbFinding& finding) {
   return owner;
 }
 
+// As the nearest track says, before it is looked at.
+double CurbDetector::Impl::overgrown_at(double lateral_m) const {
+  double nearest_m = kSameVerge_m;
+  double overgrown = detail::kOvergrown;
+  for (const Followed& one : followed) {
+    const double apart_m = std::abs(one.path.lateral_m() - lateral_m);
+    if (apart_m >= nearest_m) continue;
+    nearest_m = apart_m;
+    overgrown = one.what.probability_of_overgrown();
+  }
+  return overgrown;
+}
+
 void CurbDetector::Impl::take(const CurbFinding& finding, const CurbView& seen) {
-  const bool is_placed = std::isfinite(finding.lateral_m) && finding.sigma_lateral_m > 0.0 &&
-                         std::isfinite(finding.height_m) && std::isfinite(finding.sigma_height_m);
-  if (!is_placed) return;
+  if (!std::isfinite(finding.lateral_m) || !(finding.sigma_lateral_m > 0.0)) return;
   if (Followed* const owner = owner_of(finding)) return hit(*owner, finding, seen);
-  if (followed.size() == kMostTracks) return;
+  // A verge at the road's level tells of what is followed; by itself it is none.
+  const bool has_height = std::isfinite(finding.height_m) && std::isfinite(finding.sigma_height_m);
+  if (!has_height || followed.size() == kMostTracks) return;
+  const double overgrown = overgrown_at(finding.lateral_m);
   Followed& fresh = followed.emplace_back();
   fresh.track.id = next_id++;
   fresh.path.start(finding, options);
-  fresh.what.start(finding);
+  fresh.what.start(finding, overgrown);
   fresh.hidden_m = -way_m;
   fresh.track.hits = 0;
   hit(fresh, finding, seen);

@@ -20,8 +20,9 @@ namespace {
 // Up is given to within what a vehicle on a road leans by: roll, and the road's own slope.
 const double kLeastFacingUp = std::cos(20.0 * std::numbers::pi / 180.0);
 
-// Shorter is no road: boxes and wheels are nearer than it at times, but have no such faces.
-constexpr double kLeastRoad_m = 0.3;
+// Shorter is no road: boxes and wheels are nearer than it at times, but have no such faces. Rough
+// asphalt that is seen from half a metre is cut into pieces of a decimetre.
+constexpr double kLeastRoad_m = 0.15;
 
 constexpr std::array<std::string_view, kCurbKindCount> kKindWords{"none", "up",     "down", "ramp",
                                                                   "wall", "object", "rough"};
@@ -115,12 +116,15 @@ void CurbFinder::Impl::take_geometry(const PolarScan& scan) {
   if (is_known) calibration.emplace(*model, laser, segments.pivot_m);
 }
 
-// The smooth piece nearest to the sensor.
+// The piece of built ground nearest to the sensor.
 const Piece* CurbFinder::Impl::road_of() const {
   const Piece* nearest = nullptr;
   double least = std::numeric_limits<double>::infinity();
-  for (const Piece& piece : pieces.pieces) {
-    if (piece.is_rough || (piece.end_m - piece.begin_m).norm() < kLeastRoad_m) continue;
+  for (std::size_t k = 0; k < pieces.pieces.size(); ++k) {
+    const Piece& piece = pieces.pieces[k];
+    if ((piece.end_m - piece.begin_m).norm() < kLeastRoad_m) continue;
+    if (piece.is_rough && !detail::is_paved(detail::scatter_m(cutter.ranges, cutter.runs[k])))
+      continue;
     if (options.up_rad) {
       const Eigen::Vector2d up(std::cos(*options.up_rad), std::sin(*options.up_rad));
       if (-piece.line.normal().dot(up) < kLeastFacingUp) continue;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "detect/curb/curb_posterior.hpp"
+
 namespace striper::detail {
 namespace {
 
@@ -22,6 +24,19 @@ constexpr double kMost = 12.0;
 constexpr double kKindWay_m = 0.5;
 constexpr double kLeastShare = 1.0 / 3.0;
 
+// How often the tips of grass look like paving in one scan, and paving or stones with grass behind
+// them like grass (curb_detector_test.cpp); how far apart such looks are independent, and how far a
+// verge is the same.
+constexpr double kLevelGrass = 0.1;
+constexpr double kGrassBehind = 0.05;
+constexpr double kAlike_m = 0.1;
+constexpr double kVergeLength_m = 20.0;
+
+// Log odds of what began a track: further scans have to be able to turn it.
+constexpr double kSurest = 5.0;
+
+std::size_t index(CurbKind kind) noexcept { return static_cast<std::size_t>(kind); }
+
 bool is_lasting(CurbKind kind) noexcept {
   return kind != CurbKind::kNone && kind != CurbKind::kObject;
 }
@@ -34,9 +49,13 @@ double hole_in(const CurbFinding& seen) noexcept {
 
 }  // namespace
 
-void CurbHypotheses::start(const CurbFinding& seen) noexcept {
-  kinds_ = seen.posterior;
-  hole_ = hole_in(seen);
+void CurbHypotheses::start(const CurbFinding& seen, double overgrown) noexcept {
+  kinds_.fill(0.0);
+  hole_ = 0.0;
+  overgrown_ = overgrown;
+  take_kinds(seen, 1.0);
+  // Alone, a scan is believed as CurbFinding's posterior is, but not so that no other turns it.
+  overgrown_ = after(overgrown_, std::clamp(seen.overgrown_log_odds, -kSurest, kSurest));
   lasting_ = ending_ = 0.0;
   chance_ = 0.0;
 }
@@ -46,12 +65,40 @@ void CurbHypotheses::hit(const CurbFinding& seen, double way_m, double object_le
   ending_ += std::log(kFound) - way_m / object_length_m;
   chance_ += std::log(kByChance);
   bound();
-  const double by_way = 1.0 - std::exp(-way_m / kKindWay_m);
-  const double share = std::max(by_way, kLeastShare);
+  take_kinds(seen, std::max(1.0 - std::exp(-way_m / kKindWay_m), kLeastShare));
+  const double changed = 1.0 - std::exp(-way_m / kVergeLength_m);
+  overgrown_ += changed * (kOvergrown - overgrown_);
+  take_growth(seen, 1.0 - std::exp(-way_m / kAlike_m));
+}
+
+// Where a scan is sure that it is overgrown it says nothing of what else it were.
+void CurbHypotheses::take_kinds(const CurbFinding& seen, double share) noexcept {
+  constexpr double kLeast = 1e-9;
+  const double none = seen.of(CurbKind::kNone);
+  const double other = 1.0 - none - seen.of(CurbKind::kRough);
+  if (other < kLeast) return;
   for (std::size_t k = 0; k < kinds_.size(); ++k) {
-    kinds_[k] += share * (seen.posterior[k] - kinds_[k]);
+    const double now =
+        k == index(CurbKind::kNone) ? none : seen.posterior[k] / other * (1.0 - none);
+    if (k != index(CurbKind::kRough)) kinds_[k] += share * (now - kinds_[k]);
   }
   hole_ += share * (hole_in(seen) - hole_);
+}
+
+// By Bayes, of a scan that is wrong at times; not the same blades twice.
+void CurbHypotheses::take_growth(const CurbFinding& seen, double share) noexcept {
+  const double ratio = std::exp(std::clamp(seen.overgrown_log_odds, -30.0, 30.0));
+  const double told =
+      ((1.0 - kLevelGrass) * ratio + kLevelGrass) / (kGrassBehind * ratio + 1.0 - kGrassBehind);
+  overgrown_ = after(overgrown_, share * std::log(told));
+}
+
+// Of what single scans say, by kind.
+double CurbHypotheses::part_of(CurbKind kind) const noexcept {
+  const double none = kinds_[index(CurbKind::kNone)];
+  if (kind == CurbKind::kNone) return none;
+  if (kind == CurbKind::kRough) return overgrown_ * (1.0 - none);
+  return (1.0 - overgrown_) * kinds_[index(kind)];
 }
 
 void CurbHypotheses::miss(double way_m, double object_length_m) noexcept {
@@ -70,9 +117,7 @@ void CurbHypotheses::bound() noexcept {
 
 // What single scans say of the shape is the prior of each, never so sure that travel says nothing.
 CurbHypotheses::Weights CurbHypotheses::weights() const noexcept {
-  const auto of = [&](CurbKind kind) {
-    return std::max(kinds_[static_cast<std::size_t>(kind)], kByChance);
-  };
+  const auto of = [&](CurbKind kind) { return std::max(part_of(kind), kByChance); };
   const double none = std::max(of(CurbKind::kNone) - hole_, kByChance);
   const double object = of(CurbKind::kObject);
   Weights w{std::exp(lasting_) * std::max(0.0, 1.0 - none - object), std::exp(ending_) * object,
@@ -87,11 +132,12 @@ double CurbHypotheses::probability_of(CurbKind kind) const noexcept {
   if (kind == CurbKind::kObject) return w.ending;
   double lasting = hole_;
   for (std::size_t k = 0; k < kinds_.size(); ++k) {
-    if (is_lasting(static_cast<CurbKind>(k))) lasting += kinds_[k];
+    const auto one = static_cast<CurbKind>(k);
+    if (is_lasting(one)) lasting += part_of(one);
   }
   const double all = std::max(lasting, 1e-12);
   if (kind == CurbKind::kNone) return w.chance + w.lasting * hole_ / all;
-  return w.lasting * kinds_[static_cast<std::size_t>(kind)] / all;
+  return w.lasting * part_of(kind) / all;
 }
 
 double CurbHypotheses::probability_of_curb() const noexcept {

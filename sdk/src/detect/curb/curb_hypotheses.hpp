@@ -12,7 +12,8 @@ namespace striper::detail {
 class CurbHypotheses {
  public:
   /// Of the finding that began it.
-  void start(const CurbFinding& seen) noexcept;
+  /// @param overgrown the probability that what begins there is, before it is looked at.
+  void start(const CurbFinding& seen, double overgrown) noexcept;
   /// It was seen again, a way later.
   void hit(const CurbFinding& seen, double way_m, double object_length_m) noexcept;
   /// It was not there, though nothing hid it.
@@ -23,6 +24,8 @@ class CurbHypotheses {
   double probability_of_curb() const noexcept;
   /// That there is anything.
   double probability_of_something() const noexcept;
+  /// That what lies beyond the edge is, if there is anything.
+  double probability_of_overgrown() const noexcept { return overgrown_; }
   /// The most probable of up, down and ramp; of anything else where that is more probable.
   CurbKind kind() const noexcept;
 
@@ -32,12 +35,17 @@ class CurbHypotheses {
   };
   Weights weights() const noexcept;
   void bound() noexcept;
+  void take_kinds(const CurbFinding& seen, double share) noexcept;
+  void take_growth(const CurbFinding& seen, double share) noexcept;
+  double part_of(CurbKind kind) const noexcept;
 
   double lasting_ = 0.0;
   double ending_ = 0.0;
   double chance_ = 0.0;
-  std::array<double, kCurbKindCount> kinds_{};  // Fading mean of what single scans say.
-  double hole_ = 0.0;                           // Of kNone, what is there and no curb.
+  // Fading mean of what single scans say, were it not overgrown.
+  std::array<double, kCurbKindCount> kinds_{};
+  double hole_ = 0.0;       // Of kNone, what is there and no curb.
+  double overgrown_ = 0.0;  // Probability, by all scans.
 };
 
 }  // namespace striper::detail

@@ -41,10 +41,6 @@ Eigen::Matrix<double, 2, 4> d_meeting(const ScanLine& a, const ScanLine& b,
   return d;
 }
 
-Eigen::Vector2d element_m(const InverseRanges& ranges, std::size_t i) noexcept {
-  return ranges.pivot + Eigen::Vector2d(ranges.cosine[i], ranges.sine[i]) / ranges.q[i];
-}
-
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) noexcept {
   return a.x() * b.y() - a.y() * b.x();
 }
@@ -161,7 +157,7 @@ void CurbRefiner::leave_out_strays(const InverseRanges& ranges, const CurbLines&
 void CurbRefiner::leave_out_nose(const InverseRanges& ranges, const CurbLines& lines) {
   const Eigen::Vector2d edge = lines.edge_m();
   const auto is_near = [&](std::size_t i) {
-    return (element_m(ranges, i) - edge).squaredNorm() < kNose_m * kNose_m;
+    return (ranges.at_m(i) - edge).squaredNorm() < kNose_m * kNose_m;
   };
   double chi2 = 0.0;
   double count = 0.0;

@@ -19,7 +19,7 @@ constexpr double kLeastTop_m = 0.25;
 
 // How often what looks like a curb stands on the road, by what is seen of it, before any travel.
 constexpr double kObjectIfGroundBehind = 0.97;
-constexpr double kObjectIfTopIsLong = 0.1;
+constexpr double kObjectIfTopIsLong = 0.2;
 constexpr double kObjectIfTopIsShort = 0.4;
 constexpr double kHoleElse = 0.02;
 
@@ -33,6 +33,12 @@ double object_probability(const CurbEvidence& e) noexcept {
 }
 
 }  // namespace
+
+double after(double probability, double log_odds) noexcept {
+  const double odds =
+      probability / (1.0 - probability) * std::exp(std::clamp(log_odds, -30.0, 30.0));
+  return odds / (1.0 + odds);
+}
 
 void weigh(const CurbEvidence& e, const CurbOptions& options, CurbFinding& f) noexcept {
   const auto put = [&](CurbKind kind, double p) {
@@ -48,7 +54,7 @@ void weigh(const CurbEvidence& e, const CurbOptions& options, CurbFinding& f) no
     put(kind, rest * part);
     rest -= rest * part;
   };
-  if (e.is_rough) take(CurbKind::kRough, 0.9);
+  take(CurbKind::kRough, after(kOvergrown, f.overgrown_log_odds));
   if (e.is_down) {
     const double is_hole = e.is_ground_behind ? kObjectIfGroundBehind : kHoleElse;
     put(CurbKind::kDown, rest * (1.0 - is_hole));

@@ -10,6 +10,7 @@
 
 #include "detect/curb/curb_lines.hpp"
 #include "detect/curb/curb_posterior.hpp"
+#include "detect/curb/ground_roughness.hpp"
 #include "profile/cutter.hpp"
 
 namespace striper::detail {
@@ -50,7 +51,7 @@ class RoadSide {
     Eigen::Vector2d far{0.0, 0.0};
     double slope_rad = 0.0;
     bool is_level = false;
-    bool is_rough = false;
+    bool is_rough = false;  // More than paving.
     int points = 0;
 
     double length_m() const { return far.x() - near.x(); }
@@ -58,6 +59,7 @@ class RoadSide {
   };
 
   const Piece& piece(Index k) const;
+  const Run& run(Index k) const;
   bool has(Index k) const;
   Strip strip(Index k) const;
   bool is_gutter(const Strip& s) const;
@@ -73,6 +75,9 @@ class RoadSide {
   std::optional<CurbFinding> verge() const;
   CurbLines first_lines() const;
   double gain(Index k) const;
+  double overgrown_beyond(const Eigen::Vector2d& edge_m);
+  double returns_between(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
+  Index first_beyond(const Eigen::Vector2d& at_m) const;
 
   const CutScan* scan_ = nullptr;
   Eigen::Vector2d along_{1.0, 0.0};
@@ -88,6 +93,7 @@ class RoadSide {
   Index behind_ = kNowhere;  // Ground that is seen again.
   CurbEvidence evidence_;
   CurbRefiner refiner_;
+  GroundRoughness roughness_;
   std::array<CurbFinding, kMostFindings> findings_;
 };
 

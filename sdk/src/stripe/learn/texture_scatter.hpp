@@ -39,7 +39,7 @@ class TextureScatter {
   float excess_about(std::size_t first, std::size_t last);
 
   // Of each line; NaN where there is no good return.
-  std::vector<float> across_, width_, variance_, odd_width_;
+  std::vector<float> across_, width_, variance_, width_variance_, odd_width_;
   std::vector<float> surface_;            // Its number.
   std::vector<float> squared_, allowed_;  // Of a difference: what it is, and what noise makes it.
   std::vector<int> known_, beyond_;       // Of each block: differences, those that are no chance.

@@ -31,8 +31,8 @@ class CanListener {
 
 /// @param ids of the frames that are wanted; of more than 11 bits those of extended frames.
 /// @throws Error{kUsage} for a key that nobody took, Error{kNotFound} naming interface or log,
-/// Error{kUnsupported} where the kernel has no CAN, Error{kBadFile} naming a line that is none of a
-/// log, Error{kIo}.
+/// Error{kUnsupported} where the kernel has no CAN or the log is no file (a pipe), Error{kBadFile}
+/// naming a line that is none of a log, Error{kIo}.
 std::unique_ptr<CanListener> open_can_listener(CanUri uri, const std::vector<std::uint32_t>& ids);
 
 /// A line of a log of candump -L. @return whether it is one of a data frame; of remote and error
