@@ -88,6 +88,14 @@ TEST(GuidanceFaults, ABeamThatFallsSilentIsMissedWithinASweep) {
   EXPECT_TRUE(is_any_on(run, 51.0, 59.0));  // Others go on: it is only said.
 }
 
+TEST(GuidanceFaults, ABeamThatNeverBeginsIsMissedAfterASecond) {
+  RoadFaults silent;
+  silent.sweep = [](BeamSweep& s) { return s.beam == "front"; };
+  const RoadRun run = guide_road(plain_road(), report_truck(), silent);
+  EXPECT_EQ(count_of(run, GuidanceFault::kBeamSilent), 1U);
+  EXPECT_LE(latency_s(run, GuidanceFault::kBeamSilent, 0.0), 1.0 + 2.0 * kSweep_s);
+}
+
 // The odometer goes on: guidance goes on by it, blind, until the gap is too long.
 TEST(GuidanceFaults, WhereAllBeamsFallSilentTheStripeIsMissedAndVoltsAreSafe) {
   RoadFaults silent;

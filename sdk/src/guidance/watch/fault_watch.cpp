@@ -9,6 +9,8 @@ namespace {
 
 // A sweep or a reading is missed so long after it was due.
 constexpr double kLate_s = 0.002;
+// Heads that are started together begin within less.
+constexpr double kStart_s = 1.0;
 // A mirror's rate is held by a crystal; this much off, its motor has lost it.
 constexpr double kMirrorShare = 0.05;
 constexpr double kLearn = 0.1;
@@ -25,6 +27,10 @@ FaultWatch::FaultWatch(const GuidanceConfig& config) : actions_(config.faults) {
 
 double FaultWatch::Rhythm::due_s() const noexcept { return last_s + period_s; }
 
+double FaultWatch::due_s(const Rhythm& beam) const noexcept {
+  return std::isfinite(beam.last_s) ? beam.due_s() : first_sweep_s_ + kStart_s;
+}
+
 void FaultWatch::set(GuidanceFault fault, bool is_on, double since_s) noexcept {
   State& state = states_[static_cast<std::size_t>(fault)];
   if (is_on == state.is_on) return;
@@ -32,6 +38,7 @@ void FaultWatch::set(GuidanceFault fault, bool is_on, double since_s) noexcept {
 }
 
 void FaultWatch::sweep(std::size_t beam, double time_s, bool is_blind) noexcept {
+  if (std::isnan(first_sweep_s_)) first_sweep_s_ = time_s;
   beams_[beam].last_s = time_s;
   is_blind_[beam] = is_blind && is_used_[beam] != 0 ? 1 : 0;
   const bool is_any =
@@ -69,13 +76,13 @@ void FaultWatch::queue(bool is_full, double time_s) noexcept {
 
 void FaultWatch::look_for_silence(double now_s) noexcept {
   bool is_silent = false;
-  double due_s = 0.0;
+  double since_s = 0.0;
   for (std::size_t i = 0; i < beams_.size(); ++i) {
-    if (is_used_[i] == 0 || !(now_s > beams_[i].due_s() + kLate_s)) continue;
+    if (is_used_[i] == 0 || !(now_s > due_s(beams_[i]) + kLate_s)) continue;
     is_silent = true;
-    due_s = beams_[i].due_s();
+    since_s = due_s(beams_[i]);
   }
-  set(GuidanceFault::kBeamSilent, is_silent, due_s);
+  set(GuidanceFault::kBeamSilent, is_silent, since_s);
   if (odometer_.period_s > 0.0 && now_s > odometer_.due_s() + odometer_.period_s + kLate_s) {
     set(GuidanceFault::kOdometer, true, odometer_.due_s() + odometer_.period_s);
   }
