@@ -11,6 +11,7 @@ namespace striper {
 namespace {
 
 constexpr double kLongestDelay_s = 2.0;  // Valves take milliseconds.
+constexpr double kBack_m = 0.05;         // A truck that rolls back by more paints no more.
 constexpr double kLongest_m = 100.0;     // Dashes are a tenth of it.
 
 void require(bool is_good, const char* field, double value, const char* expected) {
@@ -105,7 +106,8 @@ bool PaintGun::add_dash(double from_m, double to_m) noexcept {
 bool PaintGun::wants_on(const Dash& dash, double on_m, double off_m) const noexcept {
   const bool is_long_enough =
       dash.to_m > dash.from_m && dash.to_m - dash.from_m >= options_.dash_min_m;
-  const bool has_begun = is_on_ || on_m >= dash.from_m - options_.end_extension_m;
+  const double begin_m = dash.from_m - options_.end_extension_m;
+  const bool has_begun = on_m >= (is_on_ ? begin_m - kBack_m : begin_m);
   return is_long_enough && has_begun && off_m < dash.to_m + options_.end_extension_m;
 }
 

@@ -53,6 +53,8 @@ class FaultWatch {
   double due_s(const Rhythm& beam) const noexcept;
   void set(GuidanceFault fault, bool is_on, double since_s) noexcept;
   void look_for_silence(double now_s) noexcept;
+  bool is_mirror_wrong(double mirror_hz) noexcept;
+  double odometer_due_s() const noexcept;
 
   std::array<FaultAction, kGuidanceFaults> actions_;
   std::array<State, kGuidanceFaults> states_{};
@@ -61,7 +63,9 @@ class FaultWatch {
   std::vector<char> is_blind_;
   std::vector<char> is_used_;
   Rhythm odometer_;
-  double mirror_hz_ = std::numeric_limits<double>::quiet_NaN();
+  double mirror_hz_ = std::numeric_limits<double>::quiet_NaN();  // Once it is steady.
+  double last_mirror_hz_ = 0.0;
+  int steady_ = 0;  // Readings in a row.
 };
 
 }  // namespace striper::detail
