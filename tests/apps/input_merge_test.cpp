@@ -61,6 +61,30 @@ TEST(InputMerge, ASilentStreamIsWaitedForNoLongerThanItsPatience) {
   EXPECT_EQ(merge.late(), 1U);
 }
 
+// A clock is set back by ten seconds: what waits is left out, what comes is given again at once.
+TEST(InputMerge, AClockThatIsSetBackBeginsAnew) {
+  InputMerge merge(1, 100ms);
+  merge.give(0, OdometerReading{100.0, 1});
+  ASSERT_TRUE(merge.next(1s).has_value());
+  merge.give(0, OdometerReading{99.5, 2});  // Late by less.
+  EXPECT_EQ(merge.late(), 1U);
+  EXPECT_FALSE(merge.next(1ms).has_value());
+  merge.give(0, OdometerReading{90.0, 3});
+  const auto input = merge.next(1s);
+  ASSERT_TRUE(input.has_value());
+  EXPECT_EQ(time_of(*input), 90.0);
+}
+
+TEST(InputMerge, WhatComesTooLateIsNotHeard) {
+  InputMerge merge(2, 100ms);
+  merge.give(0, OdometerReading{100.0, 1});
+  ASSERT_TRUE(merge.next(1s).has_value());
+  const auto heard = merge.heard();
+  std::this_thread::sleep_for(2ms);
+  merge.give(1, OdometerReading{50.0, 2});
+  EXPECT_EQ(merge.heard(), heard);
+}
+
 TEST(InputMerge, AnOdometerIsHeardByItsReadingsAlone) {
   InputMerge merge(2, 100ms);
   merge.give(0, BeamSweep{});

@@ -38,6 +38,7 @@ constexpr auto kNoWait = 500ms;
 // What an output has heard. It may be told to stand still.
 struct Ear {
   std::vector<double> heard_s;  // Read it once the output has ended.
+  std::vector<bool> switched;   // Likewise.
   std::atomic<bool> is_finished = false;
   std::atomic<bool> stands_still = false;
   std::atomic<int> standing = 0;
@@ -58,6 +59,9 @@ class Listening : public GuidanceOutput {
       throw Error(ErrorKind::kIo, ear_->throws_at_3);
     }
     ear_->heard_s.push_back(line.time_s);
+  }
+  void switch_gun(std::size_t /*gun*/, bool is_on, double /*time_s*/) override {
+    ear_->switched.push_back(is_on);
   }
   void finish() override { ear_->is_finished = true; }
   Account account() const override { return {ear_->heard_s.size(), 0, "line", {}}; }
@@ -102,6 +106,20 @@ TEST(QueuedOutput, ATruckIsNotHeldUpAndWhatIsLostIsCounted) {
   EXPECT_EQ(output.account().sent, 1 + kMostQueued);
   ASSERT_EQ(ear->heard_s.size(), 1 + kMostQueued);
   EXPECT_EQ(ear->heard_s.back(), kMostQueued);  // The oldest are kept, in their order.
+}
+
+TEST(QueuedOutput, AReaderThatComesBackHearsThatAGunIsOff) {
+  const auto ear = std::make_shared<Ear>();
+  ear->stands_still = true;
+  QueuedOutput output("it", opening(ear), QueuedOutput::WhenFull::kDrop);
+  tell(output, 0, 1);
+  while (ear->standing == 0) std::this_thread::sleep_for(1ms);
+  output.switch_gun(0, true, 1.0);
+  tell(output, 1, 10000);
+  output.switch_gun(0, false, 2.0);
+  ear->stands_still = false;
+  output.finish();
+  EXPECT_EQ(ear->switched, (std::vector<bool>{true, false}));
 }
 
 TEST(QueuedOutput, OneThatNeverMovesIsLeftBehindWithinAFifthOfASecond) {

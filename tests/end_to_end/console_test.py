@@ -331,9 +331,9 @@ class Behaviour(InTerminal):
 
 
 class Lines(InScratch):
-    def lines(self, *commands):
+    def lines(self, *commands, code=0):
         run_path = self.path("run") if os.path.exists(self.path("run")) else made_run(self.scratch)
-        return run(STRIPER, "guide", "console", run_path, "--lines", input="\n".join(commands) + "\n").stdout
+        return run(STRIPER, "guide", "console", run_path, "--lines", input="\n".join(commands) + "\n", code=code).stdout
 
     def config(self):
         with open(self.path("run", "guidance.yaml"), encoding="utf-8") as file:
@@ -372,13 +372,16 @@ class Lines(InScratch):
         wrong = ("window 0.5", "window 91", "window x", "points 15", "points 5000", "points 20.5", "points nan", "width 1", "width 70",
                  "width inf", "threshold front 0", "threshold front 4096", "threshold front -1", "threshold nobody 5", "odometer-cf 0",
                  "odometer-cf 10001", "odometer-cf 1e999", "calibrate 0.5", "calibrate 60000", "calibrate end", "line middle",
-                 "laser dim", "time 24:00:00", "time 12:60:00", "time 12", "time noon", "wait -1", "open sesame", "lateral")
-        said = self.lines(*wrong).strip().split("\n")
+                 "laser dim", "threshold", "time 24:00:00", "time 12:60:00", "time 12", "time noon", "wait -1", "open sesame", "lateral")
+        said = self.lines(*wrong, code=1).strip().split("\n")
         self.assertEqual(len(said), len(wrong), said)
         for command, answer in zip(wrong, said):
             self.assertTrue(answer.startswith("error: "), f"{command}: {answer}")
         self.assertEqual(self.config(), before)
-        self.assertIn("error: the odometer did not count", self.lines("calibrate 100", "calibrate end"))
+        self.assertIn("error: the odometer did not count", self.lines("calibrate 100", "calibrate end", code=1))
+        # 5709 ft for 57.09: a decimal point was forgotten.
+        self.assertIn("clks/ft, where it was 11.725", self.lines("calibrate 5709", "wait 2", "calibrate end", code=1))
+        self.assertEqual(self.config(), before)
 
 
 if __name__ == "__main__":

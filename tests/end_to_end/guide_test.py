@@ -8,6 +8,7 @@ Run by ctest; by hand: STRIPER=build/release/apps/striper/striper STRIPER_SOURCE
 import csv
 import json
 import os
+import re
 import shutil
 import unittest
 
@@ -123,6 +124,16 @@ class Guide(InScratch):
         said = striper("guide", "run", broken, "-o", self.path("x"), code=1).stderr
         self.assertIn("sweeps.csv", said)
         self.assertIn("s0", said)
+        self.assertIn("hold what was guided until then", said)  # All but the last line, which is wrong.
+        self.assertGreater(len(self.table(self.path("x"), "lateral.csv")), 100)
+        self.assertIn("have no scan in common", striper("guide", "evaluate", self.path("x"), "--truth", os.path.join(run, "truth.csv"),
+                                                         "--from", "99999", code=1).stderr)
+        for field, wrong in (("height_m", 34), ("threshold", 4096), ("on_delay_s", 20), ("dash_min_m", 1e308)):
+            changed, count = re.subn(rf"\b{field}: [^,}}\n]+", f"{field}: {wrong}", text, count=1)
+            self.assertEqual(count, 1, field)
+            said = striper("guide", "run", run, "--config", self.write("wrong.yaml", changed), "-o", self.path("y"), code=1).stderr
+            self.assertIn(f"{field}", said)
+        self.assertIn("cannot make", striper("guide", "run", run, "-o", self.write("a-file", ""), code=1).stderr)
         self.assertIn("names a run: its guidance.yaml would be replaced", striper("guide", "run", run, "-o", run, code=2).stderr)
         self.assertIn("guidance.yaml", striper("guide", "run", self.path("nowhere"), "-o", self.path("x"), code=1).stderr)
         road = self.write("road.yaml", "striper_road: 1\nlength_m: 10\nobjects: [{kind: cat, at_m: 3}]\n")
@@ -165,6 +176,13 @@ class Guide(InScratch):
         self.assertIn("paint at two speeds", refused.stderr)
         said = striper("guide", "align", self.simulated("dashes"), "-o", self.path("no.yaml"), code=1).stderr
         self.assertIn("there is no tape.csv", said)
+
+        tape = os.path.join(run, "tape.csv")
+        with open(tape, encoding="utf-8") as file:
+            before = file.read()
+        self.assertIn("is read by this command", striper("guide", "align", run, "-o", tape, code=2).stderr)
+        with open(tape, encoding="utf-8") as file:
+            self.assertEqual(file.read(), before)
 
     def test_a_plan_says_what_limits(self):
         plan = json.loads(striper("guide", "plan", "--json").stdout)

@@ -16,6 +16,7 @@
 
 #include "guide/guidance_lines.hpp"
 #include "guide/queued_output.hpp"
+#include "guide/run_files.hpp"
 #include "program/terminal.hpp"
 #include "run/summary.hpp"
 
@@ -39,14 +40,6 @@ std::optional<std::string> file_of(std::string_view address) {
   if (address.starts_with(kLog)) return CanUri::parse(address).path();
 #endif
   return {};
-}
-
-// What may not be written twice: a device or a pipe may.
-bool is_same_file(const fs::path& a, const fs::path& b) {
-  std::error_code ignored;
-  if (fs::exists(a, ignored) && !fs::is_regular_file(a, ignored)) return false;
-  if (fs::equivalent(a, b, ignored)) return true;
-  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
 }
 
 void refuse_taken(const std::vector<std::string>& addresses, std::vector<fs::path> taken) {

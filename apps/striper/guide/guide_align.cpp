@@ -17,6 +17,7 @@
 #include <striper/guidance/gun_alignment.hpp>
 
 #include "guide/guide_commands.hpp"
+#include "guide/run_files.hpp"
 #include "guide/run_inputs.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
@@ -236,9 +237,24 @@ void align_painted(const AlignArguments& arguments, GuidanceConfig& config, Outc
   }
 }
 
+// What was measured by hand or driven is not written over.
+void require_not_read(const AlignArguments& arguments, const GuidanceConfig& config) {
+  std::vector<fs::path> read = run_files(arguments.run, config);
+  for (const auto* named : {&arguments.tape, &arguments.volts, &arguments.painted}) {
+    if (*named) read.emplace_back(**named);
+  }
+  for (const fs::path& file : read) {
+    if (!is_same_file(arguments.output, file)) continue;
+    throw Error(ErrorKind::kUsage, fmt::format("-o {}: {} is read by this command - name another "
+                                               "file",
+                                               arguments.output, file.string()));
+  }
+}
+
 ExitCode guide_align(const AlignArguments& arguments) {
   GuidanceConfig config = load_guidance(
       arguments.config ? fs::path(*arguments.config) : fs::path(arguments.run) / "guidance.yaml");
+  require_not_read(arguments, config);
   Outcome outcome;
   align_beams(arguments, config, outcome);
   align_volts(arguments, config, outcome);

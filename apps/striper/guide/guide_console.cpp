@@ -104,16 +104,20 @@ class InputLines {
   std::string read_;
 };
 
-void run_lines(GuideConsole& console) {
+// Returns whether every line was done.
+bool run_lines(GuideConsole& console) {
+  bool is_all_done = true;
   double now_s = 0.0;
   console.go_on(now_s, 0.0);
   InputLines input;
   std::string line;
   while (!console.is_over() && !stop_requested() && input.next(line)) {
     const std::string said = answer(console, line, now_s);
+    is_all_done = is_all_done && !said.starts_with("error: ");
     if (!said.empty()) std::cout << said << std::endl;
   }
   if (!console.is_over()) console.leave(true);
+  return is_all_done;
 }
 
 ExitCode guide_console(const ConsoleArguments& arguments) {
@@ -121,11 +125,10 @@ ExitCode guide_console(const ConsoleArguments& arguments) {
   GuideConsole console(arguments.run, events.port());
   const bool is_terminal = isatty(STDIN_FILENO) != 0 && isatty(STDOUT_FILENO) != 0;
   if (arguments.lines || !is_terminal || !has_console_screen()) {
-    run_lines(console);
-  } else {
-    show_no_progress();
-    run_console_screen(console, {arguments.step_s, !arguments.no_colour});
+    return run_lines(console) ? ExitCode::kDone : ExitCode::kFailed;
   }
+  show_no_progress();
+  run_console_screen(console, {arguments.step_s, !arguments.no_colour});
   return ExitCode::kDone;
 }
 

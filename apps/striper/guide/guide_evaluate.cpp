@@ -170,6 +170,12 @@ ExitCode guide_evaluate(const EvaluateArguments& arguments) {
   options.from_m = arguments.from_m;
   options.line = arguments.line;
   const GuidanceErrors errors = guidance_errors(lateral, guns, truth, options);
+  if (errors.all.rows + errors.all.unknown == 0) {
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("{} and {} have no scan in common{}", arguments.job, arguments.truth,
+                            arguments.from_m > 0.0 ? fmt::format(" from {} m on", arguments.from_m)
+                                                   : std::string()));
+  }
   const Table1 table = table_1(errors, arguments.end_extension_m);
   if (!arguments.json) {
     print_lateral(errors);

@@ -116,7 +116,11 @@ void define_live(Command& command, CommandOption* run, RunArguments& arguments) 
 void define(Command& command, RunArguments& arguments) {
   auto* const run =
       command.add_option("RUN", arguments.run, "The directory of the recorded run; or --head");
-  command.add_option("-o,--output", arguments.output, "The directory for the results; it is made")
+  command
+      .add_option(
+          "-o,--output", arguments.output,
+          "The directory for the results; it is made, and tables of an earlier recorded run in it "
+          "are replaced")
       ->type_name("DIR")
       ->required();
   command
@@ -218,6 +222,9 @@ ExitCode guide_live(const RunArguments& arguments, GuidanceConfig config) {
   live.seconds = arguments.seconds;
   live.resumes = arguments.resume;
   const LiveOutcome outcome = run_live(config, live);
+  say(fmt::format(
+      "wrote the job into {}{}", arguments.output,
+      arguments.record ? fmt::format(", what came in into {}", *arguments.record) : std::string()));
   if (arguments.json) {
     nlohmann::json summary = json_of(outcome.totals, config.stripe);
     summary["laser"] = to_string(outcome.laser);

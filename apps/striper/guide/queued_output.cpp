@@ -7,6 +7,7 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -28,6 +29,9 @@ constexpr auto kLook = 10ms;               // How often a wait looks whether it 
 constexpr auto kEndsWithin = 200ms;
 constexpr auto kOpensWithin = 300ms;  // A file does.
 
+// What a reader that comes back must know has room where the rest has none: switches are few.
+constexpr std::size_t kMostOfAll = 2 * kMostQueued;
+
 struct GunSwitch {
   std::size_t gun;
   bool is_on;
@@ -37,6 +41,10 @@ struct LaserOff {
   double time_s;
 };
 using Message = std::variant<LateralLine, GunSwitch, GunLine, SeenLine, FaultLine, LaserOff>;
+
+template <typename Told>
+constexpr bool kIsVital = std::is_same_v<Told, GunSwitch> || std::is_same_v<Told, LaserOff> ||
+                          std::is_same_v<Told, FaultLine>;
 
 struct Teller {
   GuidanceOutput& to;
@@ -155,7 +163,7 @@ void QueuedOutput::tell(const Told& told) {
     desk_->went.wait_for(lock, kLook);
   }
   if (when_full_ == WhenFull::kWait) desk_->rethrow();
-  if (desk_->is_done || desk_->queue.size() >= kMostQueued) {
+  if (desk_->is_done || desk_->queue.size() >= (kIsVital<Told> ? kMostOfAll : kMostQueued)) {
     ++desk_->account.lost;
     return;
   }

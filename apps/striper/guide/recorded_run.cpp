@@ -7,6 +7,9 @@
 #include <limits>
 #include <thread>
 
+#include <fmt/format.h>
+
+#include <striper/core/error.hpp>
 #include <striper/core/whole_file.hpp>
 
 #include "guide/guidance_outputs.hpp"
@@ -63,6 +66,16 @@ GuidanceOutputs::Options output_options(const GuidanceConfig& config,
   return outputs;
 }
 
+// What ended the run is said by whoever catches it.
+void keep_what_there_is(RunTables& tables, const fs::path& output) {
+  try {
+    tables.close();
+    say(fmt::format("the tables in {} hold what was guided until then", output.string()));
+  } catch (const Error& error) {
+    say(error.what());
+  }
+}
+
 }  // namespace
 
 RunOutcome run_recorded(const GuidanceConfig& config, const RecordedRunOptions& options) {
@@ -71,11 +84,16 @@ RunOutcome run_recorded(const GuidanceConfig& config, const RecordedRunOptions& 
   RunInputs inputs(options.run, config, events.port());
   // Before the tables of an earlier job go.
   GuidanceOutputs outputs(options.to, config, output_options(config, options));
-  fs::create_directories(options.output);
+  make_directory(options.output);
   RunTables tables(options.output);
   outputs.add(tables);
   Guidance guidance(config, outputs);
-  play(inputs, guidance, outputs.is_live());
+  try {
+    play(inputs, guidance, outputs.is_live());
+  } catch (...) {
+    keep_what_there_is(tables, options.output);
+    throw;
+  }
   RunOutcome outcome;
   outcome.was_interrupted = stop_requested();
   guidance.finish();

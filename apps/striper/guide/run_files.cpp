@@ -42,14 +42,24 @@ std::vector<fs::path> job_files(const fs::path& job) {
   return files;
 }
 
-void make_run_directory(const fs::path& run) {
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  if (fs::exists(a, ignored) && !fs::is_regular_file(a, ignored)) return false;
+  if (fs::equivalent(a, b, ignored)) return true;
+  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
+}
+
+void make_directory(const fs::path& directory) {
   std::error_code failure;
-  fs::create_directories(run, failure);
-  if (failure) {
-    throw Error(ErrorKind::kIo,
-                fmt::format("cannot make '{}': {}", run.string(), failure.message()),
-                failure.value());
-  }
+  fs::create_directories(directory, failure);
+  if (!failure) return;
+  throw Error(ErrorKind::kIo,
+              fmt::format("cannot make '{}': {}", directory.string(), failure.message()),
+              failure.value());
+}
+
+void make_run_directory(const fs::path& run) {
+  make_directory(run);
   if (!holds_run(run)) return;
   throw Error(ErrorKind::kUsage,
               fmt::format("'{}' already holds a run: name another directory, or remove it first",

@@ -14,6 +14,13 @@ std::vector<std::filesystem::path> run_files(const std::filesystem::path& run,
 /// The files that a job's directory gets.
 std::vector<std::filesystem::path> job_files(const std::filesystem::path& job);
 
+/// Whether both name one file that is regular or not there yet: a device or a pipe may be written
+/// twice.
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
+/// With those above it; it may be there. @throws Error{kIo}.
+void make_directory(const std::filesystem::path& directory);
+
 /// Makes the directory of a new run. @throws Error{kUsage} where it holds one, Error{kIo}.
 void make_run_directory(const std::filesystem::path& run);
 

@@ -260,6 +260,8 @@ void Guidance::go_to(double time_s) {
   Impl& m = *impl_;
   if (!std::isfinite(time_s)) return;
   if (std::isnan(m.clock_s)) m.clock_s = time_s;
+  // Until the clock was set back has come again nobody knows where the truck is.
+  if (time_s < m.clock_s - kJump_s) m.close_guns(m.clock_s);
   if (time_s <= m.clock_s) return;
   // What is silent is found in time, however long the next input takes; after a second all is said.
   const double until_s = std::min(time_s, m.clock_s + kJump_s);
@@ -280,7 +282,8 @@ void Guidance::take(const OdometerReading& reading) {
   if (!m.has_counts) m.first_counts = reading.counts;
   m.has_counts = true;
   const OdometerVerdict verdict = m.odometer.update(reading);
-  const bool is_plausible = verdict != OdometerVerdict::kImplausible;
+  const bool is_plausible =
+      verdict != OdometerVerdict::kImplausible && verdict != OdometerVerdict::kOutOfOrder;
   m.faults.odometer(reading.time_s, is_plausible);
   const Motion motion = m.odometer.at(reading.time_s);
   if (std::isfinite(reading.yaw_rate_rad_s)) {
@@ -314,7 +317,8 @@ void Guidance::take(const BeamSweep& sweep) {
     m.run_faults(sweep.time_s);
     return;
   }
-  if (!m.has_odometer) {
+  // A head's scans count nothing.
+  if (!m.has_odometer && beam.beam.head.empty()) {
     if (!m.has_counts) m.first_counts = sweep.odometer_counts;
     m.has_counts = true;
     m.odometer.update({sweep.time_s, sweep.odometer_counts, kUnknown});
@@ -404,7 +408,7 @@ void Guidance::Impl::process(Beam& beam, std::size_t index, const BeamSweep& swe
 bool Guidance::Impl::is_fresh(const Beam& beam, double at_m) const {
   if (beam.beam.use != BeamUse::kOldOnly) return false;
   return std::any_of(guns.begin(), guns.end(),
-                     [&](const GunPost& gun) { return gun.has_painted(at_m); });
+                     [&](const GunPost& gun) { return gun.has_painted(at_m, known.distance_m); });
 }
 
 void Guidance::Impl::look_at_dashes(Beam& beam, const StripeFound& found, bool is_other_known,

@@ -40,8 +40,20 @@ void validate_beam(const GuidanceBeam& beam) {
   require(is_within(beam.bits, 1, 24), name + "bits", beam.bits, "1 to 24");
   require(is_within(beam.zero_m, -1.0, 1.0), name + "zero_m", beam.zero_m, "-1 to 1 m");
   require(is_within(beam.scale, 0.5, 2.0), name + "scale", beam.scale, "0.5 to 2");
+  require(is_within(beam.height_m, 0.05, 20.0), name + "height_m", beam.height_m, "0.05 to 20 m");
+  require(std::isnan(beam.threshold) ||
+              is_within(beam.threshold, 1.0, std::ldexp(1.0, beam.bits) - 1.0),
+          name + "threshold", beam.threshold, "1 to 2^bits - 1, or none: automatic");
   for (const double gain : beam.response) {
     require(is_within(gain, 1e-3, 1e3), name + "response", gain, "gains of .001 to 1000");
+  }
+}
+
+void validate_gun(const std::string& name, const PaintGunOptions& gun) {
+  try {
+    gun.validate();
+  } catch (const Error& error) {
+    throw Error(error.kind(), fmt::format("gun '{}': {}", name, error.what()));
   }
 }
 
@@ -124,7 +136,7 @@ void GuidanceConfig::validate() const {
   if (places.empty()) throw Error(ErrorKind::kBadValue, "every beam is off");
   odometer.validate();
   for (const GuidanceGun& gun : guns) {
-    gun_options(gun).validate();
+    validate_gun(gun.name, gun_options(gun));
     require(gun.line == 0 || gun.line == 1, "gun '" + gun.name + "': line", gun.line, "0 or 1");
   }
   require(is_within(stripe.width_m, 0.01, 1.0), "stripe: width_m", stripe.width_m, "0.01 to 1 m");

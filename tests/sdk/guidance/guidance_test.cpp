@@ -88,6 +88,14 @@ TEST(GuidanceFaults, ABeamThatFallsSilentIsMissedWithinASweep) {
   EXPECT_TRUE(is_any_on(run, 51.0, 59.0));  // Others go on: it is only said.
 }
 
+TEST(GuidanceFaults, ABeamThatNeverBeginsIsMissedAfterASecond) {
+  RoadFaults silent;
+  silent.sweep = [](BeamSweep& s) { return s.beam == "front"; };
+  const RoadRun run = guide_road(plain_road(), report_truck(), silent);
+  EXPECT_EQ(count_of(run, GuidanceFault::kBeamSilent), 1U);
+  EXPECT_LE(latency_s(run, GuidanceFault::kBeamSilent, 0.0), 1.0 + 2.0 * kSweep_s);
+}
+
 // The odometer goes on: guidance goes on by it, blind, until the gap is too long.
 TEST(GuidanceFaults, WhereAllBeamsFallSilentTheStripeIsMissedAndVoltsAreSafe) {
   RoadFaults silent;
@@ -193,6 +201,59 @@ TEST(GuidanceFaults, TimeThatGoesBackIsSaidAndSurvived) {
   const RoadRun run = guide_road(plain_road(), report_truck(), back);
   EXPECT_GE(count_of(run, GuidanceFault::kTime), 1U);
   EXPECT_TRUE(is_any_on(run, 60.0, 110.0));
+}
+
+// The system's clock is set back by three seconds, for all inputs.
+TEST(GuidanceFaults, AClockThatIsSetBackHasItsGunsOffUntilItIsThereAgain) {
+  RoadFaults back;
+  back.sweep = [](BeamSweep& s) {
+    if (s.time_s > 5.0) s.time_s -= 3.0;
+    return true;
+  };
+  back.odometer = [](OdometerReading& r) {
+    if (r.time_s > 5.0) r.time_s -= 3.0;
+    return true;
+  };
+  const RoadRun run = guide_road(plain_road(), report_truck(), back);
+  ASSERT_TRUE(is_any_on(run, 40.0, 50.0));
+  EXPECT_EQ(count_of(run, GuidanceFault::kTime), 1U);
+  for (const GunLine& line : run.guns) {
+    const bool was_on_then = line.is_on && line.from_m < 50.0;
+    EXPECT_LT(was_on_then ? line.to_m : 0.0, 50.2);  // At 10 m/s.
+  }
+  EXPECT_TRUE(is_any_on(run, 55.0, 90.0));  // The way of those seconds is not known.
+}
+
+TEST(GuidanceFaults, ASampleThatIsNoNumberBlindsABeamForThatSweep) {
+  RoadFaults broken;
+  broken.sweep = [](BeamSweep& s) {
+    if (s.time_s > 5.0 && s.time_s < 5.012) s.samples[40] = std::nan("");
+    return true;
+  };
+  Road dashes = plain_road();
+  dashes.lines[0].dash_m = 3.0;
+  dashes.lines[0].gap_m = 3.0;
+  const RoadRun run = guide_road(dashes, report_truck(), broken);
+  const RoadRun sound = guide_road(dashes, report_truck());
+  EXPECT_GE(count_of(run, GuidanceFault::kBeamBlind), 1U);
+  for (const char* beam : {"front", "middle"}) {  // Who look for ends.
+    EXPECT_GE(sound.count(SeenKind::kStart, beam), 15U);
+    EXPECT_EQ(run.count(SeenKind::kStart, beam), sound.count(SeenKind::kStart, beam)) << beam;
+  }
+}
+
+TEST(GuidanceFaults, AMirrorThatSpinsUpIsNotWrong) {
+  Recorder recorder;
+  Guidance guidance(report_truck(), recorder);
+  double time_s = 0.0;
+  const auto see = [&](double mirror_hz) {
+    guidance.take(TruckState{time_s += 0.1, 1, mirror_hz});
+  };
+  for (double hz = 3.0; hz < 22.0; hz += 2.0) see(hz);
+  for (int i = 0; i < 10; ++i) see(22.0);
+  EXPECT_LT(recorder.off_s, 0.0);
+  see(20.0);
+  EXPECT_EQ(recorder.off_s, time_s);
 }
 
 TEST(GuidanceFaults, AMirrorThatStandsSwitchesTheLaserOff) {

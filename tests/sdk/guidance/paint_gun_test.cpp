@@ -118,6 +118,17 @@ TEST(PaintGun, PaintsNoFurtherThanItHasSeen) {
   EXPECT_TRUE(gun.update(6.5, 1.0));
 }
 
+TEST(PaintGun, ATruckThatRollsBackPaintsNoFurtherThanTheDash) {
+  PaintGun gun{PaintGunOptions{}};
+  gun.begin_dash(5.0);
+  gun.see_paint(9.0);
+  EXPECT_TRUE(gun.update(5.5, 1.0));
+  EXPECT_TRUE(gun.update(4.98, 1.0));  // Noise of the odometer.
+  EXPECT_FALSE(gun.update(4.9, 1.0));
+  EXPECT_FALSE(gun.update(3.0, 1.0));
+  EXPECT_TRUE(gun.update(5.1, 1.0));
+}
+
 TEST(PaintGun, ClosesOnStopAndOnUnknownMotion) {
   PaintGun gun{PaintGunOptions{}};
   gun.begin_dash(5.0);

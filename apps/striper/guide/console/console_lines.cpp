@@ -230,10 +230,14 @@ std::string answer_line(GuideConsole& console, std::string_view line) {
   const Words words = words_of(line);
   if (words.empty()) return {};
   if (words[0] == "help") return line_help();
+  std::vector<std::string> usages;
   for (const Command& command : commands()) {
-    if (words[0] == command.name && words.size() == command.words) {
-      return command.act(console, words);
-    }
+    if (words[0] != command.name) continue;
+    if (words.size() == command.words) return command.act(console, words);
+    usages.emplace_back(command.usage);
+  }
+  if (!usages.empty()) {
+    return fmt::format("error: '{}': expected {}", line, fmt::join(usages, ", or "));
   }
   return fmt::format("error: '{}' is no command; say help", line);
 }

@@ -14,6 +14,10 @@
 namespace striper::program {
 namespace {
 
+// A calibration changes the odometer by tyres and their pressure, not by more than this: a decimal
+// point of the distance was forgotten then, or the end of the drive.
+constexpr double kMostChange = 2.0;
+
 Refusal out_of_range(std::string_view what, double value, std::string_view range) {
   return fmt::format("{} {:g} is out of range: {}", what, value, range);
 }
@@ -52,7 +56,15 @@ Refusal ConsoleParameters::calibrate_odometer(std::int64_t counts, double distan
     return out_of_range("distance", distance_ft, "1 to 52800 ft");
   }
   if (counts == 0) return "the odometer did not count: nothing was driven, or it is not connected";
-  return set_odometer(static_cast<double>(counts) / distance_ft);
+  const double new_cf = static_cast<double>(counts) / distance_ft;
+  const double ratio = std::abs(new_cf / counts_per_ft());
+  if (!is_within(ratio, 1.0 / kMostChange, kMostChange)) {
+    return fmt::format(
+        "that is {:.3f} clks/ft, where it was {:.3f}: is the distance right? Set it "
+        "by hand if it is",
+        new_cf, counts_per_ft());
+  }
+  return set_odometer(new_cf);
 }
 
 Refusal ConsoleParameters::set_window(double size) {

@@ -8,6 +8,9 @@
 namespace striper::program {
 namespace {
 
+// A stream whose own time goes back by more has had its clock set.
+constexpr double kSetBack_s = 1.0;
+
 bool is_before(const LiveInput& a, const LiveInput& b) {
   const double a_s = time_of(a);
   const double b_s = time_of(b);
@@ -33,17 +36,25 @@ void InputMerge::insert(LiveInput input) {
 void InputMerge::give(std::size_t stream, LiveInput input) {
   const std::lock_guard lock(mutex_);
   Stream& of = streams_[stream];
+  if (time_of(input) < of.last_s - kSetBack_s) begin_anew();
   of.last_s = time_of(input);
   of.heard = Clock::now();
-  heard_ = of.heard;
-  if (std::holds_alternative<OdometerReading>(input)) heard_odometer_ = of.heard;
   of.is_waited_for = true;
   if (time_of(input) < given_s_) {
     ++late_;
     return;
   }
+  heard_ = of.heard;
+  if (std::holds_alternative<OdometerReading>(input)) heard_odometer_ = of.heard;
   insert(std::move(input));
   came_.notify_one();
+}
+
+// What waits is of the clock as it was.
+void InputMerge::begin_anew() {
+  late_ += waiting_.size();
+  waiting_.clear();
+  given_s_ = -std::numeric_limits<double>::infinity();
 }
 
 void InputMerge::leave(std::size_t stream) {

@@ -52,6 +52,7 @@ class InputMerge {
   };
   bool is_due(const LiveInput& input, Clock::time_point now) const;
   void insert(LiveInput input);
+  void begin_anew();
 
   mutable std::mutex mutex_;
   std::condition_variable came_;

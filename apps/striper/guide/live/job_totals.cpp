@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "guide/live/job_totals.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -39,7 +40,10 @@ JobTotals::JobTotals(const std::filesystem::path& directory, bool resumes) : dir
                                                   gun.at("dashes").get<std::uint64_t>()};
     }
   } catch (const nlohmann::json::exception& error) {
-    throw Error(ErrorKind::kBadFile, fmt::format("{}: {}", file, error.what()));
+    throw Error(ErrorKind::kBadFile,
+                fmt::format("{}: these are no totals of a job: begin another with another -o "
+                            "({})",
+                            file, error.what()));
   }
 }
 
@@ -60,6 +64,12 @@ void JobTotals::keep(const GuidanceTotals& now, LaserState laser) const {
     job["guns"].push_back({{"name", gun.name},
                            {"on_m", before.on_m + gun.on_m},
                            {"dashes", before.dashes + gun.dashes}});
+  }
+  // What a gun that the truck no longer has painted in a part before was painted.
+  for (const auto& [name, before] : guns_) {
+    const auto is_it = [&](const GuidanceTotals::Gun& gun) { return gun.name == name; };
+    if (std::any_of(now.guns.begin(), now.guns.end(), is_it)) continue;
+    job["guns"].push_back({{"name", name}, {"on_m", before.on_m}, {"dashes", before.dashes}});
   }
   write_file_atomically(directory_ / "job.json", job.dump(2) + "\n");
 }

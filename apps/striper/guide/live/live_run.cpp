@@ -148,7 +148,7 @@ class LiveRun {
 
  private:
   static const std::filesystem::path& prepared(const std::filesystem::path& directory) {
-    std::filesystem::create_directories(directory);
+    make_directory(directory);
     return directory;
   }
 
@@ -334,8 +334,15 @@ void take_odometer(const RigFile& rig, const std::string& file, GuidanceConfig& 
 
 LiveOutcome run_live(const GuidanceConfig& config, const LiveRunOptions& options) {
   if (!options.resumes) require_free_for_job(options.output);
-  std::filesystem::create_directories(options.output);
+  make_directory(options.output);
   if (!options.record.empty()) make_run_directory(options.record);
+  if (!options.record.empty() && std::filesystem::equivalent(options.record, options.output)) {
+    throw Error(
+        ErrorKind::kUsage,
+        fmt::format("--record {} and -o {} are one directory: the job's guidance.yaml would "
+                    "replace the run's - name two",
+                    options.record.string(), options.output.string()));
+  }
   return LiveRun(config, options).run();
 }
 

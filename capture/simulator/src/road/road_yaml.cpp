@@ -137,6 +137,17 @@ void read_light(const YamlField& field, RoadLight& light) {
   field.read("fresh_share", light.fresh_share);
 }
 
+void validate_wear(const RoadWear& wear) {
+  const auto up_to = [](double value, double most, const char* field, const char* expected) {
+    require(value >= 0.0 && value <= most, field, value, expected);
+  };
+  up_to(wear.edge_sd_m, 1.0, "wear: edge_sd_m", "0 to 1 m");
+  require(wear.edge_length_m > 0.0, "wear: edge_length_m", wear.edge_length_m, "above 0");
+  up_to(wear.chunks_per_m, 100.0, "wear: chunks_per_m", "0 to 100");
+  up_to(wear.chunk_depth_m, 1.0, "wear: chunk_depth_m", "0 to 1 m");
+  up_to(wear.end_sd_m, 10.0, "wear: end_sd_m", "0 to 10 m");
+}
+
 }  // namespace
 
 void Road::validate() const {
@@ -160,11 +171,11 @@ void Road::validate() const {
   }
   for (const RoadLine& one : lines) {
     require(one.width_m > 0.0 && one.width_m <= 1.0, "lines: width_m", one.width_m, "0 to 1 m");
-    require(one.dash_m >= 0.0 && one.gap_m >= 0.0, "lines: dash_m", one.dash_m, "0 or more");
+    require(one.dash_m >= 0.0, "lines: dash_m", one.dash_m, "0 or more");
+    require(one.gap_m >= 0.0, "lines: gap_m", one.gap_m, "0 or more");
     require(one.line >= -1 && one.line <= 1, "lines: line", one.line, "-1, 0 or 1");
   }
-  require(wear.edge_sd_m >= 0.0 && wear.edge_length_m > 0.0, "wear: edge_sd_m", wear.edge_sd_m,
-          "0 or more, over a length above 0");
+  validate_wear(wear);
   require(light.spot_m > 0.0, "light: spot_m", light.spot_m, "above 0");
   require(odometer_rate_hz >= 1.0 && odometer_rate_hz <= 1e5, "odometer_rate_hz", odometer_rate_hz,
           "1 to 100000");

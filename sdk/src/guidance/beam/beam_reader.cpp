@@ -73,7 +73,11 @@ std::span<const SeenPaint> BeamReader::read(std::span<const double> samples) {
 
 void BeamReader::examine(std::span<const double> samples) noexcept {
   flaw_ = {};
-  if (samples.empty()) return;
+  const auto is_number = [](double sample) { return std::isfinite(sample); };
+  if (samples.empty() || !std::all_of(samples.begin(), samples.end(), is_number)) {
+    flaw_.is_constant = true;  // It tells as little.
+    return;
+  }
   const double full = std::ldexp(1.0, beam_.bits) - 1.0;
   flaw_.is_constant = std::all_of(samples.begin(), samples.end(),
                                   [&](double sample) { return sample == samples.front(); });

@@ -24,7 +24,8 @@ struct SeenPaint {
 
 /// What is wrong with a sweep.
 struct SweepFlaw {
-  bool is_constant = false;  ///< All samples are the same: nothing is measured.
+  bool is_constant = false;  ///< All samples are the same, or one is no number: nothing is
+                             ///< measured.
   bool is_clipped = false;   ///< More than half of them are at the converter's end.
 };
 

@@ -51,8 +51,8 @@ std::optional<GunLine> GunPost::update(const GunMoment& moment, bool is_allowed)
   return ended;
 }
 
-bool GunPost::has_painted(double at_m) const noexcept {
-  if (is_on() && at_m >= stretch_.from_m + x_m_) return true;
+bool GunPost::has_painted(double at_m, double here_m) const noexcept {
+  if (is_on() && at_m >= stretch_.from_m + x_m_ && at_m <= here_m + x_m_) return true;
   return std::any_of(painted_.begin(), painted_.end(), [&](const auto& one) {
     return at_m >= one.first && at_m <= one.second && one.second > one.first;
   });

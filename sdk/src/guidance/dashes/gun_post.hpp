@@ -36,8 +36,8 @@ class GunPost {
   GunLine stretch_to(const GunMoment& moment) const;
 
   bool is_on() const noexcept { return stretch_.is_on; }
-  /// Whether it has painted there, a while ago at most.
-  bool has_painted(double at_m) const noexcept;
+  /// Whether it has painted there, a while ago at most. @param here_m where the truck is.
+  bool has_painted(double at_m, double here_m) const noexcept;
 
   double on_m() const noexcept { return on_m_; }
   std::uint64_t dashes() const noexcept { return dashes_; }

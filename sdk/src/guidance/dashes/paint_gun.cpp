@@ -10,25 +10,29 @@
 namespace striper {
 namespace {
 
+constexpr double kLongestDelay_s = 2.0;  // Valves take milliseconds.
+constexpr double kBack_m = 0.05;         // A truck that rolls back by more paints no more.
+constexpr double kLongest_m = 100.0;     // Dashes are a tenth of it.
+
 void require(bool is_good, const char* field, double value, const char* expected) {
   if (is_good) return;
   throw Error(ErrorKind::kBadValue,
               fmt::format("PaintGunOptions::{}={} - expected {}", field, value, expected));
 }
 
-bool is_length(double value) { return std::isfinite(value) && value >= 0.0; }
+bool is_up_to(double most, double value) { return value >= 0.0 && value <= most; }
 
 }  // namespace
 
 void PaintGunOptions::validate() const {
   require(std::isfinite(x_m), "x_m", x_m, "a number");
-  require(is_length(on_delay_s), "on_delay_s", on_delay_s, "0 or more");
-  require(is_length(off_delay_s), "off_delay_s", off_delay_s, "0 or more");
+  require(is_up_to(kLongestDelay_s, on_delay_s), "on_delay_s", on_delay_s, "0 to 2 s");
+  require(is_up_to(kLongestDelay_s, off_delay_s), "off_delay_s", off_delay_s, "0 to 2 s");
   require(std::isfinite(on_advance_m), "on_advance_m", on_advance_m, "a number");
   require(std::isfinite(off_advance_m), "off_advance_m", off_advance_m, "a number");
-  require(is_length(end_extension_m), "end_extension_m", end_extension_m, "0 or more");
-  require(is_length(dash_min_m), "dash_min_m", dash_min_m, "0 or more");
-  require(is_length(gap_min_m), "gap_min_m", gap_min_m, "0 or more");
+  require(is_up_to(kLongest_m, end_extension_m), "end_extension_m", end_extension_m, "0 to 100 m");
+  require(is_up_to(kLongest_m, dash_min_m), "dash_min_m", dash_min_m, "0 to 100 m");
+  require(is_up_to(kLongest_m, gap_min_m), "gap_min_m", gap_min_m, "0 to 100 m");
   require(dashes >= 1, "dashes", static_cast<double>(dashes), "1 or more");
 }
 
@@ -102,7 +106,8 @@ bool PaintGun::add_dash(double from_m, double to_m) noexcept {
 bool PaintGun::wants_on(const Dash& dash, double on_m, double off_m) const noexcept {
   const bool is_long_enough =
       dash.to_m > dash.from_m && dash.to_m - dash.from_m >= options_.dash_min_m;
-  const bool has_begun = is_on_ || on_m >= dash.from_m - options_.end_extension_m;
+  const double begin_m = dash.from_m - options_.end_extension_m;
+  const bool has_begun = on_m >= (is_on_ ? begin_m - kBack_m : begin_m);
   return is_long_enough && has_begun && off_m < dash.to_m + options_.end_extension_m;
 }
 

@@ -9,9 +9,13 @@ namespace {
 
 // A sweep or a reading is missed so long after it was due.
 constexpr double kLate_s = 0.002;
+// Heads that are started together begin within less.
+constexpr double kStart_s = 1.0;
 // A mirror's rate is held by a crystal; this much off, its motor has lost it.
 constexpr double kMirrorShare = 0.05;
+constexpr int kSteady = 5;  // Readings of a mirror.
 constexpr double kLearn = 0.1;
+constexpr double kMostPeriods = 3.0;  // A longer step is an outage, and no period.
 
 }  // namespace
 
@@ -25,6 +29,16 @@ FaultWatch::FaultWatch(const GuidanceConfig& config) : actions_(config.faults) {
 
 double FaultWatch::Rhythm::due_s() const noexcept { return last_s + period_s; }
 
+double FaultWatch::due_s(const Rhythm& beam) const noexcept {
+  return std::isfinite(beam.last_s) ? beam.due_s() : first_sweep_s_ + kStart_s;
+}
+
+// One reading may be missing. NaN before the first.
+double FaultWatch::odometer_due_s() const noexcept {
+  return odometer_.period_s > 0.0 ? odometer_.due_s() + odometer_.period_s
+                                  : odometer_.last_s + kStart_s;
+}
+
 void FaultWatch::set(GuidanceFault fault, bool is_on, double since_s) noexcept {
   State& state = states_[static_cast<std::size_t>(fault)];
   if (is_on == state.is_on) return;
@@ -32,6 +46,7 @@ void FaultWatch::set(GuidanceFault fault, bool is_on, double since_s) noexcept {
 }
 
 void FaultWatch::sweep(std::size_t beam, double time_s, bool is_blind) noexcept {
+  if (std::isnan(first_sweep_s_)) first_sweep_s_ = time_s;
   beams_[beam].last_s = time_s;
   is_blind_[beam] = is_blind && is_used_[beam] != 0 ? 1 : 0;
   const bool is_any =
@@ -43,9 +58,11 @@ void FaultWatch::sweep(std::size_t beam, double time_s, bool is_blind) noexcept 
 void FaultWatch::odometer(double time_s, bool is_plausible) noexcept {
   if (std::isfinite(odometer_.last_s)) {
     const double period_s = time_s - odometer_.last_s;
+    const bool is_first = !(odometer_.period_s > 0.0);
     // The first one is taken as it is; later ones move it slowly.
-    odometer_.period_s +=
-        (odometer_.period_s > 0.0 ? kLearn : 1.0) * (period_s - odometer_.period_s);
+    if (period_s > 0.0 && (is_first || period_s < kMostPeriods * odometer_.period_s)) {
+      odometer_.period_s += (is_first ? 1.0 : kLearn) * (period_s - odometer_.period_s);
+    }
   }
   odometer_.last_s = time_s;
   set(GuidanceFault::kOdometer, !is_plausible, time_s);
@@ -54,9 +71,17 @@ void FaultWatch::odometer(double time_s, bool is_plausible) noexcept {
 void FaultWatch::truck(const TruckState& state) noexcept {
   set(GuidanceFault::kLaserOff, state.laser == 0, state.time_s);
   if (std::isnan(state.mirror_hz)) return;
-  if (std::isnan(mirror_hz_) && state.mirror_hz > 0.0) mirror_hz_ = state.mirror_hz;
-  const bool is_off = !(std::abs(state.mirror_hz - mirror_hz_) <= kMirrorShare * mirror_hz_);
-  set(GuidanceFault::kMirror, is_off, state.time_s);
+  set(GuidanceFault::kMirror, is_mirror_wrong(state.mirror_hz), state.time_s);
+}
+
+// While it spins up it is only wrong where it stands; then its rate is what it held.
+bool FaultWatch::is_mirror_wrong(double mirror_hz) noexcept {
+  const auto is_alike = [&](double hz) { return std::abs(mirror_hz - hz) <= kMirrorShare * hz; };
+  if (std::isfinite(mirror_hz_)) return !is_alike(mirror_hz_);
+  steady_ = is_alike(last_mirror_hz_) ? steady_ + 1 : 1;
+  last_mirror_hz_ = mirror_hz;
+  if (steady_ >= kSteady && mirror_hz > 0.0) mirror_hz_ = mirror_hz;
+  return !(mirror_hz > 0.0);
 }
 
 void FaultWatch::time_jumped(double time_s) noexcept { set(GuidanceFault::kTime, true, time_s); }
@@ -69,16 +94,14 @@ void FaultWatch::queue(bool is_full, double time_s) noexcept {
 
 void FaultWatch::look_for_silence(double now_s) noexcept {
   bool is_silent = false;
-  double due_s = 0.0;
+  double since_s = 0.0;
   for (std::size_t i = 0; i < beams_.size(); ++i) {
-    if (is_used_[i] == 0 || !(now_s > beams_[i].due_s() + kLate_s)) continue;
+    if (is_used_[i] == 0 || !(now_s > due_s(beams_[i]) + kLate_s)) continue;
     is_silent = true;
-    due_s = beams_[i].due_s();
+    since_s = due_s(beams_[i]);
   }
-  set(GuidanceFault::kBeamSilent, is_silent, due_s);
-  if (odometer_.period_s > 0.0 && now_s > odometer_.due_s() + odometer_.period_s + kLate_s) {
-    set(GuidanceFault::kOdometer, true, odometer_.due_s() + odometer_.period_s);
-  }
+  set(GuidanceFault::kBeamSilent, is_silent, since_s);
+  if (now_s > odometer_due_s() + kLate_s) set(GuidanceFault::kOdometer, true, odometer_due_s());
 }
 
 std::optional<FaultLine> FaultWatch::take(double now_s) noexcept {

@@ -15,7 +15,8 @@ namespace striper::detail {
 /// Watches all that goes into guidance, and says what of it is wrong.
 ///
 /// Each fault is on or off; that it went on is told once, with how long after it could be known.
-/// What is silent is missed 2 ms after it was due. No allocation after construction.
+/// What is silent is missed 2 ms after it was due, and a beam that never began a second after the
+/// first that did. No allocation after construction.
 class FaultWatch {
  public:
   explicit FaultWatch(const GuidanceConfig& config);
@@ -49,16 +50,22 @@ class FaultWatch {
 
     double due_s() const noexcept;
   };
+  double due_s(const Rhythm& beam) const noexcept;
   void set(GuidanceFault fault, bool is_on, double since_s) noexcept;
   void look_for_silence(double now_s) noexcept;
+  bool is_mirror_wrong(double mirror_hz) noexcept;
+  double odometer_due_s() const noexcept;
 
   std::array<FaultAction, kGuidanceFaults> actions_;
   std::array<State, kGuidanceFaults> states_{};
   std::vector<Rhythm> beams_;
+  double first_sweep_s_ = std::numeric_limits<double>::quiet_NaN();  // Of any beam.
   std::vector<char> is_blind_;
   std::vector<char> is_used_;
   Rhythm odometer_;
-  double mirror_hz_ = std::numeric_limits<double>::quiet_NaN();
+  double mirror_hz_ = std::numeric_limits<double>::quiet_NaN();  // Once it is steady.
+  double last_mirror_hz_ = 0.0;
+  int steady_ = 0;  // Readings in a row.
 };
 
 }  // namespace striper::detail
