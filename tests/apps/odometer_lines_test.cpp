@@ -126,7 +126,7 @@ class SerialLine : public ::testing::Test {
     ASSERT_EQ(::write(host_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
   }
   std::unique_ptr<OdometerPort> open() {
-    return open_odometer_port("serial:" + device_ + "?baud=115200", EventPort(),
+    return open_odometer_port("serial:" + device_ + "?baud=115200", 32, EventPort(),
                               [this](const LiveInput& input) {
                                 const std::lock_guard lock(mutex_);
                                 counts_.push_back(std::get<OdometerReading>(input).counts);
@@ -175,7 +175,7 @@ TEST_F(SerialLine, OneThatIsSilentOrGoneEndsAtOnce) {
 
 std::string refusal_of(const std::string& address) {
   try {
-    open_odometer_port(address, EventPort(), [](const LiveInput&) {});
+    open_odometer_port(address, 32, EventPort(), [](const LiveInput&) {});
   } catch (const Error& error) {
     return error.what();
   }
@@ -183,6 +183,10 @@ std::string refusal_of(const std::string& address) {
 }
 
 TEST_F(SerialLine, AnAddressThatCannotBeIsSaid) {
+  // It would wrap every 106 m, and be taken for a counter that jumps.
+  EXPECT_THAT(
+      refusal_of("can:can0?id=816&start=0&size=12"),
+      ::testing::AnyOf(HasSubstr("size=12 - expected 32 or more"), HasSubstr("built without CAN")));
   EXPECT_THAT(refusal_of("serial:/dev/there-is-none"), HasSubstr("/dev/there-is-none"));
   for (const char* baud : {"fast", "9601", "9600x", "", "-9600"}) {
     const std::string address = "serial:" + device_ + "?baud=" + baud;

@@ -20,10 +20,21 @@ namespace {
 
 using namespace std::chrono_literals;
 
+// A counter that wraps before the odometer's own bits do would be taken for one that jumps.
+TruckFrames frames_of(CanUri& uri, int bits) {
+  const std::string address = uri.text();
+  TruckFrames frames = TruckFrames::of(uri);
+  if (frames.counter_bits() >= bits) return frames;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("odometer {}: size={} - expected {} or more, as the truck's file has it "
+                          "(odometer: bits)",
+                          address, frames.counter_bits(), bits));
+}
+
 class CanOdometer : public OdometerPort {
  public:
-  CanOdometer(CanUri uri, EventPort events, OdometerHearer hearer)
-      : frames_(TruckFrames::of(uri)),
+  CanOdometer(CanUri uri, int bits, EventPort events, OdometerHearer hearer)
+      : frames_(frames_of(uri, bits)),
         address_(uri.text()),
         listener_(open_can_listener(std::move(uri), frames_.ids())),
         events_(std::move(events)),
@@ -59,13 +70,13 @@ class CanOdometer : public OdometerPort {
 
 }  // namespace
 
-std::unique_ptr<OdometerPort> detail::open_can_odometer(const std::string& address,
+std::unique_ptr<OdometerPort> detail::open_can_odometer(const std::string& address, int bits,
                                                         const EventPort& events,
                                                         OdometerHearer hearer) {
-  return std::make_unique<CanOdometer>(CanUri::parse(address), events, std::move(hearer));
+  return std::make_unique<CanOdometer>(CanUri::parse(address), bits, events, std::move(hearer));
 }
 #else
-std::unique_ptr<OdometerPort> detail::open_can_odometer(const std::string& address,
+std::unique_ptr<OdometerPort> detail::open_can_odometer(const std::string& address, int /*bits*/,
                                                         const EventPort& /*events*/,
                                                         OdometerHearer /*hearer*/) {
   throw Error(ErrorKind::kUnsupported,

@@ -26,7 +26,7 @@ std::string_view to_string(LaserState state) noexcept {
 
 JobTotals::JobTotals(const std::filesystem::path& directory, bool resumes) : directory_(directory) {
   if (!resumes) return;
-  const std::string file = (directory / "job.json").string();
+  const std::string file = this->file().string();
   const std::string text = read_text_file(file, "the totals of a job");
   try {
     const nlohmann::json job = nlohmann::json::parse(text);
@@ -51,7 +51,7 @@ std::filesystem::path JobTotals::tables() const {
   return part_ == 1 ? directory_ : directory_ / fmt::format("part-{}", part_);
 }
 
-void JobTotals::keep(const GuidanceTotals& now, LaserState laser) const {
+std::string JobTotals::text(const GuidanceTotals& now, LaserState laser) const {
   nlohmann::json job{{"part", part_},
                      {"way_m", way_m_ + now.way_m},
                      {"scans", scans_ + now.scans},
@@ -71,7 +71,7 @@ void JobTotals::keep(const GuidanceTotals& now, LaserState laser) const {
     if (std::any_of(now.guns.begin(), now.guns.end(), is_it)) continue;
     job["guns"].push_back({{"name", name}, {"on_m", before.on_m}, {"dashes", before.dashes}});
   }
-  write_file_atomically(directory_ / "job.json", job.dump(2) + "\n");
+  return job.dump(2) + "\n";
 }
 
 }  // namespace striper::program

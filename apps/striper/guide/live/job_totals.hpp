@@ -33,8 +33,9 @@ class JobTotals {
   /// Where this part's tables go: the job's directory, later parts in `part-N` of it.
   std::filesystem::path tables() const;
 
-  /// The parts before and this one, whole on the disk or not at all. @throws Error{kIo}.
-  void keep(const GuidanceTotals& now, LaserState laser) const;
+  /// Where they are kept, and what that file says of the parts before and this one.
+  std::filesystem::path file() const { return directory_ / "job.json"; }
+  std::string text(const GuidanceTotals& now, LaserState laser) const;
 
   struct Gun {
     double on_m = 0.0;

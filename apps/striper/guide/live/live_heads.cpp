@@ -166,9 +166,9 @@ LiveHeads::LiveHeads(std::vector<LiveHead> heads, const GuidanceConfig& config,
   bus_.add("guidance", std::make_unique<BeamSink>(*this, config.beams));
   for (std::size_t i = 0; i < named_.size(); ++i) add(i, config, record);
   if (is_encoder(config)) return;
-  odometer_ = open_odometer_port(config.odometer_source, events_, [this](const LiveInput& input) {
-    inputs_.give(named_.size(), input);
-  });
+  odometer_ =
+      open_odometer_port(config.odometer_source, config.odometer.bits, events_,
+                         [this](const LiveInput& input) { inputs_.give(named_.size(), input); });
 }
 
 LiveHeads::~LiveHeads() {

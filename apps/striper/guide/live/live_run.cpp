@@ -14,6 +14,7 @@
 #include <striper/motion/odometer_csv.hpp>
 
 #include "guide/guidance_outputs.hpp"
+#include "guide/live/kept_file.hpp"
 #include "guide/run_files.hpp"
 #include "guide/run_tables.hpp"
 #include "program/program.hpp"
@@ -124,6 +125,7 @@ class LiveRun {
         job_(options.output, options.resumes),
         outputs_(options.to, config, output_options(config, options, job_.tables())),
         tables_(prepared(job_.tables())),
+        job_file_(job_.file()),
         heads_(options.heads, config, options.record, events_.port()),
         guidance_(config, outputs_),
         record_(options.record, config) {
@@ -222,7 +224,11 @@ class LiveRun {
     kept_ = Clock::now();
     tables_.flush();
     record_.flush();
-    job_.keep(guidance_.totals(), laser_);
+    job_file_.put(job_.text(guidance_.totals(), laser_));
+    const auto failure = job_file_.take_failure();
+    if (!failure) return;
+    is_all_sent_ = false;
+    if (!std::exchange(is_failure_said_, true)) say(fmt::format("{}; guidance goes on", *failure));
   }
 
   void end_outputs() {
@@ -246,7 +252,7 @@ class LiveRun {
     }
     if (laser_ == LaserState::kOn) laser_ = LaserState::kOff;
     const GuidanceTotals totals = guidance_.totals();
-    job_.keep(totals, laser_);
+    job_file_.close(job_.text(totals, laser_));
     tables_.close();
     record_.close();
     write_file_atomically(job_.tables() / "guidance.yaml", format_guidance(config_));
@@ -273,6 +279,7 @@ class LiveRun {
   JobTotals job_;
   GuidanceOutputs outputs_;
   LiveTables tables_;
+  KeptFile job_file_;
   LiveHeads heads_;
   Guidance guidance_;
   RunRecord record_;
@@ -282,6 +289,7 @@ class LiveRun {
   bool is_silent_ = false;
   bool is_odometer_silent_ = false;
   bool is_all_sent_ = true;
+  bool is_failure_said_ = false;  // Of the job's totals.
   Clock::time_point begin_ = Clock::now();
   Clock::time_point kept_ = Clock::now();
 };

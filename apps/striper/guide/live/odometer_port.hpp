@@ -32,17 +32,18 @@ using OdometerHearer = std::function<void(const LiveInput&)>;
 /// away is opened again, once a second.
 /// `can:INTERFACE?id=816`: the frames of a truck (`TruckFrames` has the keys), stamped by the
 /// kernel; `candump:FILE`: a log of such, played at its pace.
+/// @param bits of the odometer (OdometerOptions): a counter on a bus has as many or more.
 /// @param events hears `source_lost` where it ends by itself.
 /// @throws Error{kUsage, kBadValue, kUnsupported} naming the address and what was expected;
 /// Error{kDevice}; as `open_can_listener`.
-std::unique_ptr<OdometerPort> open_odometer_port(const std::string& address,
+std::unique_ptr<OdometerPort> open_odometer_port(const std::string& address, int bits,
                                                  const EventPort& events, OdometerHearer hearer);
 
 namespace detail {
 std::unique_ptr<OdometerPort> open_serial_odometer(const std::string& address,
                                                    OdometerHearer hearer);
-std::unique_ptr<OdometerPort> open_can_odometer(const std::string& address, const EventPort& events,
-                                                OdometerHearer hearer);
+std::unique_ptr<OdometerPort> open_can_odometer(const std::string& address, int bits,
+                                                const EventPort& events, OdometerHearer hearer);
 }  // namespace detail
 
 }  // namespace striper::program

@@ -41,6 +41,8 @@ class TruckFrames {
   static TruckFrames of(CanUri& uri);
 
   std::vector<std::uint32_t> ids() const;
+  /// Of the counter; what is beyond wraps.
+  int counter_bits() const noexcept { return counter_ ? counter_->size : 32; }
   /// @return nothing where the frame is another one, too short, or says that it does not know.
   std::optional<TruckWord> read(const HeardFrame& heard) const noexcept;
 
