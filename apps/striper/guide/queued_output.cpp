@@ -123,7 +123,7 @@ QueuedOutput::QueuedOutput(const std::string& address, Open open, WhenFull when_
 
 QueuedOutput::~QueuedOutput() {
   try {
-    finish();
+    QueuedOutput::finish();
   } catch (const std::exception&) {
     // What broke the run off is told; this would hide it.
   }

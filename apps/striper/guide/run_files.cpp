@@ -28,6 +28,7 @@ bool holds_run(const fs::path& directory) {
 
 std::vector<fs::path> run_files(const fs::path& run, const GuidanceConfig& config) {
   std::vector<fs::path> files;
+  files.reserve(kOfRun.size() + 2 * config.beams.size());
   for (const char* name : kOfRun) files.push_back(run / name);
   for (const GuidanceBeam& beam : config.beams) {
     if (beam.head.empty()) continue;
@@ -38,6 +39,7 @@ std::vector<fs::path> run_files(const fs::path& run, const GuidanceConfig& confi
 
 std::vector<fs::path> job_files(const fs::path& job) {
   std::vector<fs::path> files;
+  files.reserve(kOfJob.size());
   for (const char* name : kOfJob) files.push_back(job / name);
   return files;
 }

@@ -322,7 +322,7 @@ TEST_F(ImagesOfADirectory, WrongKeysAndValuesAreUsageErrors) {
               AllOf(StartsWith("source 'images:"), HasSubstr("?laser=0,off': illumination pattern"),
                     HasSubstr("'off' is neither")));
   EXPECT_THAT(error_of("?laser=dark").what(),
-              HasSubstr("?laser=dark': a illumination pattern needs"));
+              HasSubstr("?laser=dark': an illumination pattern needs"));
   EXPECT_THAT(error_of("?fps=0").what(), HasSubstr("fps=0"));
   EXPECT_THAT(error_of("?bits=12").what(), HasSubstr("bits=12 - but '"));
   for (const char* query : {"?fsp=3", "?fields=top", "?laser=0,off", "?fps=0", "?bits=12"}) {

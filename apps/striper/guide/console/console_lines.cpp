@@ -49,7 +49,7 @@ std::string settled(GuideConsole& console, const Refusal& refusal, const std::st
 
 std::string shown_and_left(GuideConsole& console) {
   if (console.mode() == ConsoleMode::kMenu) return standing_message(console);
-  const std::string text = screen_text(console);
+  std::string text = screen_text(console);
   console.press({KeyPress::Key::kEscape});
   return text;
 }

@@ -67,7 +67,7 @@ std::string JobTotals::text(const GuidanceTotals& now, LaserState laser) const {
   }
   // What a gun that the truck no longer has painted in a part before was painted.
   for (const auto& [name, before] : guns_) {
-    const auto is_it = [&](const GuidanceTotals::Gun& gun) { return gun.name == name; };
+    const auto is_it = [&name = name](const GuidanceTotals::Gun& gun) { return gun.name == name; };
     if (std::any_of(now.guns.begin(), now.guns.end(), is_it)) continue;
     job["guns"].push_back({{"name", name}, {"on_m", before.on_m}, {"dashes", before.dashes}});
   }

@@ -131,7 +131,10 @@ void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {
   if (options.peak != PeakRule::kContinuous) return;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, false, BackgroundReach::kWide);
   follower_.follow(at_hand, candidates, width, plan, limits, stripe);
-  follower_.drop_unsupported(finder.blocks(), is_background_subtracted(at_hand.frame), stripe);
+  // Where nothing is subtracted the chain finds what else there is, unless hardly a line tells.
+  const bool is_doubted =
+      !is_background_subtracted(at_hand.frame) && is_mostly_clear(chosen, stripe);
+  follower_.drop_unsupported(finder.blocks(), is_doubted, stripe);
 }
 
 }  // namespace striper::detail

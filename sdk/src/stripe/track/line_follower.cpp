@@ -7,7 +7,6 @@
 #include <limits>
 #include <numeric>
 #include <span>
-#include <utility>
 
 #include <striper/core/robust.hpp>
 
@@ -72,7 +71,7 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
     ask_chain(run, at_hand, candidates, width, stripe);
   }
   if (tracked_.seeds.empty()) return;
-  measure_tracked(at_hand, typical, std::move(plan), limits, stripe);
+  measure_tracked(at_hand, typical, plan, limits, stripe);
 }
 
 // The runs of lines that the chain is asked about.
@@ -228,11 +227,10 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
   }
 }
 
-void LineFollower::drop_unsupported(const BlockMaxima& blocks, bool is_subtracted,
+void LineFollower::drop_unsupported(const BlockMaxima& blocks, bool is_doubted,
                                     Stripe& stripe) const {
   const auto is_isolated = [&](std::size_t i) {
-    const bool is_doubted = !is_subtracted || blocks.is_partly_masked(stripe.line[i]);
-    return weakly_supported_[i] != 0 && is_doubted;
+    return weakly_supported_[i] != 0 && (is_doubted || blocks.is_partly_masked(stripe.line[i]));
   };
   for (std::size_t first = 0; first < weakly_supported_.size(); ++first) {
     if (!is_isolated(first)) continue;

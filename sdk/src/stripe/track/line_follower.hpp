@@ -27,8 +27,8 @@ class LineFollower {
 
   /// After `follow`: of lines side by side that are partly masked, drops what the chain alone made
   /// a return of, unless it goes on in a line that is not. Where the stripe is hidden the chain
-  /// finds what else there is; where no background was subtracted, so it does in every line.
-  void drop_unsupported(const BlockMaxima& blocks, bool is_subtracted, Stripe& stripe) const;
+  /// finds what else there is. @param is_doubted whether that is so of every line.
+  void drop_unsupported(const BlockMaxima& blocks, bool is_doubted, Stripe& stripe) const;
 
  private:
   void find_undecided(const PeakCandidates& candidates, const Stripe& stripe);
