@@ -24,34 +24,36 @@ using testing::TrialScore;
 using Noise = StripeTrials::Noise;
 using Column = std::vector<double>;
 
-// An estimator of the position in one column, from its values less their local background.
-using Estimator = std::function<double(const Column&, double sigma_px)>;
+// More than this off is another thing than the stripe.
+constexpr double kGrossPx = 3.0;
+
+// The column's values less its straight background, and the pixel where an estimator begins.
+struct PeakColumn {
+  Column values;
+  int peak = 0;
+};
+
+using Estimator = std::function<double(const PeakColumn&, double sigma_px)>;
 
 struct Reference {
   std::string name;
   Estimator estimate;
 };
 
-int peak_of(const Column& f) {
-  int best = 8;
-  double most = -1e30;
-  for (int k = 8; k + 8 < static_cast<int>(f.size()); ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const double box = f[i - 1] + f[i] + f[i + 1];
-    if (box > most) {
-      most = box;
-      best = k;
-    }
-  }
-  const auto i = static_cast<std::size_t>(best);
-  if (f[i - 1] > f[i] && f[i - 1] >= f[i + 1]) return best - 1;
-  return f[i + 1] > f[i] ? best + 1 : best;
-}
-
 double at(const Column& f, int k) { return f[static_cast<std::size_t>(k)]; }
 
-double gauss_3(const Column& f, double /*sigma*/) {
-  const int p = peak_of(f);
+// The brightest of the pixel and its neighbours, where three-point formulae want to begin.
+int brightest_beside(const Column& f, int pixel) {
+  int best = pixel;
+  for (const int k : {pixel - 1, pixel + 1}) {
+    if (at(f, k) > at(f, best)) best = k;
+  }
+  return best;
+}
+
+double gauss_3(const PeakColumn& column, double /*sigma*/) {
+  const Column& f = column.values;
+  const int p = column.peak;
   const double a = std::log(std::max(1e-3, at(f, p - 1)));
   const double b = std::log(std::max(1e-3, at(f, p)));
   const double c = std::log(std::max(1e-3, at(f, p + 1)));
@@ -59,20 +61,22 @@ double gauss_3(const Column& f, double /*sigma*/) {
   return bend < 0.0 ? p + std::clamp((a - c) / (2.0 * bend), -1.0, 1.0) : p;
 }
 
-double parabola(const Column& f, double /*sigma*/) {
-  const int p = peak_of(f);
+double parabola(const PeakColumn& column, double /*sigma*/) {
+  const Column& f = column.values;
+  const int p = column.peak;
   const double bend = at(f, p - 1) - 2.0 * at(f, p) + at(f, p + 1);
   return bend < 0.0 ? p + (at(f, p - 1) - at(f, p + 1)) / (2.0 * bend) : p;
 }
 
 // Blais & Rioux 1986: the zero crossing of a derivative over `reach` pixels on either side.
-double blais_rioux(const Column& f, int reach) {
+double blais_rioux(const PeakColumn& column, int reach) {
+  const Column& f = column.values;
   const auto derivative = [&](int k) {
     double sum = 0.0;
     for (int i = 1; i <= reach; ++i) sum += at(f, k + i) - at(f, k - i);
     return sum;
   };
-  const int p = peak_of(f);
+  const int p = column.peak;
   for (int k = p - 2; k <= p + 1; ++k) {
     const double here = derivative(k);
     const double next = derivative(k + 1);
@@ -81,8 +85,9 @@ double blais_rioux(const Column& f, int reach) {
   return p;
 }
 
-double wide_centroid(const Column& f, double /*sigma*/) {
-  const int p = peak_of(f);
+double wide_centroid(const PeakColumn& column, double /*sigma*/) {
+  const Column& f = column.values;
+  const int p = column.peak;
   double sum = 0.0;
   double moment = 0.0;
   for (int k = p - 5; k <= p + 5; ++k) {
@@ -92,11 +97,13 @@ double wide_centroid(const Column& f, double /*sigma*/) {
   return sum > 0.0 ? moment / sum : p;
 }
 
-// Steger 1998 in one dimension: -r' / r'' of the smoothed column at its ridge pixel.
-double steger_1d(const Column& f, double sigma_px) {
+// Steger 1998 in one dimension, plain: -r' / r'' of the column smoothed by a Gaussian of the
+// stripe's width, at the ridge pixel; without his correction of the bias.
+double plain_steger(const PeakColumn& column, double sigma_px) {
+  const Column& f = column.values;
   const double s = std::max(0.8, sigma_px);
   const int reach = static_cast<int>(std::ceil(4.0 * s));
-  const int p = peak_of(f);
+  const int p = column.peak;
   double best = -1e30;
   double result = p;
   for (int c = p - 3; c <= p + 3; ++c) {
@@ -122,51 +129,101 @@ const std::array<Reference, 6>& references() {
   static const std::array<Reference, 6> kReferences{{
       {"Gauss-3", gauss_3},
       {"parabola", parabola},
-      {"Blais-Rioux 4", [](const Column& f, double) { return blais_rioux(f, 2); }},
-      {"Blais-Rioux 8", [](const Column& f, double) { return blais_rioux(f, 4); }},
+      {"Blais-Rioux 4", [](const PeakColumn& c, double) { return blais_rioux(c, 2); }},
+      {"Blais-Rioux 8", [](const PeakColumn& c, double) { return blais_rioux(c, 4); }},
       {"centroid 11", wide_centroid},
-      {"Steger 1-D", steger_1d},
+      {"plain Steger", plain_steger},
   }};
   return kReferences;
 }
 
-// Every reference is given the straight line through the background on either side.
-TrialScore score(const RenderedTrials& trials, const Reference& reference, double sigma_px) {
-  const cv::Mat& image = trials.frame.lit;
+// What a method says of every column: NaN where it finds nothing.
+struct Answers {
   std::vector<double> positions;
-  Column column(static_cast<std::size_t>(image.rows));
-  const int gap = static_cast<int>(std::ceil(5.0 * sigma_px));
-  for (int c = 0; c < image.cols; ++c) {
-    const auto pixel = [&](int r) {
-      return image.depth() == CV_8U ? static_cast<double>(image.at<std::uint8_t>(r, c))
-                                    : static_cast<double>(image.at<std::uint16_t>(r, c));
-    };
-    double level = 0.0;
-    double slope = 0.0;
-    double squares = 0.0;
-    int count = 0;
-    for (int q = gap; q < gap + 12; ++q) {
-      const double above = pixel(testing::kTrialCentre + q);
-      const double below = pixel(testing::kTrialCentre - q);
-      level += above + below;
-      slope += q * (above - below);
-      squares += 2.0 * q * q;
-      count += 2;
-    }
-    level /= count;
-    slope /= squares;
-    for (int r = 0; r < image.rows; ++r) {
-      column[static_cast<std::size_t>(r)] = pixel(r) - level - slope * (r - testing::kTrialCentre);
-    }
-    positions.push_back(reference.estimate(column, sigma_px));
+  std::vector<double> sigmas;  // Empty where it states none.
+};
+
+struct MethodScore {
+  double found_percent = 0.0;
+  double gross_percent = 0.0;  // Of all columns; not in what follows.
+  TrialScore score;
+};
+
+MethodScore judge(const RenderedTrials& trials, Answers answers) {
+  MethodScore result;
+  const double one_percent = 100.0 / static_cast<double>(answers.positions.size());
+  for (std::size_t i = 0; i < answers.positions.size(); ++i) {
+    double& position = answers.positions[i];
+    if (!std::isfinite(position)) continue;
+    const bool is_gross = std::abs(position - trials.truth[i]) > kGrossPx;
+    (is_gross ? result.gross_percent : result.found_percent) += one_percent;
+    if (is_gross) position = std::nan("");
   }
-  return testing::score(trials, positions, {});
+  result.score = testing::score(trials, answers.positions, answers.sigmas);
+  return result;
+}
+
+// As a stripe in columns that are no surface; told the camera's noise and nothing else.
+Answers answers_of(const RenderedTrials& trials, ExtractMethod method) {
+  Stripe stripe = testing::extract(trials, method);
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    if (stripe.status[i] != ReturnStatus::kOk) stripe.across_px[i] = std::nan("");
+  }
+  return {stripe.across_px, {stripe.sigma_px.begin(), stripe.sigma_px.end()}};
+}
+
+double pixel(const cv::Mat& image, int row, int column) {
+  return image.depth() == CV_8U ? static_cast<double>(image.at<std::uint8_t>(row, column))
+                                : static_cast<double>(image.at<std::uint16_t>(row, column));
+}
+
+// The column less the straight line through 12 pixels on either side, 5 widths off.
+Column without_background(const cv::Mat& image, int c, double sigma_px) {
+  const int gap = static_cast<int>(std::ceil(5.0 * sigma_px));
+  double level = 0.0;
+  double slope = 0.0;
+  double squares = 0.0;
+  int count = 0;
+  for (int q = gap; q < gap + 12; ++q) {
+    const double above = pixel(image, testing::kTrialCentre + q, c);
+    const double below = pixel(image, testing::kTrialCentre - q, c);
+    level += above + below;
+    slope += q * (above - below);
+    squares += 2.0 * q * q;
+    count += 2;
+  }
+  level /= count;
+  slope /= squares;
+  Column values;
+  for (int r = 0; r < image.rows; ++r) {
+    values.push_back(pixel(image, r, c) - level - slope * (r - testing::kTrialCentre));
+  }
+  return values;
+}
+
+// A reference begins at the pixel where ours found the stripe; where it found none, neither does
+// the reference. It is given the background's place, and plain Steger the width.
+Answers answers_of(const RenderedTrials& trials, const Reference& reference,
+                   const std::vector<double>& candidates, double sigma_px) {
+  constexpr int kReach = 16;
+  const cv::Mat& image = trials.frame.lit;
+  Answers answers;
+  for (int c = 0; c < image.cols; ++c) {
+    const double candidate = candidates[static_cast<std::size_t>(c)];
+    double& position = answers.positions.emplace_back(std::nan(""));
+    if (!(candidate > kReach && candidate < image.rows - kReach)) continue;
+    PeakColumn column{without_background(image, c, sigma_px), 0};
+    column.peak = brightest_beside(column.values, static_cast<int>(std::lround(candidate)));
+    position = reference.estimate(column, sigma_px);
+  }
+  return answers;
 }
 
 void table_head() {
   std::string head =
-      "| sigma px | SNR | bound px | paper | fast | refined | pull of refined | beyond 3 |";
-  std::string rule = "|---|---|---|---|---|---|---|---|";
+      "| sigma px | SNR | bound px | found %: paper, fast, refined | gross % | paper | fast | "
+      "refined | pull of refined | beyond 3 |";
+  std::string rule = "|---|---|---|---|---|---|---|---|---|---|";
   for (const Reference& r : references()) {
     head += " " + r.name + " |";
     rule += "---|";
@@ -175,29 +232,42 @@ void table_head() {
 }
 
 std::string cell(const TrialScore& s, double bound) {
+  if (s.rms_px == 0.0) return "-";
   const bool is_biased = std::abs(s.bias_px) > 0.1 * s.rms_px && std::abs(s.bias_px) > 0.001;
   return is_biased ? fmt::format("{:.2f} ({:+.3f} px)", s.rms_px / bound, s.bias_px)
                    : fmt::format("{:.2f}", s.rms_px / bound);
+}
+
+std::string reference_cell(const MethodScore& s, double bound) {
+  const std::string text = cell(s.score, bound);
+  return s.gross_percent < 0.005 ? text : fmt::format("{}, gross {:.2f} %", text, s.gross_percent);
 }
 
 // Fewer trials know a pull less well than it is asked for.
 TrialScore pulls_of_refined(StripeTrials t) {
   constexpr int kLeastTrials = 20000;
   t.trials = std::max(t.trials, kLeastTrials);
-  return testing::score(testing::render(t), ExtractMethod::kRefined);
+  const RenderedTrials trials = testing::render(t);
+  return judge(trials, answers_of(trials, ExtractMethod::kRefined)).score;
 }
 
 void table_row(const StripeTrials& t) {
   const RenderedTrials trials = testing::render(t);
+  const double bound = trials.bound_px;
+  const MethodScore paper = judge(trials, answers_of(trials, ExtractMethod::kPaper));
+  const Answers fast_answers = answers_of(trials, ExtractMethod::kFast);
+  const MethodScore fast = judge(trials, fast_answers);
+  const MethodScore refined = judge(trials, answers_of(trials, ExtractMethod::kRefined));
   const TrialScore pulls = pulls_of_refined(t);
-  const auto of = [&](ExtractMethod method) { return testing::score(trials, method); };
-  fmt::print("| {:.1f} | {:.0f} | {:.4f} | {} | {} | **{}** | {:.2f} | {:.2f} % |", t.sigma_px,
-             t.snr, trials.bound_px, cell(of(ExtractMethod::kPaper), trials.bound_px),
-             cell(of(ExtractMethod::kFast), trials.bound_px),
-             cell(of(ExtractMethod::kRefined), trials.bound_px), pulls.pull_sigma,
+  fmt::print("| {:.1f} | {:.0f} | {:.4f} | {:.1f}, {:.1f}, {:.1f} | {:.2f}, {:.2f}, {:.2f} |",
+             t.sigma_px, t.snr, bound, paper.found_percent, fast.found_percent,
+             refined.found_percent, paper.gross_percent, fast.gross_percent, refined.gross_percent);
+  fmt::print(" {} | {} | **{}** | {:.2f} | {:.2f} % |", cell(paper.score, bound),
+             cell(fast.score, bound), cell(refined.score, bound), pulls.pull_sigma,
              100.0 * pulls.beyond_3_sigma);
   for (const Reference& r : references()) {
-    fmt::print(" {} |", cell(score(trials, r, t.sigma_px), trials.bound_px));
+    const Answers answers = answers_of(trials, r, fast_answers.positions, t.sigma_px);
+    fmt::print(" {} |", reference_cell(judge(trials, answers), bound));
   }
   fmt::print("\n");
 }
@@ -230,10 +300,12 @@ void locking_table(int trials) {
     fmt::print("| {:.1f} |", sigma);
     for (const ExtractMethod method :
          {ExtractMethod::kPaper, ExtractMethod::kFast, ExtractMethod::kRefined}) {
-      fmt::print(" {:.4f} |", testing::score(rendered, method).locking_px);
+      fmt::print(" {:.4f} |", judge(rendered, answers_of(rendered, method)).score.locking_px);
     }
+    const std::vector<double> found = answers_of(rendered, ExtractMethod::kFast).positions;
     for (const Reference& r : references()) {
-      fmt::print(" {:.4f} |", score(rendered, r, sigma).locking_px);
+      const Answers answers = answers_of(rendered, r, found, sigma);
+      fmt::print(" {:.4f} |", judge(rendered, answers).score.locking_px);
     }
     fmt::print("\n");
   }
@@ -245,15 +317,23 @@ void all_tables(int trials) {
   fmt::print(
       "# How accurate the stripe's position is\n\n"
       "Written by `accuracy_table {} > docs/accuracy.md`: {} columns a line, each with the stripe "
-      "at "
-      "a random phase of the pixel. Numbers are the root mean square error in units of the "
-      "Cramer-Rao bound (`striper/stripe/crlb.hpp`), in brackets the bias where it counts. SNR is "
-      "the amplitude over the noise of the peak pixel. The pull is error over predicted error, of "
-      "20000 columns: its robust standard deviation, 1 if the error bars are true, and the part "
-      "beyond 3, 0.27 % of a normal distribution. The references are given the straight "
-      "background; `paper`, `fast` and `refined` find it, and the width, by themselves. A ratio "
-      "below 1 is an estimator that knows the width, which the bound takes as unknown.\n",
-      trials, trials);
+      "at a random phase of the pixel. SNR is the amplitude over the noise of the peak pixel.\n\n"
+      "- **Found**: the part of the columns in which the method says `ok` and is within {:.0f} px. "
+      "**Gross**: `ok` and farther off, another thing than the stripe. All other figures are of "
+      "what is found.\n"
+      "- **Errors** are root mean squares in units of the Cramer-Rao bound "
+      "(`striper/stripe/crlb.hpp`), in brackets the bias where it counts. The bound takes the "
+      "width as unknown: who knows it may be below 1.\n"
+      "- **Pull**: error over predicted error, of 20000 columns: its robust standard deviation, 1 "
+      "if "
+      "the error bars are true, and the part beyond 3, 0.27 % of a normal distribution.\n"
+      "- **What each is told**: `paper`, `fast` and `refined` the camera's noise; place, "
+      "background "
+      "and width they find by themselves. The references (Gauss-3 to plain Steger) begin at the "
+      "brightest pixel beside the one where `fast` found the stripe, in the columns where it did; "
+      "they are given the straight background, from pixels about the true place, and plain Steger "
+      "(one dimension, without his correction of the bias) the true width.\n",
+      trials, trials, kGrossPx);
   const std::vector<double> all{7.0, 10.0, 20.0, 50.0, 100.0};
   const std::vector<double> some{20.0, 100.0};
   table("White noise", "16 bits, constant background.", base, all);

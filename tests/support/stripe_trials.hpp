@@ -184,7 +184,7 @@ inline TrialScore score(const RenderedTrials& trials, const std::vector<double>&
 
 /// What an extraction method makes of them, given the camera's noise as a calibrated one is. The
 /// columns are no surface, so the scatter along the stripe is not to be learnt from.
-inline TrialScore score(const RenderedTrials& trials, ExtractMethod method) {
+inline Stripe extract(const RenderedTrials& trials, ExtractMethod method) {
   ExtractOptions options;
   options.method = method;
   options.noise = trials.noise;
@@ -192,6 +192,11 @@ inline TrialScore score(const RenderedTrials& trials, ExtractMethod method) {
   options.each_line_by_itself = true;
   Stripe stripe;
   make_extractor(options)->extract(trials.frame, stripe);
+  return stripe;
+}
+
+inline TrialScore score(const RenderedTrials& trials, ExtractMethod method) {
+  const Stripe stripe = extract(trials, method);
   const std::vector<double> sigmas(stripe.sigma_px.begin(), stripe.sigma_px.end());
   TrialScore s = score(trials, stripe.across_px, sigmas);
   for (const ReturnStatus status : stripe.status) {

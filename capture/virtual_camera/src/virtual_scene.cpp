@@ -42,10 +42,8 @@ class SimulatedVirtualScene : public VirtualScene {
                            : IlluminationPattern({Illumination::laser(0), Illumination::dark()});
     }
     if (exposure_us > 0.0) {
-      const bool is_progressive = scene_.timing.scan == ScanMode::kProgressive;
-      const double longest_us = (is_progressive ? 1e6 : 5e5) / scene_.timing.picture_rate_hz;
-      const std::vector<double> exposures(pattern.entries().size(),
-                                          std::min(exposure_us, longest_us));
+      const std::vector<double> exposures(
+          pattern.entries().size(), std::min(exposure_us, scene_.timing.longest_exposure_us()));
       pattern = IlluminationPattern(pattern.entries(), exposures);
     }
     // Whoever varies the exposure without end has them made again.

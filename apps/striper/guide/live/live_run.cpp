@@ -341,16 +341,18 @@ void take_odometer(const RigFile& rig, const std::string& file, GuidanceConfig& 
 }
 
 LiveOutcome run_live(const GuidanceConfig& config, const LiveRunOptions& options) {
-  if (!options.resumes) require_free_for_job(options.output);
-  make_directory(options.output);
-  if (!options.record.empty()) make_run_directory(options.record);
-  if (!options.record.empty() && std::filesystem::equivalent(options.record, options.output)) {
+  namespace fs = std::filesystem;
+  if (!options.record.empty() &&
+      fs::weakly_canonical(options.record) == fs::weakly_canonical(options.output)) {
     throw Error(
         ErrorKind::kUsage,
         fmt::format("--record {} and -o {} are one directory: the job's guidance.yaml would "
                     "replace the run's - name two",
                     options.record.string(), options.output.string()));
   }
+  if (!options.resumes) require_free_for_job(options.output);
+  make_directory(options.output);
+  if (!options.record.empty()) make_run_directory(options.record);
   return LiveRun(config, options).run();
 }
 

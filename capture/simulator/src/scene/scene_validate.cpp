@@ -222,8 +222,7 @@ void check_bracket(const Timing& timing) {
   const IlluminationPattern& pattern = timing.pattern;
   if (!pattern.is_bracket()) return;
   const bool has_two = timing.scan == ScanMode::kTopFirst || timing.scan == ScanMode::kBottomFirst;
-  const double longest_us =
-      (timing.scan == ScanMode::kProgressive ? 1e6 : 5e5) / timing.picture_rate_hz;
+  const double longest_us = timing.longest_exposure_us();
   for (std::uint64_t n = 0; n < 2 * pattern.entries().size(); ++n) {
     const double exposure_us = pattern.exposure_us_at(n);
     if (exposure_us > longest_us) {

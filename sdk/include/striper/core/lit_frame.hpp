@@ -38,7 +38,7 @@ struct LitFrame {
 
   std::uint64_t sequence = 0;
   FrameTime time;
-  std::uint64_t exposure_number = 0;  ///< Its place in the laser's cadence, gaps included.
+  std::uint64_t exposure_number = 0;  ///< Its place in the illumination pattern, gaps included.
   std::int64_t exposure_ns = 0;       ///< How long the shutter was open; 0 if unknown.
   int laser = 0;                      ///< Index of the laser that fired; 0 if unknown.
   Field field = Field::kProgressive;

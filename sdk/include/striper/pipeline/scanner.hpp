@@ -46,7 +46,7 @@ struct ScannerOptions {
 
 /// Turns frames into polar scans: the whole pipeline, a stage a line (pipeline/scanner.cpp).
 ///
-/// Where the cadence is an exposure bracket, what one laser lights in a round of it is one scan: of
+/// Where the pattern is an exposure bracket, what one laser lights in a round of it is one scan: of
 /// each line the return with the smallest error bar of those that are not clipped: the short
 /// exposure's on what is bright and the long one's on what is dark. `explain` tells of the last of
 /// its exposures.

@@ -53,9 +53,8 @@ struct ExtractOptions {
   // What follows is for `fast` and `refined`.
 
   /// docs/peaks.md has a table of the rules over all scenes and real pictures: kContinuous finds
-  /// more, and more that is not the stripe where all of it is dim. It costs
-  /// nothing where nothing is subtracted from the image, nor of lines with one strong peak alone;
-  /// of the others, and four on either side, 16 ns a pixel.
+  /// more, and more that is not the stripe where all of it is dim. It costs nothing where nothing
+  /// is subtracted from the image, nor of lines with one strong peak alone.
   PeakRule peak = PeakRule::kBrightest;
   /// For kNearest and kFarthest.
   Asked<NearEnd> near_end = Asked<NearEnd>::otherwise(NearEnd::kLastPixel);

@@ -31,6 +31,11 @@ struct Timing {
   ScanMode scan = ScanMode::kProgressive;  ///< Fields are half a picture period apart.
   IlluminationPattern pattern =
       IlluminationPattern({Illumination::laser(0)});  ///< Never automatic.
+
+  /// From one exposure's begin to the next one's: of a picture, or of a field.
+  double longest_exposure_us() const {
+    return (scan == ScanMode::kProgressive ? 1e6 : 5e5) / picture_rate_hz;
+  }
 };
 
 /// Daylight. The spectral irradiances are those in the filter's band; the paper's sun is 856 W/m^2
