@@ -127,13 +127,16 @@ class Tracker {
           std::optional<double> acceleration_m_s2)
       : tracker_(options_of(forward_rad, roughness_m, acceleration_m_s2)) {
     if (!up_rad) return;
-    CurbOptions ground;
-    ground.up_rad = up_rad;
-    ground_.emplace(ground);
+    CurbDetectorOptions street;
+    street.curb.up_rad = up_rad;
+    street_.emplace(street);
   }
 
   std::span<const ObjectTrack> update(const PolarScan& scan, const std::optional<Motion>& motion) {
-    if (ground_) tracker_.set_ground(&ground_->find(scan));
+    if (street_) {
+      street_->update(scan, motion);
+      tracker_.set_street(*street_);
+    }
     return tracker_.update(scan, motion);
   }
 
@@ -150,7 +153,7 @@ class Tracker {
   }
 
   ObjectTracker tracker_;
-  std::optional<CurbFinder> ground_;
+  std::optional<CurbDetector> street_;  // Where the scan plane cuts a road.
 };
 
 void bind_object_tracker(py::module_& module) {

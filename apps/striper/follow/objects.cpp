@@ -55,7 +55,8 @@ constexpr const char* kHelp =
     "  closing_m_s           how fast its distance shrinks, always relative\n"
     "  time_to_contact_s     distance over closing speed, 95 % between ttc_low_s and ttc_high_s;\n"
     "                        inf: it may not close at all; empty: it surely does not\n"
-    "  zone                  road, behind_curb, or unknown: needs --up and a curb in the scan\n"
+    "  zone                  road, behind_curb, or unknown: needs --up and a curb, which is\n"
+    "                        followed: it counts while somebody before it hides it, too\n"
     "  confidence            the probability that it exists: rises when it is seen, falls when it\n"
     "                        should be and is not, stays while something nearer hides it\n\n"
     "All of a stripe is exposed by one flash: unlike a turning scanner it has no skew in a "
@@ -105,8 +106,8 @@ void define(Command& command, ObjectsArguments& arguments) {
 // What one scan plane shows.
 struct Plane {
   ObjectTracker tracker;
-  std::optional<CurbFinder> ground;
-  std::set<std::uint64_t> warned;  // Tracks of which contact_near was said.
+  std::optional<CurbDetector> street;  // Where the scan plane cuts a road.
+  std::set<std::uint64_t> warned;      // Tracks of which contact_near was said.
 };
 
 struct ObjectsResult {
@@ -133,7 +134,10 @@ class ObjectsRun {
     const PolarScan& scan = followed.scan;
     const FoundTracks::Plane key(std::string(scan.head()), scan.laser);
     Plane& plane = plane_of(key);
-    if (plane.ground) plane.tracker.set_ground(&plane.ground->find(scan));
+    if (plane.street) {
+      plane.street->update(scan, followed.motion);
+      plane.tracker.set_street(*plane.street);
+    }
     const auto tracks = plane.tracker.update(scan, followed.motion);
     ObjectsSeen seen(scan, tracks);
     write(seen);
@@ -156,9 +160,9 @@ class ObjectsRun {
     if (found != planes_.end()) return found->second;
     Plane plane{ObjectTracker(options_), std::nullopt, {}};
     if (const auto up_rad = arguments_.follow.up_rad()) {
-      CurbOptions curbs;
-      curbs.up_rad = up_rad;
-      plane.ground.emplace(curbs);
+      CurbDetectorOptions street;
+      street.curb.up_rad = up_rad;
+      plane.street.emplace(street);
     }
     return planes_.emplace(key, std::move(plane)).first->second;
   }

@@ -11,11 +11,12 @@
 #include <striper/design/design_figures.hpp>
 #include <striper/stripe/crlb.hpp>
 
+#include "core/pixel_box.hpp"
+
 namespace striper {
 namespace {
 
 const double kRootTwoPi = std::sqrt(2.0 * std::numbers::pi);
-constexpr double kPixelBox2 = 1.0 / 12.0;
 constexpr double kWhitePaper = 0.85;  // What `StripeLook::amplitude_at` is measured on.
 constexpr int kPhases = 8;  // Of the stripe within a pixel, over which errors are averaged.
 
@@ -51,8 +52,8 @@ NoiseModel with_dark(const NoiseModel& noise, double background_dn) {
 // A Gaussian over sensor rows as the lines of a field sample it: every other row, each a row high.
 StripeProfile in_lines(double width_px, double amplitude_dn, int pitch) {
   StripeProfile profile;
-  const double effective2 = (width_px * width_px + kPixelBox2) / (pitch * pitch);
-  profile.sigma_px = std::sqrt(std::max(effective2 - kPixelBox2, 1e-4));
+  const double effective2 = (width_px * width_px + detail::kPixelBox2) / (pitch * pitch);
+  profile.sigma_px = std::sqrt(std::max(effective2 - detail::kPixelBox2, 1e-4));
   profile.amplitude_dn = amplitude_dn * width_px / pitch / profile.sigma_px;
   return profile;
 }

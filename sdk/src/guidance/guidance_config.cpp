@@ -17,35 +17,32 @@ constexpr std::array<std::string_view, kGuidanceFaults> kFaultWords{
     "mirror",    "laser_off",   "time",       "queue_full"};
 constexpr std::array<std::string_view, 3> kActionWords{"stop", "hold", "warn"};
 
-void require(bool is_good, const std::string& field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue, fmt::format("{} is {}; expected {}", field, value, expected));
-}
-
 bool is_within(double value, double least, double most) { return value >= least && value <= most; }
 
 void validate_beam(const GuidanceBeam& beam) {
   const std::string name = "beam '" + beam.name + "': ";
   if (beam.name.empty()) throw Error(ErrorKind::kBadValue, "a beam has no name");
-  require(is_within(beam.x_m, -50.0, 50.0), name + "x_m", beam.x_m, "-50 to 50 m");
-  require(is_within(beam.y_left_m, -20.0, 20.0), name + "y_left_m", beam.y_left_m, "-20 to 20 m");
-  require(beam.y_right_m >= -20.0 && beam.y_right_m < beam.y_left_m, name + "y_right_m",
-          beam.y_right_m, "less than y_left_m, -20 m or more");
-  require(is_within(beam.fan_rad, 0.0, 2.0), name + "fan_deg", beam.fan_rad / kDegree,
-          "0 (equal steps) to 114 degrees");
-  require(is_within(beam.rate_hz, 0.1, 1e5), name + "rate_hz", beam.rate_hz, "0.1 to 100000");
-  require(is_within(beam.sweep_s, 0.0, 1.0 / beam.rate_hz), name + "sweep_s", beam.sweep_s,
-          "0 to 1 / rate_hz");
-  require(is_within(beam.samples, 8, 65536), name + "samples", beam.samples, "8 to 65536");
-  require(is_within(beam.bits, 1, 24), name + "bits", beam.bits, "1 to 24");
-  require(is_within(beam.zero_m, -1.0, 1.0), name + "zero_m", beam.zero_m, "-1 to 1 m");
-  require(is_within(beam.scale, 0.5, 2.0), name + "scale", beam.scale, "0.5 to 2");
-  require(is_within(beam.height_m, 0.05, 20.0), name + "height_m", beam.height_m, "0.05 to 20 m");
-  require(std::isnan(beam.threshold) ||
-              is_within(beam.threshold, 1.0, std::ldexp(1.0, beam.bits) - 1.0),
-          name + "threshold", beam.threshold, "1 to 2^bits - 1, or none: automatic");
+  require_value(is_within(beam.x_m, -50.0, 50.0), name + "x_m", beam.x_m, "-50 to 50 m");
+  require_value(is_within(beam.y_left_m, -20.0, 20.0), name + "y_left_m", beam.y_left_m,
+                "-20 to 20 m");
+  require_value(beam.y_right_m >= -20.0 && beam.y_right_m < beam.y_left_m, name + "y_right_m",
+                beam.y_right_m, "less than y_left_m, -20 m or more");
+  require_value(is_within(beam.fan_rad, 0.0, 2.0), name + "fan_deg", beam.fan_rad / kDegree,
+                "0 (equal steps) to 114 degrees");
+  require_value(is_within(beam.rate_hz, 0.1, 1e5), name + "rate_hz", beam.rate_hz, "0.1 to 100000");
+  require_value(is_within(beam.sweep_s, 0.0, 1.0 / beam.rate_hz), name + "sweep_s", beam.sweep_s,
+                "0 to 1 / rate_hz");
+  require_value(is_within(beam.samples, 8, 65536), name + "samples", beam.samples, "8 to 65536");
+  require_value(is_within(beam.bits, 1, 24), name + "bits", beam.bits, "1 to 24");
+  require_value(is_within(beam.zero_m, -1.0, 1.0), name + "zero_m", beam.zero_m, "-1 to 1 m");
+  require_value(is_within(beam.scale, 0.5, 2.0), name + "scale", beam.scale, "0.5 to 2");
+  require_value(is_within(beam.height_m, 0.05, 20.0), name + "height_m", beam.height_m,
+                "0.05 to 20 m");
+  require_value(std::isnan(beam.threshold) ||
+                    is_within(beam.threshold, 1.0, std::ldexp(1.0, beam.bits) - 1.0),
+                name + "threshold", beam.threshold, "1 to 2^bits - 1, or none: automatic");
   for (const double gain : beam.response) {
-    require(is_within(gain, 1e-3, 1e3), name + "response", gain, "gains of .001 to 1000");
+    require_value(is_within(gain, 1e-3, 1e3), name + "response", gain, "gains of .001 to 1000");
   }
 }
 
@@ -66,15 +63,16 @@ void validate_alignment(const std::vector<double>& covariance, std::size_t param
                             parameters * parameters));
   }
   for (std::size_t i = 0; i < parameters; ++i) {
-    require(covariance[i * parameters + i] >= 0.0, "alignment: covariance: a variance",
-            covariance[i * parameters + i], "0 or more");
+    require_value(covariance[i * parameters + i] >= 0.0, "alignment: covariance: a variance",
+                  covariance[i * parameters + i], "0 or more");
     for (std::size_t k = 0; k < i; ++k) {
       const double one = covariance[i * parameters + k];
       const double other = covariance[k * parameters + i];
       const double most =
           std::sqrt(covariance[i * parameters + i] * covariance[k * parameters + k]);
-      require(std::abs(one - other) <= 1e-9 * most + 1e-300 && std::abs(one) <= 1.000001 * most,
-              "alignment: covariance", one, "alike across the diagonal, within the variances");
+      require_value(
+          std::abs(one - other) <= 1e-9 * most + 1e-300 && std::abs(one) <= 1.000001 * most,
+          "alignment: covariance", one, "alike across the diagonal, within the variances");
     }
   }
 }
@@ -137,27 +135,30 @@ void GuidanceConfig::validate() const {
   odometer.validate();
   for (const GuidanceGun& gun : guns) {
     validate_gun(gun.name, gun_options(gun));
-    require(gun.line == 0 || gun.line == 1, "gun '" + gun.name + "': line", gun.line, "0 or 1");
+    require_value(gun.line == 0 || gun.line == 1, "gun '" + gun.name + "': line", gun.line,
+                  "0 or 1");
   }
-  require(is_within(stripe.width_m, 0.01, 1.0), "stripe: width_m", stripe.width_m, "0.01 to 1 m");
-  require(is_within(stripe.spacing_m, 0.0, 2.0), "stripe: spacing_m", stripe.spacing_m, "0 to 2 m");
-  require(is_within(stripe.gap_limit_m, 0.1, 1e4), "stripe: gap_limit_m", stripe.gap_limit_m,
-          "0.1 to 10000 m");
-  require(is_within(stripe.marker_max_m, 0.0, 2.0), "stripe: marker_max_m", stripe.marker_max_m,
-          "0 to 2 m");
-  require(!stripe.lines.empty() && stripe.lines.size() <= 2, "stripe: lines",
-          static_cast<double>(stripe.lines.size()), "1 or 2");
-  require(is_within(smoothing.alpha, 0.0, 0.999), "smoothing: alpha", smoothing.alpha,
-          "0 to 0.999");
-  require(output.volts_min < output.volts_max, "output: volts_min", output.volts_min,
-          "less than volts_max");
-  require(is_within(output.volts_safe, output.volts_min, output.volts_max), "output: volts_safe",
-          output.volts_safe, "within volts_min and volts_max");
-  require(is_within(output.offset_sd_m, 0.0, 1.0), "output: offset_sd_m", output.offset_sd_m,
-          "0 to 1 m");
+  require_value(is_within(stripe.width_m, 0.01, 1.0), "stripe: width_m", stripe.width_m,
+                "0.01 to 1 m");
+  require_value(is_within(stripe.spacing_m, 0.0, 2.0), "stripe: spacing_m", stripe.spacing_m,
+                "0 to 2 m");
+  require_value(is_within(stripe.gap_limit_m, 0.1, 1e4), "stripe: gap_limit_m", stripe.gap_limit_m,
+                "0.1 to 10000 m");
+  require_value(is_within(stripe.marker_max_m, 0.0, 2.0), "stripe: marker_max_m",
+                stripe.marker_max_m, "0 to 2 m");
+  require_value(!stripe.lines.empty() && stripe.lines.size() <= 2, "stripe: lines",
+                static_cast<double>(stripe.lines.size()), "1 or 2");
+  require_value(is_within(smoothing.alpha, 0.0, 0.999), "smoothing: alpha", smoothing.alpha,
+                "0 to 0.999");
+  require_value(output.volts_min < output.volts_max, "output: volts_min", output.volts_min,
+                "less than volts_max");
+  require_value(is_within(output.volts_safe, output.volts_min, output.volts_max),
+                "output: volts_safe", output.volts_safe, "within volts_min and volts_max");
+  require_value(is_within(output.offset_sd_m, 0.0, 1.0), "output: offset_sd_m", output.offset_sd_m,
+                "0 to 1 m");
   validate_alignment(alignment_covariance, 2 * beams.size());
-  require(std::isfinite(output.volts_per_m) && output.volts_per_m != 0.0, "output: volts_per_m",
-          output.volts_per_m, "a number, not 0");
+  require_value(std::isfinite(output.volts_per_m) && output.volts_per_m != 0.0,
+                "output: volts_per_m", output.volts_per_m, "a number, not 0");
 }
 
 GuidanceConfig report_truck() {

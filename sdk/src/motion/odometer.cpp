@@ -25,24 +25,21 @@ constexpr std::int64_t kCountsOfSpeed = 4;
 constexpr std::size_t kReadingsOfSpeed = 4;
 constexpr double kNever_s = -std::numeric_limits<double>::infinity();
 
-void require(bool is_good, const char* field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue,
-              fmt::format("OdometerOptions::{}={} - expected {}", field, value, expected));
-}
-
 }  // namespace
 
 void OdometerOptions::validate() const {
-  require(std::isfinite(counts_per_m) && counts_per_m != 0.0, "counts_per_m", counts_per_m,
-          "a number that is not 0");
-  require(bits == 8 || bits == 16 || bits == 32, "bits", bits, "8, 16 or 32");
-  require(max_speed_m_s > 0.0, "max_speed_m_s", max_speed_m_s, "more than 0");
-  require(max_acceleration_m_s2 > 0.0, "max_acceleration_m_s2", max_acceleration_m_s2,
-          "more than 0");
-  require(stall_s > 0.0, "stall_s", stall_s, "more than 0");
-  require(scale_sigma >= 0.0, "scale_sigma", scale_sigma, "0 or more");
-  require(history >= kLeastHistory, "history", static_cast<double>(history), "8 or more");
+  require_value(std::isfinite(counts_per_m) && counts_per_m != 0.0, "OdometerOptions::counts_per_m",
+                counts_per_m, "a number that is not 0");
+  require_value(bits == 8 || bits == 16 || bits == 32, "OdometerOptions::bits", bits,
+                "8, 16 or 32");
+  require_value(max_speed_m_s > 0.0, "OdometerOptions::max_speed_m_s", max_speed_m_s,
+                "more than 0");
+  require_value(max_acceleration_m_s2 > 0.0, "OdometerOptions::max_acceleration_m_s2",
+                max_acceleration_m_s2, "more than 0");
+  require_value(stall_s > 0.0, "OdometerOptions::stall_s", stall_s, "more than 0");
+  require_value(scale_sigma >= 0.0, "OdometerOptions::scale_sigma", scale_sigma, "0 or more");
+  require_value(history >= kLeastHistory, "OdometerOptions::history", static_cast<double>(history),
+                "8 or more");
 }
 
 Odometer::Odometer(const OdometerOptions& options) : options_(options) {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include <striper/geometry/line_fit.hpp>
 #include <striper/geometry/triangulator.hpp>
 #include <striper/pipeline/expect_stripe.hpp>
 
@@ -16,18 +17,21 @@ constexpr int kStepAlong = 8;
 constexpr int kStepAcross = 4;
 constexpr float kMargin = 8.0F;
 
-// Beyond the depth that was calibrated a stripe is still to be found: closer by half, and three
-// times as far, where its plane is known ten times worse.
+// Beyond the depth that was calibrated a stripe is still to be found: in half its nearest range,
+// and in three times its farthest, where a range that goes with its square is known nine times
+// worse.
 constexpr double kNearer = 0.5;
 constexpr double kFarther = 3.0;
+// Widths of ranges that lie within so many pixels, one sigma, say nothing of a slope.
+constexpr double kLeastSpread_px = 1.0;
 
 struct RangeLimits {
   double first_m = 0.0;
   double last_m = std::numeric_limits<double>::infinity();
 };
 
-RangeLimits limits_of(const StripeLook& look, const ScanOptions& limits) {
-  RangeLimits range{limits.min_range_m, limits.max_range_m};
+RangeLimits limits_of(const StripeLook& look, const ScanOptions& asked) {
+  RangeLimits range{asked.min_range_m, asked.max_range_m};
   double nearest = std::numeric_limits<double>::infinity();
   double farthest = 0.0;
   const auto saw = [&](double range_m) {
@@ -37,8 +41,8 @@ RangeLimits limits_of(const StripeLook& look, const ScanOptions& limits) {
   for (const StripeLook::WidthAt& w : look.width_at) saw(w.range_m);
   for (const StripeLook::AmplitudeAt& a : look.amplitude_at) saw(a.range_m);
   if (!(farthest > 0.0)) return range;
-  if (!(limits.min_range_m > 0.0)) range.first_m = std::min(kNearer * nearest, range.last_m);
-  if (std::isinf(limits.max_range_m)) {
+  if (!(asked.min_range_m > 0.0)) range.first_m = std::min(kNearer * nearest, range.last_m);
+  if (std::isinf(asked.max_range_m)) {
     range.last_m = std::max(kFarther * farthest, range.first_m);
   }
   return range;
@@ -94,28 +98,19 @@ void find_spans(const Triangulator& triangulator, const Sensor& sensor, const Ra
 void find_width(const Triangulator& triangulator, const Sensor& sensor, const StripeLook& look,
                 ExpectedStripe& expected) {
   expected.sigma_px = look.width_px;
-  double n = 0.0;
-  double sx = 0.0;
-  double sxx = 0.0;
-  double sy = 0.0;
-  double sxy = 0.0;
+  LineSums widths;
   for (const StripeLook::WidthAt& width : look.width_at) {
     const Projection pixel = triangulator.project(width.range_m, 0.0);
     if (pixel.status != CameraStatus::kOk) continue;
     const double across = sensor.is_columns ? pixel.pixel.y() : pixel.pixel.x();
     if (!(across >= 0.0 && across <= sensor.length - 1)) continue;
-    n += 1.0;
-    sx += across;
-    sxx += across * across;
-    sy += width.width_px;
-    sxy += across * width.width_px;
+    widths.add(1.0, across, width.width_px, 1.0);
   }
-  if (n == 0.0) return;
-  expected.pivot_px = sx / n;
-  expected.sigma_px = sy / n;
-  const double vxx = sxx - sx * sx / n;
-  constexpr double kLeastLever = 4.0;  // Pixels squared: the ranges lie at about one place.
-  if (vxx > kLeastLever) expected.sigma_slope = (sxy - sx * sy / n) / vxx;
+  if (widths.points == 0) return;
+  expected.pivot_px = widths.fg / widths.ff;
+  expected.sigma_px = widths.fz / widths.ff;
+  const double spread_px = std::sqrt(std::max(0.0, widths.determinant())) / widths.ff;
+  if (spread_px > kLeastSpread_px) expected.sigma_slope = widths.solve().parameters[1];
 }
 
 // Between two ranges as powers of the range; beyond them as the nearest one.

@@ -41,6 +41,21 @@ constexpr Words<AmbientMethod, 5> kAmbientMethods{{
     {"temporal", AmbientMethod::kTemporal},
 }};
 
+constexpr Words<StripeAxis, 2> kAxes{{
+    {to_string(StripeAxis::kColumns), StripeAxis::kColumns},
+    {to_string(StripeAxis::kRows), StripeAxis::kRows},
+}};
+
+const Words<Channel, 7> kChannels{{
+    {to_string(Channel::kAuto), Channel::kAuto},
+    {to_string(Channel::kGrey), Channel::kGrey},
+    {to_string(Channel::kRed), Channel::kRed},
+    {to_string(Channel::kGreen), Channel::kGreen},
+    {to_string(Channel::kBlue), Channel::kBlue},
+    {to_string(Channel::kGreenMinusRed), Channel::kGreenMinusRed},
+    {to_string(Channel::kRedMinusGreen), Channel::kRedMinusGreen},
+}};
+
 constexpr Words<bool, 2> kExposures{{{"fixed", false}, {"auto", true}}};
 
 template <typename Value, std::size_t N>
@@ -50,12 +65,13 @@ std::vector<std::string_view> words_of(const Words<Value, N>& known) {
   return words;
 }
 
-// `why_not` has accepted the word.
+// What a word means that `why_not` has accepted; of another the first one's meaning.
 template <typename Value, std::size_t N>
-void put_word(const Words<Value, N>& known, std::string_view word, Value& value) {
+Value word_in(const Words<Value, N>& known, std::string_view word) {
   for (const auto& [name, meaning] : known) {
-    if (name == word) value = meaning;
+    if (name == word) return meaning;
   }
+  return known.front().second;
 }
 
 template <typename Value, std::size_t N>
@@ -128,7 +144,7 @@ std::vector<ScannerOption> choices() {
        .what_if_not_given = "refined",
        .help = "How the stripe is found: paper (the brightest pixel and its two neighbours), fast "
                "or refined",
-       .put = [](Options& o, Text v) { put_word(kMethods, v, o.stripe.method); },
+       .put = [](Options& o, Text v) { o.stripe.method = word_in(kMethods, v); },
        .get = [](const Options& o) { return word_for(kMethods, o.stripe.method); }},
       {.name = "peak",
        .unit = {},
@@ -137,27 +153,27 @@ std::vector<ScannerOption> choices() {
        .help = "Which of several peaks of a line is the stripe: continuous (the brightest, and "
                "where a line alone cannot tell the one that continues its neighbours), "
                "brightest, nearest, farthest or all",
-       .put = [](Options& o, Text v) { put_word(kPeakRules, v, o.stripe.peak); },
+       .put = [](Options& o, Text v) { o.stripe.peak = word_in(kPeakRules, v); },
        .get = [](const Options& o) { return word_for(kPeakRules, o.stripe.peak); }},
       {.name = "axis",
        .unit = {},
-       .words = {"columns", "rows"},
+       .words = words_of(kAxes),
        .what_if_not_given = "the model's, else columns",
        .help = "One return per image line: columns (the stripe runs from left to right) or rows",
-       .put = [](Options& o, Text v) { o.stripe.axis = *stripe_axis_from_string(v); },
-       .get = [](const Options& o) { return std::string(to_string(o.stripe.axis)); }},
+       .put = [](Options& o, Text v) { o.stripe.axis = word_in(kAxes, v); },
+       .get = [](const Options& o) { return word_for(kAxes, StripeAxis(o.stripe.axis)); }},
       {.name = "channel",
        .unit = {},
-       .words = {"auto", "grey", "red", "green", "blue", "green-red", "red-green"},
+       .words = words_of(kChannels),
        .what_if_not_given = "the model's, else auto",
        .help = "What of a colour picture is searched: auto, grey, red, green, blue, green-red or "
                "red-green",
        .put =
            [](Options& o, Text v) {
-             o.ambient.channel = *channel_from_string(v);
+             o.ambient.channel = word_in(kChannels, v);
              o.ambient.difference_channel.reset();  // What was asked for holds everywhere.
            },
-       .get = [](const Options& o) { return std::string(to_string(o.ambient.channel)); }},
+       .get = [](const Options& o) { return word_for(kChannels, Channel(o.ambient.channel)); }},
       {.name = "ambient",
        .unit = {},
        .words = words_of(kAmbientMethods),
@@ -165,7 +181,7 @@ std::vector<ScannerOption> choices() {
        .help = "How daylight is subtracted: auto, none, alternate (dark pictures), fields (dark "
                "fields; the source must have fields, see fields= below) or temporal (a standing "
                "sensor before a stripe that wanders)",
-       .put = [](Options& o, Text v) { put_word(kAmbientMethods, v, o.ambient.method); },
+       .put = [](Options& o, Text v) { o.ambient.method = word_in(kAmbientMethods, v); },
        .get = [](const Options& o) { return word_for(kAmbientMethods, o.ambient.method); }},
       {.name = "exposure",
        .unit = {},
@@ -173,7 +189,7 @@ std::vector<ScannerOption> choices() {
        .what_if_not_given = "fixed",
        .help = "The source's exposure: fixed, or auto (set while it streams, by how bright the "
                "stripe is; for sources whose exposure_us can be set)",
-       .put = [](Options& o, Text v) { put_word(kExposures, v, o.adapts_exposure); },
+       .put = [](Options& o, Text v) { o.adapts_exposure = word_in(kExposures, v); },
        .get = [](const Options& o) { return word_for(kExposures, o.adapts_exposure); }},
   };
 }

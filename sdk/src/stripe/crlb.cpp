@@ -8,14 +8,12 @@
 #include <striper/core/statistics.hpp>
 #include <striper/stripe/crlb.hpp>
 
+#include "core/pixel_box.hpp"
+
 namespace striper {
 namespace {
 
-constexpr double kPixelBox2 = 1.0 / 12.0;
-
 double bell(double t) { return std::exp(-0.5 * t * t); }
-
-double effective_sigma(double sigma_px) { return std::sqrt(sigma_px * sigma_px + kPixelBox2); }
 
 // The two ends of a pixel, in sigmas from the stripe's centre.
 struct PixelEnds {
@@ -84,14 +82,14 @@ double crlb_sigma_px(const StripeProfile& profile, const CrlbOptions& options) {
 }
 
 double white_noise_bound_px(double sigma_px, double snr) {
-  return std::sqrt(2.0 / std::sqrt(std::numbers::pi)) * std::pow(effective_sigma(sigma_px), 1.5) /
-         (sigma_px * snr);
+  return std::sqrt(2.0 / std::sqrt(std::numbers::pi)) *
+         std::pow(detail::with_pixel_box(sigma_px), 1.5) / (sigma_px * snr);
 }
 
 double shot_noise_bound_px(double sigma_px, double amplitude_dn, double dn_per_electron) {
   const double electrons =
       std::sqrt(2.0 * std::numbers::pi) * sigma_px * amplitude_dn / dn_per_electron;
-  return effective_sigma(sigma_px) / std::sqrt(electrons);
+  return detail::with_pixel_box(sigma_px) / std::sqrt(electrons);
 }
 
 }  // namespace striper

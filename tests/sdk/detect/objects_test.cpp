@@ -16,6 +16,7 @@
 
 #include "support/allocation_counter.hpp"
 #include "support/profile_scans.hpp"
+#include "support/road_scans.hpp"
 
 namespace striper {
 namespace {
@@ -310,6 +311,35 @@ TEST(ObjectTracker, AWalkerBeyondTheCurbIsBehindIt) {
   EXPECT_GE(road, scans * 99 / 100);
   ObjectTracker without;
   EXPECT_EQ(without.update(scan_of({across(3.0, 1.15, 0.4)}, 0.0))[0].zone, ObjectZone::kUnknown);
+}
+
+// Who walks on the road hides the curb; it was seen before, so nobody takes him for being behind
+// it, nor loses his side.
+TEST(ObjectTracker, AWalkerBeforeAKnownCurbIsOnTheRoad) {
+  testing::RoadStriper road;
+  const testing::RoadProfile curb = testing::curb_profile(1.6, 0.12);
+  testing::RoadProfile with_walker{{-1.0, 0.0}, {1.2, 0.0}, {1.2, 1.6}, {1.5, 1.6}};
+  CurbDetectorOptions options;
+  options.curb.up_rad = road.up_rad();
+  CurbDetector street(options);
+  ObjectTracker tracker;
+  int known = 0;
+  int seen = 0;
+  for (int k = 0; k < 40; ++k) {
+    const bool is_walked = k >= 20;
+    PolarScan scan;
+    testing::road_scan(road, ranges_of_profile(road, is_walked ? with_walker : curb), scan);
+    scan.time = FrameTime::at_seconds(kFrame_s * k);
+    street.update(scan);
+    tracker.set_street(street);
+    for (const ObjectTrack& t : tracker.update(scan)) {
+      if (!is_walked || !t.is_seen) continue;
+      ++seen;
+      known += t.zone == ObjectZone::kRoad ? 1 : 0;
+    }
+  }
+  EXPECT_GE(seen, 19);
+  EXPECT_EQ(known, seen);
 }
 
 TEST(ObjectTracker, AllReturnsOfAFlashAreOfOneTime) {

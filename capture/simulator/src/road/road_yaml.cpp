@@ -16,11 +16,6 @@ namespace {
 
 using detail::YamlField;
 
-void require(bool is_good, const std::string& field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue, fmt::format("{} is {}; expected {}", field, value, expected));
-}
-
 template <typename Item, typename Read>
 void read_list(const YamlField& root, std::string_view key, std::vector<Item>& items, Read read) {
   const auto list = root.find(key);
@@ -139,10 +134,10 @@ void read_light(const YamlField& field, RoadLight& light) {
 
 void validate_wear(const RoadWear& wear) {
   const auto up_to = [](double value, double most, const char* field, const char* expected) {
-    require(value >= 0.0 && value <= most, field, value, expected);
+    require_value(value >= 0.0 && value <= most, field, value, expected);
   };
   up_to(wear.edge_sd_m, 1.0, "wear: edge_sd_m", "0 to 1 m");
-  require(wear.edge_length_m > 0.0, "wear: edge_length_m", wear.edge_length_m, "above 0");
+  require_value(wear.edge_length_m > 0.0, "wear: edge_length_m", wear.edge_length_m, "above 0");
   up_to(wear.chunks_per_m, 100.0, "wear: chunks_per_m", "0 to 100");
   up_to(wear.chunk_depth_m, 1.0, "wear: chunk_depth_m", "0 to 1 m");
   up_to(wear.end_sd_m, 10.0, "wear: end_sd_m", "0 to 10 m");
@@ -151,41 +146,42 @@ void validate_wear(const RoadWear& wear) {
 }  // namespace
 
 void Road::validate() const {
-  require(length_m > 0.0 && length_m <= 1e5, "length_m", length_m, "above 0, up to 100000 m");
+  require_value(length_m > 0.0 && length_m <= 1e5, "length_m", length_m, "above 0, up to 100000 m");
   if (speeds.empty()) throw Error(ErrorKind::kBadValue, "speeds is empty; expected one or more");
   for (const RoadSpeed& one : speeds) {
-    require(one.speed_m_s >= 0.1 && one.speed_m_s <= 60.0, "speeds: speed_m_s", one.speed_m_s,
-            "0.1 to 60 m/s");
+    require_value(one.speed_m_s >= 0.1 && one.speed_m_s <= 60.0, "speeds: speed_m_s", one.speed_m_s,
+                  "0.1 to 60 m/s");
   }
   for (const RoadBend& one : course) {
-    require(one.length_m > 0.0, "course: length_m", one.length_m, "above 0");
-    require(one.transition_m >= 0.0 && one.transition_m <= one.length_m, "course: transition_m",
-            one.transition_m, "0 up to length_m");
-    require(one.radius_m == 0.0 || std::abs(one.radius_m) >= 5.0, "course: radius_m", one.radius_m,
-            "0 (straight), or 5 m and more");
+    require_value(one.length_m > 0.0, "course: length_m", one.length_m, "above 0");
+    require_value(one.transition_m >= 0.0 && one.transition_m <= one.length_m,
+                  "course: transition_m", one.transition_m, "0 up to length_m");
+    require_value(one.radius_m == 0.0 || std::abs(one.radius_m) >= 5.0, "course: radius_m",
+                  one.radius_m, "0 (straight), or 5 m and more");
   }
   for (const RoadWander& one : wander) {
-    require(one.period_m >= 1.0, "wander: period_m", one.period_m, "1 m and more");
-    require(std::abs(one.amplitude_m) <= 2.0, "wander: amplitude_m", one.amplitude_m,
-            "2 m at most");
+    require_value(one.period_m >= 1.0, "wander: period_m", one.period_m, "1 m and more");
+    require_value(std::abs(one.amplitude_m) <= 2.0, "wander: amplitude_m", one.amplitude_m,
+                  "2 m at most");
   }
   for (const RoadLine& one : lines) {
-    require(one.width_m > 0.0 && one.width_m <= 1.0, "lines: width_m", one.width_m, "0 to 1 m");
-    require(one.dash_m >= 0.0, "lines: dash_m", one.dash_m, "0 or more");
-    require(one.gap_m >= 0.0, "lines: gap_m", one.gap_m, "0 or more");
-    require(one.line >= -1 && one.line <= 1, "lines: line", one.line, "-1, 0 or 1");
+    require_value(one.width_m > 0.0 && one.width_m <= 1.0, "lines: width_m", one.width_m,
+                  "0 to 1 m");
+    require_value(one.dash_m >= 0.0, "lines: dash_m", one.dash_m, "0 or more");
+    require_value(one.gap_m >= 0.0, "lines: gap_m", one.gap_m, "0 or more");
+    require_value(one.line >= -1 && one.line <= 1, "lines: line", one.line, "-1, 0 or 1");
   }
   validate_wear(wear);
-  require(light.spot_m > 0.0, "light: spot_m", light.spot_m, "above 0");
-  require(odometer_rate_hz >= 1.0 && odometer_rate_hz <= 1e5, "odometer_rate_hz", odometer_rate_hz,
-          "1 to 100000");
+  require_value(light.spot_m > 0.0, "light: spot_m", light.spot_m, "above 0");
+  require_value(odometer_rate_hz >= 1.0 && odometer_rate_hz <= 1e5, "odometer_rate_hz",
+                odometer_rate_hz, "1 to 100000");
   truck.validate();
   for (const RoadMisalignment& one : misaligned) {
-    require(std::abs(one.zero_m) <= 1.0, "misaligned: zero_m", one.zero_m, "1 m at most");
-    require(one.scale >= 0.5 && one.scale <= 2.0, "misaligned: scale", one.scale, "0.5 to 2");
+    require_value(std::abs(one.zero_m) <= 1.0, "misaligned: zero_m", one.zero_m, "1 m at most");
+    require_value(one.scale >= 0.5 && one.scale <= 2.0, "misaligned: scale", one.scale, "0.5 to 2");
   }
-  require(tape.every_m >= 0.0 && tape.sigma_m >= 0.0, "tape: every_m", tape.every_m,
-          "0 or more, and so sigma_m");
+  require_value(tape.every_m >= 0.0 && tape.sigma_m >= 0.0, "tape: every_m", tape.every_m,
+                "0 or more, and so sigma_m");
 }
 
 Road parse_road(const std::string& text, const std::string& name) {

@@ -134,10 +134,10 @@ void check_packet_size(ArvCamera* camera, const FeatureAccess& features, int pac
   CallError error;
   arv_camera_get_integer_bounds(camera, "GevSCPSPacketSize", &low, &high, error.slot());
   if (error || (packet_bytes >= low && packet_bytes <= high)) return;
-  constexpr gint64 kRegister = 0xffff;
+  constexpr gint64 kLargest_bytes = 0xffff;  // The register has 16 bits for it.
   throw Error(ErrorKind::kUsage,
               fmt::format("{}: packet_size={} - the camera allows {} to {}", features.device_name(),
-                          packet_bytes, low, std::min(high, kRegister)));
+                          packet_bytes, low, std::min(high, kLargest_bytes)));
 }
 
 void set_packet_delay(ArvCamera* camera, const FeatureAccess& features, double delay_us) {
@@ -148,23 +148,23 @@ void set_packet_delay(ArvCamera* camera, const FeatureAccess& features, double d
   gint64 kept_ns = 0;
   if (!error) kept_ns = arv_camera_gv_get_packet_delay(camera, error.slot());
   // The camera counts in ticks of its clock: up to a microsecond off is rounding.
-  constexpr gint64 kTick_ns = 1000;
-  if (!error && std::abs(kept_ns - wanted_ns) <= kTick_ns) return;
+  constexpr gint64 kRounding_ns = 1000;
+  if (!error && std::abs(kept_ns - wanted_ns) <= kRounding_ns) return;
   throw Error(ErrorKind::kDevice,
               fmt::format("{}: packet_delay_us={} - the camera took {} {}", features.device_name(),
                           delay_us, 1e-3 * static_cast<double>(kept_ns), error.message()));
 }
 
+constexpr std::string_view kAction = "Action";
+
 /// `Action` stands for the first action among the camera's trigger sources, whatever its number.
 std::string trigger_source(const FeatureAccess& features, const std::string& wanted) {
-  if (wanted != "Action" || !features.has("TriggerSource")) return wanted;
+  if (wanted != kAction || !features.has("TriggerSource")) return wanted;
   for (const std::string& source : features.entries("TriggerSource")) {
     if (source.starts_with(wanted)) return source;
   }
   return wanted;  // which is refused, naming those that there are
 }
-
-constexpr std::string_view kAction = "Action";
 
 /// @param source the trigger's: `Action1` is the action that ActionSelector calls 1.
 void set_action_keys(const FeatureAccess& features, const ActionKeys& keys,
@@ -294,9 +294,12 @@ int set_up_transport(ArvCamera* camera, const FeatureAccess& features, const Gig
   }
   const int packet_bytes = static_cast<int>(arv_camera_gv_get_packet_size(camera, nullptr));
   if (error || (options.packet_bytes > 0 && packet_bytes != options.packet_bytes)) {
+    const std::string wanted = options.packet_bytes > 0
+                                   ? fmt::format("packet_size={}", options.packet_bytes)
+                                   : "the largest packets that the network takes";
     throw Error(ErrorKind::kDevice,
-                fmt::format("{}: packet_size={} - the camera took {} {}", features.device_name(),
-                            options.packet_bytes, packet_bytes, error.message()));
+                fmt::format("{}: {} - the camera took {} {}", features.device_name(), wanted,
+                            packet_bytes, error.message()));
   }
   if (options.packet_delay_us) set_packet_delay(camera, features, *options.packet_delay_us);
   return packet_bytes;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gige/control/laser_lines.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <exception>
 
@@ -15,13 +16,13 @@
 namespace striper::detail {
 namespace {
 
-/// Line2 is bit 2 of LineStatusAll (GenICam SFNC 2.7, LineStatusAll).
-int bit_of_line(const std::string& line) {
-  int bit = 0;
-  const std::size_t digits = line.find_first_of("0123456789");
-  if (digits == std::string::npos) return 0;
+/// Line2 is bit 2 of LineStatusAll (GenICam SFNC 2.7, LineStatusAll); empty where a name says none.
+std::optional<int> bit_of_line(const std::string& line) {
+  constexpr int kBits = 64;
+  int bit = kBits;
+  const std::size_t digits = std::min(line.find_first_of("0123456789"), line.size());
   std::from_chars(line.data() + digits, line.data() + line.size(), bit);
-  return bit;
+  return bit < kBits ? std::optional<int>(bit) : std::nullopt;
 }
 
 bool is_constant(const IlluminationPattern& pattern) { return pattern.entries().size() == 1; }
@@ -38,7 +39,6 @@ LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options
   features_.need_one_of("strobe line", {"LineSelector"});
   features_.need_one_of("source of the strobe line", {"LineSource"});
   for (const std::string& line : lines_) add_line(line);
-  fires_.assign(lines_.size(), true);  // unknown: `off` writes them all
   choose_method(options);
   off();
 }
@@ -119,10 +119,12 @@ void LaserLines::choose_method(const GigeOptions& options) {
   } else if (has_software_trigger && options.switching != LaserSwitching::kSequencer) {
     method_ = Method::kHost;
     if (!options.trigger.empty() && options.trigger != "off" && options.trigger != "software") {
-      throw Error(ErrorKind::kUsage,
-                  fmt::format("source '{}': trigger={} - expected software: this camera has no "
-                              "sequencer, so the host switches the laser and triggers",
-                              options.uri, options.trigger));
+      throw Error(
+          ErrorKind::kUsage,
+          fmt::format("source '{}': trigger={} - expected software: the host switches the "
+                      "laser and triggers, as {}",
+                      options.uri, options.trigger,
+                      has_sequencer ? "switching=host says" : "this camera has no sequencer"));
     }
   } else {
     throw Error(ErrorKind::kUnsupported,
@@ -155,7 +157,7 @@ void LaserLines::off() {
   };
   // A sequencer that runs owns the lines: it goes first.
   if (method_ == Method::kSequencer) attempt([&] { features_.set("SequencerMode", "Off"); });
-  fires_.assign(lines_.size(), true);
+  fires_.assign(lines_.size(), true);  // Whatever they are: each is written.
   for (std::size_t i = 0; i < lines_.size(); ++i) {
     if (dark_sources_[i] != "Off") {
       attempt([&] {
@@ -226,9 +228,10 @@ Illumination LaserLines::at(std::uint64_t n) const noexcept {
 }
 
 bool LaserLines::enable_line_chunk() {
-  if (lines_.empty() || !features_.has("ChunkModeActive") || !features_.has("ChunkSelector")) {
-    return false;
-  }
+  const bool are_known = std::all_of(line_bits_.begin(), line_bits_.end(),
+                                     [](const auto& bit) { return bit.has_value(); });
+  if (lines_.empty() || !are_known) return false;
+  if (!features_.has("ChunkModeActive") || !features_.has("ChunkSelector")) return false;
   features_.set("ChunkModeActive", "yes");
   if (features_.has_entry("ChunkSelector", "LineStatusAll") && features_.has("ChunkEnable")) {
     features_.set("ChunkSelector", "LineStatusAll");
@@ -241,7 +244,7 @@ bool LaserLines::enable_line_chunk() {
 
 Illumination LaserLines::from_line_status(std::int64_t status_all) const noexcept {
   for (std::size_t i = 0; i < line_bits_.size(); ++i) {
-    if (((status_all >> line_bits_[i]) & 1) != 0) {
+    if (line_bits_[i] && ((status_all >> *line_bits_[i]) & 1) != 0) {
       return Illumination::laser(static_cast<int>(i));
     }
   }

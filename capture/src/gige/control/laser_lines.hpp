@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,8 +42,8 @@ class LaserLines {
   /// Has exactly this laser fire in the next exposures. Precondition: `is_host_switched()`.
   void command(Illumination light);
 
-  /// What the sequencer does for the exposure `n` after acquisition start; unknown where the lasers
-  /// are not ours or host-switched.
+  /// What the lasers do in exposure `n` after acquisition start; unknown where they are not ours or
+  /// host-switched.
   Illumination at(std::uint64_t n) const noexcept;
 
   /// Turns on the chunk that reports the lines with each picture, if the camera has it.
@@ -66,7 +67,7 @@ class LaserLines {
   IlluminationPattern pattern_;
   std::vector<std::string> lines_;
   std::vector<std::string> dark_sources_;
-  std::vector<int> line_bits_;
+  std::vector<std::optional<int>> line_bits_;  // In LineStatusAll.
   std::vector<bool> fires_;
   Method method_ = Method::kNone;
 };

@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace striper {
 
@@ -35,5 +36,11 @@ class Error : public std::runtime_error {
   ErrorKind kind_;
   int system_error_;
 };
+
+/// Refuses a value outside of its domain.
+/// @param field with what it is of, where that is not plain: `PathFilterOptions::wear_m`.
+/// @param expected its domain: `above 0, below 0.1`.
+/// @throws Error{kBadValue} "FIELD is VALUE; expected EXPECTED".
+void require_value(bool is_good, std::string_view field, double value, std::string_view expected);
 
 }  // namespace striper

@@ -6,6 +6,9 @@
 
 namespace striper {
 
+/// Variance of a value that was rounded to whole DN, DN^2.
+inline constexpr double kRounding_dn2 = 1.0 / 12.0;
+
 /// The photon-transfer line of a camera: the variance of a pixel as a function of its value.
 ///
 /// var = read_noise_dn^2 + dn_per_electron * max(DN - black_level_dn, 0) + 1/12, in DN^2; the last
@@ -40,7 +43,7 @@ struct NoiseModel {
 
   double variance_dn2(double value_dn) const noexcept {
     const double light_dn = value_dn > black_level_dn ? value_dn - black_level_dn : 0.0;
-    return read_noise_dn * read_noise_dn + dn_per_electron * light_dn + 1.0 / 12.0;
+    return read_noise_dn * read_noise_dn + dn_per_electron * light_dn + kRounding_dn2;
   }
 
   friend bool operator==(const NoiseModel&, const NoiseModel&) = default;

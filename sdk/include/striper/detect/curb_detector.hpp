@@ -59,6 +59,7 @@ struct CurbTrack {
   CurbState state = CurbState::kNew;
   Eigen::Vector2d foot_m{kUnknown, kUnknown};  ///< Scan frame.
   Eigen::Vector2d top_m{kUnknown, kUnknown};   ///< The edge.
+  Eigen::Vector2d outward{1.0, 0.0};           ///< Unit vector along the road, over the curb.
   double lateral_m = kUnknown;
   double sigma_lateral_m = kUnknown;
   double height_m = kUnknown;
@@ -111,6 +112,8 @@ class CurbDetector {
   std::span<const CurbTrack> update(const PolarScan& scan,
                                     const std::optional<Motion>& motion = std::nullopt);
 
+  /// What the last `update` returned.
+  std::span<const CurbTrack> tracks() const noexcept;
   /// What the last scan showed by itself.
   const CurbView& view() const noexcept;
 

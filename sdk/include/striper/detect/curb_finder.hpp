@@ -38,6 +38,11 @@ struct CurbView {
   double to_m = 0.0;                ///< ground without an end is seen.
   /// Of one side, then of the other; outwards on each: what stands on the road, and the road's end.
   std::vector<CurbFinding> findings;
+
+  /// From the road over a curb there: away from the middle of the ground that is seen.
+  Eigen::Vector2d outward_at(double lateral_m) const noexcept {
+    return 2.0 * lateral_m > from_m + to_m ? along : Eigen::Vector2d(-along);
+  }
 };
 
 /// Looks for curbs in scans whose plane cuts the ground.

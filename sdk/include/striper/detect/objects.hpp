@@ -10,7 +10,7 @@
 
 #include <Eigen/Core>
 
-#include <striper/detect/curb_finder.hpp>
+#include <striper/detect/curb_detector.hpp>
 #include <striper/motion/motion.hpp>
 #include <striper/scan/polar_scan.hpp>
 
@@ -125,7 +125,11 @@ class ObjectTracker {
   /// Says where the ground is and where it ends from now on: its returns are no objects, and its
   /// curbs of kind up divide the zones. Null forgets both.
   void set_ground(const CurbView* view) noexcept;
-  /// Says where the road ends from now on: at most two are heeded.
+  /// The same of a street that is followed: its ground as the last scan shows it, its curbs as all
+  /// scans do, of those that are one with 0.9 or more. So one that is hidden by what stands before
+  /// it still divides the zones. Once a scan, before `update`.
+  void set_street(const CurbDetector& street) noexcept;
+  /// Says where the road ends from now on: at most two are taken.
   void set_curbs(std::span<const CurbEdge> curbs) noexcept;
 
   /// Takes the next scan, in the order of time; one that goes back, or comes after a second

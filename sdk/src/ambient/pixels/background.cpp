@@ -18,8 +18,6 @@
 namespace striper::detail {
 namespace {
 
-constexpr double kRoundingVariance = 1.0 / 12.0;
-
 // Interpolated between rows: a step of height h leaves an error uniform in +- h / 2 and has a third
 // difference of 2 h. What noise alone makes of a third difference, below four sigmas, is no edge;
 // nor of the mean of those side by side, which tells a weak edge along the rows.
@@ -217,8 +215,8 @@ template <typename Pixel>
 void Background::measure_noise(const DarkPair& pair, int full_scale_dn) {
   double variance = noise_of_neighbours<Pixel>(pair.any(), full_scale_dn);
   if (pair.has_both()) variance = std::min(variance, motion_.noise_of_quietest_blocks());
-  if (!std::isfinite(variance)) variance = kRoundingVariance;
-  noise_.read_noise_dn = std::sqrt(std::max(0.0, variance - kRoundingVariance));
+  if (!std::isfinite(variance)) variance = kRounding_dn2;
+  noise_.read_noise_dn = std::sqrt(std::max(0.0, variance - kRounding_dn2));
 }
 
 // Fields: the dark rows lie half-way between the lit ones. Writes the whole of variance_ too.

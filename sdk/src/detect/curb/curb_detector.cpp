@@ -51,11 +51,6 @@ struct Followed {
   bool is_seen = false;
 };
 
-void require(bool is_good, const char* field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue, fmt::format("{} is {}; expected {}", field, value, expected));
-}
-
 }  // namespace
 
 std::string_view to_string(CurbState state) noexcept {
@@ -64,15 +59,15 @@ std::string_view to_string(CurbState state) noexcept {
 
 void CurbDetectorOptions::validate() const {
   curb.validate();
-  require(slope > 0.0 && slope <= 10.0, "slope", slope, "0 < slope <= 10");
-  require(bend > 0.0 && bend <= 10.0, "bend", bend, "0 < bend <= 10");
-  require(straightness_m >= 0.0 && straightness_m <= 1.0, "straightness_m", straightness_m,
-          "0 to 1 m");
-  require(height_change_m >= 0.0 && height_change_m <= 1.0, "height_change_m", height_change_m,
-          "0 to 1 m");
-  require(object_length_m > 0.0 && object_length_m <= 100.0, "object_length_m", object_length_m,
-          "0 < length <= 100 m");
-  require(speed_m_s >= 0.0 && speed_m_s <= 100.0, "speed_m_s", speed_m_s, "0 to 100 m/s");
+  require_value(slope > 0.0 && slope <= 10.0, "slope", slope, "0 < slope <= 10");
+  require_value(bend > 0.0 && bend <= 10.0, "bend", bend, "0 < bend <= 10");
+  require_value(straightness_m >= 0.0 && straightness_m <= 1.0, "straightness_m", straightness_m,
+                "0 to 1 m");
+  require_value(height_change_m >= 0.0 && height_change_m <= 1.0, "height_change_m",
+                height_change_m, "0 to 1 m");
+  require_value(object_length_m > 0.0 && object_length_m <= 100.0, "object_length_m",
+                object_length_m, "0 < length <= 100 m");
+  require_value(speed_m_s >= 0.0 && speed_m_s <= 100.0, "speed_m_s", speed_m_s, "0 to 100 m/s");
 }
 
 struct CurbDetector::Impl {
@@ -121,6 +116,8 @@ CurbDetector& CurbDetector::operator=(CurbDetector&&) noexcept = default;
 CurbDetector::~CurbDetector() = default;
 
 const CurbDetectorOptions& CurbDetector::options() const noexcept { return impl_->options; }
+
+std::span<const CurbTrack> CurbDetector::tracks() const noexcept { return impl_->told; }
 
 const CurbView& CurbDetector::view() const noexcept {
   static const CurbView kNothing;
@@ -223,6 +220,7 @@ void CurbDetector::Impl::hit(Followed& one, const CurbFinding& finding, const Cu
   }
   one.is_seen = true;
   one.hidden_m = 0.0;
+  one.track.outward = seen.outward_at(finding.lateral_m);
   one.track.sigma_cal_lateral_m = finding.sigma_cal_lateral_m;
   one.track.sigma_cal_height_m = finding.sigma_cal_height_m;
   const Eigen::Vector2d edge = finding.top_m - finding.foot_m;

@@ -18,12 +18,6 @@ constexpr double kLeastNoise = 0.28867513459481287;  // 1 / sqrt(12)
 // such samples away, as they stand alone.
 constexpr double kAutomaticSigmas = 5.0;
 
-void require(bool is_good, const char* field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue,
-              fmt::format("PaintFinderOptions::{}={} - expected {}", field, value, expected));
-}
-
 struct Edge {
   double at = 0.0;
   double sigma = 0.0;
@@ -48,12 +42,14 @@ Edge edge_between(std::span<const double> sweep, std::size_t off, std::size_t on
 }  // namespace
 
 void PaintFinderOptions::validate() const {
-  require(samples >= 3, "samples", static_cast<double>(samples), "3 or more");
-  require(!std::isinf(threshold), "threshold", threshold, "a number, or NaN for automatic");
-  require(std::isfinite(width_samples) && width_samples > 0.0, "width_samples", width_samples,
-          "more than 0");
-  require(width_tolerance > 0.0 && width_tolerance < 1.0, "width_tolerance", width_tolerance,
-          "between 0 and 1");
+  require_value(samples >= 3, "PaintFinderOptions::samples", static_cast<double>(samples),
+                "3 or more");
+  require_value(!std::isinf(threshold), "PaintFinderOptions::threshold", threshold,
+                "a number, or NaN for automatic");
+  require_value(std::isfinite(width_samples) && width_samples > 0.0,
+                "PaintFinderOptions::width_samples", width_samples, "more than 0");
+  require_value(width_tolerance > 0.0 && width_tolerance < 1.0,
+                "PaintFinderOptions::width_tolerance", width_tolerance, "between 0 and 1");
 }
 
 double PaintLine::sigma() const noexcept { return 0.5 * std::hypot(sigma_begin, sigma_end); }

@@ -14,26 +14,27 @@ constexpr double kLongestDelay_s = 2.0;  // Valves take milliseconds.
 constexpr double kBack_m = 0.05;         // A truck that rolls back by more paints no more.
 constexpr double kLongest_m = 100.0;     // Dashes are a tenth of it.
 
-void require(bool is_good, const char* field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue,
-              fmt::format("PaintGunOptions::{}={} - expected {}", field, value, expected));
-}
-
 bool is_up_to(double most, double value) { return value >= 0.0 && value <= most; }
 
 }  // namespace
 
 void PaintGunOptions::validate() const {
-  require(std::isfinite(x_m), "x_m", x_m, "a number");
-  require(is_up_to(kLongestDelay_s, on_delay_s), "on_delay_s", on_delay_s, "0 to 2 s");
-  require(is_up_to(kLongestDelay_s, off_delay_s), "off_delay_s", off_delay_s, "0 to 2 s");
-  require(std::isfinite(on_advance_m), "on_advance_m", on_advance_m, "a number");
-  require(std::isfinite(off_advance_m), "off_advance_m", off_advance_m, "a number");
-  require(is_up_to(kLongest_m, end_extension_m), "end_extension_m", end_extension_m, "0 to 100 m");
-  require(is_up_to(kLongest_m, dash_min_m), "dash_min_m", dash_min_m, "0 to 100 m");
-  require(is_up_to(kLongest_m, gap_min_m), "gap_min_m", gap_min_m, "0 to 100 m");
-  require(dashes >= 1, "dashes", static_cast<double>(dashes), "1 or more");
+  require_value(std::isfinite(x_m), "PaintGunOptions::x_m", x_m, "a number");
+  require_value(is_up_to(kLongestDelay_s, on_delay_s), "PaintGunOptions::on_delay_s", on_delay_s,
+                "0 to 2 s");
+  require_value(is_up_to(kLongestDelay_s, off_delay_s), "PaintGunOptions::off_delay_s", off_delay_s,
+                "0 to 2 s");
+  require_value(std::isfinite(on_advance_m), "PaintGunOptions::on_advance_m", on_advance_m,
+                "a number");
+  require_value(std::isfinite(off_advance_m), "PaintGunOptions::off_advance_m", off_advance_m,
+                "a number");
+  require_value(is_up_to(kLongest_m, end_extension_m), "PaintGunOptions::end_extension_m",
+                end_extension_m, "0 to 100 m");
+  require_value(is_up_to(kLongest_m, dash_min_m), "PaintGunOptions::dash_min_m", dash_min_m,
+                "0 to 100 m");
+  require_value(is_up_to(kLongest_m, gap_min_m), "PaintGunOptions::gap_min_m", gap_min_m,
+                "0 to 100 m");
+  require_value(dashes >= 1, "PaintGunOptions::dashes", static_cast<double>(dashes), "1 or more");
 }
 
 PaintGun::PaintGun(const PaintGunOptions& options) : options_(options) {

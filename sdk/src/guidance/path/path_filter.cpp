@@ -58,12 +58,6 @@ const PathModel::PathVector kHeading{0.0, 1.0, 0.0, 0.0, 0.0};
 const PathModel::PathVector kCurvature{0.0, 0.0, 1.0, 0.0, 0.0};
 const PathModel::PathVector kVehicleCurvature{0.0, 0.0, 1.0, -1.0, 0.0};
 
-void require(bool is_good, const char* field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue,
-              fmt::format("PathFilterOptions::{}={} - expected {}", field, value, expected));
-}
-
 double square(double x) noexcept { return x * x; }
 
 }  // namespace
@@ -74,11 +68,13 @@ void PathFilterOptions::validate() const {
                 fmt::format("PathFilterOptions::beam_x_m has {} beams - expected 1 to {}",
                             beam_x_m.size(), detail::WearPlaces::kMostBeams));
   }
-  for (const double x_m : beam_x_m) require(std::isfinite(x_m), "beam_x_m", x_m, "a number");
-  require(gap_limit_m > 0.0, "gap_limit_m", gap_limit_m, "above 0");
-  require(wear_m > 0.0 && wear_m < 0.1, "wear_m", wear_m, "above 0, below 0.1");
-  require(wear_length_m > 0.0 && wear_length_m < 10.0, "wear_length_m", wear_length_m,
-          "above 0, below 10");
+  for (const double x_m : beam_x_m)
+    require_value(std::isfinite(x_m), "PathFilterOptions::beam_x_m", x_m, "a number");
+  require_value(gap_limit_m > 0.0, "PathFilterOptions::gap_limit_m", gap_limit_m, "above 0");
+  require_value(wear_m > 0.0 && wear_m < 0.1, "PathFilterOptions::wear_m", wear_m,
+                "above 0, below 0.1");
+  require_value(wear_length_m > 0.0 && wear_length_m < 10.0, "PathFilterOptions::wear_length_m",
+                wear_length_m, "above 0, below 10");
 }
 
 struct PathFilter::Impl {

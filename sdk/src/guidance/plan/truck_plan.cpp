@@ -22,12 +22,6 @@ constexpr double kBeads_rad = 0.3 * std::numbers::pi / 180.0;
 // An end is known to a count; a quarter of the spacing adds 3 % to its spread.
 constexpr double kCountShare = 0.25;
 
-void require(bool is_good, const char* field, double value, const char* expected) {
-  if (is_good) return;
-  throw Error(ErrorKind::kBadValue,
-              fmt::format("TruckPlanOptions::{}={} - expected {}", field, value, expected));
-}
-
 double gun_x_m(const GuidanceConfig& truck) {
   return truck.guns.empty() ? 0.0 : truck.guns.front().gun.x_m;
 }
@@ -143,15 +137,20 @@ std::string_view to_string(PlanWarning warning) noexcept {
 }
 
 void TruckPlanOptions::validate() const {
-  require(speed_m_s > 0.0 && speed_m_s <= 60.0, "speed_m_s", speed_m_s, "above 0, up to 60");
-  require(radius_m >= 1.0 && radius_m <= 1e6, "radius_m", radius_m, "1 to 1e6");
-  require(spacing_m > 0.0 && spacing_m <= 10.0, "spacing_m", spacing_m, "above 0, up to 10");
-  require(step_m > 0.0 && step_m <= 1.0, "step_m", step_m, "above 0, up to 1");
-  require(bend_error_m > 0.0 && bend_error_m <= 1.0, "bend_error_m", bend_error_m,
-          "above 0, up to 1");
-  require(acceleration_m_s2 > 0.0 && acceleration_m_s2 <= 50.0, "acceleration_m_s2",
-          acceleration_m_s2, "above 0, up to 50");
-  require(baseline_m > 0.0 && baseline_m <= 10.0, "baseline_m", baseline_m, "above 0, up to 10");
+  require_value(speed_m_s > 0.0 && speed_m_s <= 60.0, "TruckPlanOptions::speed_m_s", speed_m_s,
+                "above 0, up to 60");
+  require_value(radius_m >= 1.0 && radius_m <= 1e6, "TruckPlanOptions::radius_m", radius_m,
+                "1 to 1e6");
+  require_value(spacing_m > 0.0 && spacing_m <= 10.0, "TruckPlanOptions::spacing_m", spacing_m,
+                "above 0, up to 10");
+  require_value(step_m > 0.0 && step_m <= 1.0, "TruckPlanOptions::step_m", step_m,
+                "above 0, up to 1");
+  require_value(bend_error_m > 0.0 && bend_error_m <= 1.0, "TruckPlanOptions::bend_error_m",
+                bend_error_m, "above 0, up to 1");
+  require_value(acceleration_m_s2 > 0.0 && acceleration_m_s2 <= 50.0,
+                "TruckPlanOptions::acceleration_m_s2", acceleration_m_s2, "above 0, up to 50");
+  require_value(baseline_m > 0.0 && baseline_m <= 10.0, "TruckPlanOptions::baseline_m", baseline_m,
+                "above 0, up to 10");
 }
 
 TruckPlan plan_truck(const GuidanceConfig& truck, const TruckPlanOptions& options) {

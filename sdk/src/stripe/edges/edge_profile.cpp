@@ -7,10 +7,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "core/pixel_box.hpp"
+
 namespace striper::detail {
 namespace {
 
-constexpr double kPixelBox2 = 1.0 / 12.0;
 constexpr double kMostContrast = 0.98;
 constexpr double kLeastBlur = 0.15;      // Pixels: no lens is sharper.
 constexpr double kMostOfWidth = 0.95;    // The blur is a part of the stripe's width.

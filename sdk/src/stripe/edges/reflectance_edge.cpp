@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 
+#include "core/pixel_box.hpp"
 #include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {
 
-constexpr double kPixelBox2 = 1.0 / 12.0;
 // Widths from the middle to where the stripe is gone; the fit has some more pixels of background.
 constexpr double kStripeReach = 3.0;
 constexpr int kBackgroundPixels = 3;
@@ -82,9 +82,6 @@ struct ReflectanceEdges::Place {
 };
 
 namespace {
-
-double effective(double width) { return std::sqrt(width * width + kPixelBox2); }
-double without_box(double width) { return std::sqrt(std::max(0.04, width * width - kPixelBox2)); }
 
 // The pixels at which two sides are compared.
 struct Sides {
@@ -257,7 +254,7 @@ EdgeEstimate combined(const EdgeEstimate& reflectance, const EdgeEstimate& shado
 EdgeEstimate search_edge(const EdgeProfile& profile, const PlanNoise& noise,
                          const EdgePrior& prior) {
   const double position = prior.mean.of[EdgeModel::kPosition];
-  const double width = effective(prior.mean.of[EdgeModel::kWidth]);
+  const double width = with_pixel_box(prior.mean.of[EdgeModel::kWidth]);
   const Ends ends = ends_of(profile);
   const double light = 2.0 * prior.mean.of[EdgeModel::kAmbient];
   const double seen = (ends.after - ends.before) / std::max(1.0, light);
@@ -304,7 +301,7 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
   const EdgeTest<std::uint16_t> test16(frame, noise, typical);
   const bool is_8_bit = frame.lit.depth() == CV_8U;
   const double per_step = 1.0 / across.step;
-  const double level_width = without_box(width.at_pivot);
+  const double level_width = without_pixel_box(width.at_pivot);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     const double sigma = static_cast<double>(stripe.sigma_px[i]) * per_step;
     if (verdict(stripe.status[i]) == Verdict::kMissing || !(sigma > 0.0)) continue;
@@ -312,7 +309,7 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
     const int at = static_cast<int>(position + 0.5);
     const int line = stripe.line[i];
     const double own =
-        width_scale_ * (width.slope == 0.0 ? level_width : without_box(width.at(position)));
+        width_scale_ * (width.slope == 0.0 ? level_width : without_pixel_box(width.at(position)));
     const double odd = std::abs(static_cast<double>(stripe.width_px[i]) * per_step - own);
     const bool is_suspicious = last_moved_line_ == line - 1 ||
                                odd > kOddWidth * own + kOddErrors * sigma ||
@@ -328,7 +325,7 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
 
 void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& noise,
                                       const Place& place, Stripe& stripe, std::size_t i) {
-  const double reach = effective(place.width);
+  const double reach = with_pixel_box(place.width);
   const EdgeProfile profile =
       frame.lit.depth() == CV_8U
           ? profile_at<std::uint8_t>(frame, place.axis, place.line, place.position, reach)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/pixel_box.hpp"
 #include "stripe/learn/width_guess.hpp"
 #include "stripe/profile/line_view.hpp"
 
@@ -13,9 +14,6 @@ namespace {
 
 constexpr double kDefaultWidth = 1.5;
 constexpr double kLeastSigma = 0.2;
-constexpr double kPixelBox2 = 1.0 / 12.0;
-
-double with_pixel_box(double sigma) { return std::sqrt(sigma * sigma + kPixelBox2); }
 
 }  // namespace
 

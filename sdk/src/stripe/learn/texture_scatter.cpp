@@ -8,13 +8,13 @@
 #include <striper/core/return_status.hpp>
 #include <striper/core/robust.hpp>
 
+#include "core/pixel_box.hpp"
 #include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
-constexpr double kPixelBox2 = 1.0 / 12.0;
 
 // Lines that get the same excess; with those of a block on either side, 24 lines are looked at.
 // Fewer are mostly chance, more are another surface.
@@ -93,7 +93,7 @@ void TextureScatter::collect(const WidthModel& width, const AxisGrid& across,
   scratch_.reserve((2 * kReach + 1) * kBlock);
   const auto pivot = static_cast<float>(across.sensor(width.pivot));
   const auto slope = static_cast<float>(width.slope);
-  const double at_pivot = std::sqrt(std::max(0.04, width.at_pivot * width.at_pivot - kPixelBox2));
+  const double at_pivot = without_pixel_box(width.at_pivot);
   const auto own = static_cast<float>(at_pivot * across.step);
   float* const x = across_.data();
   float* const w = width_.data();

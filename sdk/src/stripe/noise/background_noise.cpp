@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include <striper/core/noise_model.hpp>
 #include <striper/core/robust.hpp>
 
 namespace striper::detail {
@@ -21,7 +22,7 @@ constexpr std::uint32_t kLeastClean = 8;  // One sample in so many.
 constexpr unsigned kEvery = 2;            // Frames.
 constexpr double kGain = 0.08;
 constexpr double kJump = 0.25;
-const double kQuantisation = std::sqrt(1.0 / 12.0);
+const double kRounding_dn = std::sqrt(kRounding_dn2);
 
 // Of whole numbers |d|, number 0 covering half a step and every other one a whole step.
 double median_of(const std::vector<std::uint32_t>& histogram, std::uint32_t total) {
@@ -63,7 +64,7 @@ double BackgroundNoise::update(const ProfileImages& images, const std::vector<st
   const auto measured = [&](int samples) {
     const double of_all = images.is_16_bit ? measure<std::uint16_t>(images, peaks, samples)
                                            : measure<std::uint8_t>(images, peaks, samples);
-    return std::max(kQuantisation, of_all / std::sqrt(exposures));
+    return std::max(kRounding_dn, of_all / std::sqrt(exposures));
   };
   if (sigma_dn_ > 0.0) {
     if (++frames_ % kEvery != 0) return sigma_dn_;
@@ -85,16 +86,16 @@ double BackgroundNoise::part_seen(const std::array<float, 3>& correlation) noexc
 template <typename Pixel>
 double BackgroundNoise::measure(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
                                 int samples) {
-  if (peaks.empty() || images.length <= 2 * kLag) return kQuantisation;
+  if (peaks.empty() || images.length <= 2 * kLag) return kRounding_dn;
   // What motion and edges leave is no noise; where they are everywhere it is all that can be seen.
   const bool has_variance = images.variance != nullptr;
   sample<Pixel>(images, peaks, samples, has_variance);
   if (has_variance && total_ < static_cast<std::uint32_t>(samples) / kLeastClean) {
     sample<Pixel>(images, peaks, samples, false);
   }
-  if (total_ == 0) return kQuantisation;
+  if (total_ == 0) return kRounding_dn;
   const double sigma = kSigmaOfMedianAbsolute * median_of(histogram_, total_) / std::sqrt(6.0);
-  return std::max(kQuantisation, sigma);
+  return std::max(kRounding_dn, sigma);
 }
 
 template <typename Pixel>

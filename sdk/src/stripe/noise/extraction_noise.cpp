@@ -9,11 +9,7 @@
 #include <opencv2/core.hpp>
 
 namespace striper::detail {
-namespace {
-
-constexpr double kQuantisation = 1.0 / 12.0;
-
-}  // namespace
+namespace {}  // namespace
 
 PlanNoise ExtractionNoise::of(const LitFrame& frame, const ProfileImages& images,
                               const std::vector<std::int32_t>& best_across,
@@ -36,7 +32,7 @@ PlanNoise ExtractionNoise::of(const LitFrame& frame, const ProfileImages& images
     return noise;
   }
   const double own_dn = background_.update(images, best_across, exposures);
-  noise.model.read_noise_dn = std::sqrt(std::max(0.0, own_dn * own_dn - kQuantisation));
+  noise.model.read_noise_dn = std::sqrt(std::max(0.0, own_dn * own_dn - kRounding_dn2));
   return noise;
 }
 

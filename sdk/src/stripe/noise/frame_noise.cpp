@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include <striper/core/noise_model.hpp>
 #include <striper/core/robust.hpp>
 
 #include "stripe/profile/line_view.hpp"
@@ -40,7 +41,7 @@ double estimate_frame_noise(const LitFrame& frame, StripeAxis axis,
   } else {
     sample_differences<std::uint16_t>(frame, axis, scratch);
   }
-  const double floor_dn = std::sqrt(1.0 / 12.0);
+  const double floor_dn = std::sqrt(kRounding_dn2);
   if (scratch.empty()) return floor_dn;
   const std::int32_t middle = upper_median(scratch);
   // The median of whole numbers jumps by one; where in its step it lies makes it continuous.

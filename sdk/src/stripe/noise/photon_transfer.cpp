@@ -28,7 +28,6 @@ constexpr double kMostMisfitOfCurve = 0.06;
 constexpr double kBeyondChance = 3.0;
 constexpr double kLeastContrast = 1.0 / 16.0;  // Of full scale,
 constexpr double kMostUncertain = 0.1;         // or the slope is known to this part.
-constexpr double kQuantisation = 1.0 / 12.0;
 
 [[noreturn]] void refuse(const std::string& reason) {
   throw Error(ErrorKind::kUntrustworthy, reason);
@@ -188,7 +187,7 @@ PhotonTransferFit fit_points(const std::vector<Point>& points, double black_leve
                     "corrected or of changing exposure?",
                     100.0 * fit.misfit));
   }
-  const double read2 = line.at_black - kQuantisation;
+  const double read2 = line.at_black - kRounding_dn2;
   if (read2 < -std::max(4.0 * line.at_black_sigma, 0.05)) {
     refuse(
         fmt::format("the noise would be below zero at the black level of {:g} DN: the true "

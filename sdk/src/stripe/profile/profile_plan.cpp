@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <numbers>
 
+#include "core/pixel_box.hpp"
+
 namespace striper::detail {
 namespace {
 
@@ -131,7 +133,7 @@ void set_noise(const PlanNoise& noise, ProfilePlan& plan) {
 
 // The mean square of what remains of pixel locking, from noiseless trials over the phase.
 void set_locking(double width, ProfilePlan& plan) {
-  const double sigma = std::sqrt(std::max(0.0, width * width - 1.0 / 12.0));
+  const double sigma = std::sqrt(std::max(0.0, width * width - kPixelBox2));
   const double narrow = std::max(0.0, sigma - 0.5);
   const double whole =
       plan.refine ? 0.0124 * std::exp(-narrow / 0.083) : 0.0087 * std::exp(-narrow / 0.083);
