@@ -14,11 +14,19 @@
 namespace striper {
 namespace {
 
-constexpr int kReach = 12;  // Pixels on either side.
+constexpr double kWidest_px = 5.0;
+constexpr int kReach = 12;  // Pixels on either side: 2.4 of the widest stripe's sigmas.
+// Twice as many phases, or steps of the peak's value, change the result by less than .1 %.
 constexpr int kPhases = 64;
 constexpr int kPeakSteps = 32;
+// Of what is left out nothing is as likely as 1e-5: pixels that far below the highest, values of
+// the peak that far off.
+constexpr double kPeakReach = 6.0;
+constexpr double kValueReach = 4.5;
+constexpr double kLeastChance = 1e-6;
+constexpr double kLowestSnr = 2.0;
 // Gauss's three points of a normal distribution.
-constexpr std::array kPlaces{-1.7320508, 0.0, 1.7320508};
+constexpr std::array kPlaces{-std::numbers::sqrt3, 0.0, std::numbers::sqrt3};
 constexpr std::array kWeights{1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0};
 
 double density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi); }
@@ -48,9 +56,10 @@ class Centroids {
 
   // Where the centroid may be, in rising order.
   std::vector<Outcome> outcomes() {
+    outcomes_.clear();
     const double highest = *std::max_element(profile_.begin(), profile_.end());
     for (std::size_t k = 1; k + 1 < profile_.size(); ++k) {
-      if (profile_[k] > highest - 6.0 * noise_) add_peak(k);
+      if (profile_[k] > highest - kPeakReach * noise_) add_peak(k);
     }
     std::sort(outcomes_.begin(), outcomes_.end(),
               [](const Outcome& a, const Outcome& b) { return a.position_px < b.position_px; });
@@ -58,13 +67,10 @@ class Centroids {
   }
 
  private:
-  static constexpr double kLeastChance = 1e-6;
-
   void add_peak(std::size_t k) {
-    constexpr double kSigmas = 4.5;
-    constexpr double kStep = 2.0 * kSigmas / kPeakSteps;
+    constexpr double kStep = 2.0 * kValueReach / kPeakSteps;
     for (int n = 0; n < kPeakSteps; ++n) {
-      const double z = kStep * (n + 0.5) - kSigmas;
+      const double z = kStep * (n + 0.5) - kValueReach;
       const double peak = profile_[k] + noise_ * z;
       double chance = kStep * density(z);
       for (std::size_t j = 0; j < profile_.size(); ++j) {
@@ -118,7 +124,7 @@ double mean_distance(const std::vector<Outcome>& outcomes) {
   return sum / (chance * chance);
 }
 
-void require(const char* name, double value, double least, double most) {
+void require_within(const char* name, double value, double least, double most) {
   if (value >= least && value <= most) return;
   throw Error(ErrorKind::kBadValue,
               fmt::format("{} is {:g}, expected {:g} to {:g}", name, value, least, most));
@@ -127,8 +133,8 @@ void require(const char* name, double value, double least, double most) {
 }  // namespace
 
 double centroid_change_px(double sigma_px, double snr) {
-  require("sigma_px", sigma_px, 0.3, 5.0);
-  require("snr", snr, 2.0, 1e6);
+  require_within("sigma_px", sigma_px, 0.3, kWidest_px);
+  require_within("snr", snr, kLowestSnr, 1e6);
   double sum = 0.0;
   for (int n = 0; n < kPhases; ++n) {
     const Profile profile = profile_of(sigma_px, (n + 0.5) / kPhases - 0.5);
@@ -138,10 +144,12 @@ double centroid_change_px(double sigma_px, double snr) {
 }
 
 double centroid_snr(double sigma_px, double change_px) {
-  require("change_px", change_px, 0.02, 1.0);
-  double low = 2.0;
-  double high = 2e4;
-  while (high > 1.005 * low) {
+  require_within("change_px", change_px, 0.02, 1.0);
+  constexpr double kHighestSnr = 2e4;  // Changes by far less than 0.02 px at any width.
+  constexpr double kClose = 1.005;     // The form itself is good to 2 %.
+  double low = kLowestSnr;
+  double high = kHighestSnr;
+  while (high > kClose * low) {
     const double middle = std::sqrt(low * high);
     (centroid_change_px(sigma_px, middle) > change_px ? low : high) = middle;
   }
