@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves end to end, on rendered pictures, what tests/sdk/profile proves on scans: pieces, corners and tools are where
-the scene has them, by their error bars; and so they are with calibrations made from pictures.
+"""Proves end to end, on rendered images, what tests/sdk/profile proves on scans: pieces, corners and tools are where
+the scene has them, by their error bars; and so they are with calibrations made from images.
 
 STRIPER_FULL_TRIALS=1: 20 scenes of each kind and 20 calibrations, which decide the goals; 3 scenes and none otherwise.
 """
@@ -236,8 +236,8 @@ def test_tools_are_right_with_whole_calibrations(tmp_path):
         exact = measured(path, seed, "&noise=off", striper.simulated_model(path))
         assert all(row.status == "ok" for row in exact.values())
         truth = {tool: known.get(tool, row.value) for tool, row in exact.items()}
-        pictures = [frame.image.copy() for frame, _ in striper.simulate(f"{session}?seed={seed}", POSES)]
-        result = striper.calibrate(lasers=[pictures], board="9x6", square=0.06, lens="plumb_bob")
+        images = [frame.image.copy() for frame, _ in striper.simulate(f"{session}?seed={seed}", POSES)]
+        result = striper.calibrate(lasers=[images], board="9x6", square=0.06, lens="plumb_bob")
         assert not result.refused, result.verdict
         for tool, row in measured(path, seed, "", result.model).items():
             if row.status == "ok":

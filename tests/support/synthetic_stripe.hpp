@@ -57,7 +57,7 @@ inline LitFrame render(const SyntheticStripe& stripe) {
   return frame;
 }
 
-/// The same picture with rows and columns exchanged, for the other stripe axis.
+/// The same image with rows and columns exchanged, for the other stripe axis.
 inline LitFrame transposed(const LitFrame& frame) {
   LitFrame out = frame;
   out.lit = frame.lit.t();

@@ -18,7 +18,7 @@
 namespace striper {
 namespace {
 
-// Which end of a line of pixels through the picture's middle sees the laser plane nearer: where the
+// Which end of a line of pixels through the image's middle sees the laser plane nearer: where the
 // ray comes down on the plane more steeply. The lens bends both ends alike.
 NearEnd near_end_of(const StriperModel& model) {
   if (model.lasers.empty()) return ExtractOptions{}.near_end;
@@ -339,7 +339,7 @@ std::string Scanner::Stages::why_refused(const Frame& frame) const {
   }
   std::string reason = why_unreadable(frame);
   if (reason.empty() && model_size && frame.sensor_size != *model_size) {
-    return fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
+    return fmt::format("the image is of a {}x{} sensor and the model of a {}x{} one",
                        frame.sensor_size.width, frame.sensor_size.height, model_size->width,
                        model_size->height);
   }

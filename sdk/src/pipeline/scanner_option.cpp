@@ -150,7 +150,7 @@ std::vector<ScannerOption> choices() {
        .unit = {},
        .words = {"auto", "grey", "red", "green", "blue", "green-red", "red-green"},
        .what_if_not_given = "the model's, else auto",
-       .help = "What of a colour picture is searched: auto, grey, red, green, blue, green-red or "
+       .help = "What of a colour image is searched: auto, grey, red, green, blue, green-red or "
                "red-green",
        .put =
            [](Options& o, Text v) {
@@ -162,7 +162,7 @@ std::vector<ScannerOption> choices() {
        .unit = {},
        .words = words_of(kAmbientMethods),
        .what_if_not_given = "auto: what the illumination pattern allows",
-       .help = "How daylight is subtracted: auto, none, alternate (dark pictures), fields (dark "
+       .help = "How daylight is subtracted: auto, none, alternate (dark exposures), fields (dark "
                "fields; the source must have fields, see fields= below) or temporal (a standing "
                "sensor before a stripe that wanders)",
        .put = [](Options& o, Text v) { put_word(kAmbientMethods, v, o.ambient.method); },
@@ -185,8 +185,8 @@ std::vector<ScannerOption> texts() {
        .unit = {},
        .words = {},
        .form = kRegionForm,
-       .what_if_not_given = "all of the picture",
-       .help = "Scan this part of the picture only: left, top, width and height in pixels of the "
+       .what_if_not_given = "all of the image",
+       .help = "Scan this part of the image only: left, top, width and height in pixels of the "
                "full sensor",
        .put = [](Options& o, Text v) { o.region = region_in(v); },
        .get = [](const Options& o) { return text_of(o.region); },
@@ -196,8 +196,9 @@ std::vector<ScannerOption> texts() {
        .words = {},
        .form = "FILE",
        .what_if_not_given = "nothing is ignored",
-       .help = "Ignore what lies here: a picture of the sensor's size, black where it is ignored, "
-               "or a .yaml file of polygons in pixels or in metres of the scan plane",
+       .help = "Ignore what lies here: an image file of the sensor's size, black where it is "
+               "ignored, or "
+               "a .yaml file of polygons in pixels or in metres of the scan plane",
        .put = [](Options& o, Text v) { o.mask = std::make_shared<const ScanMask>(load_mask(v)); },
        .get = [](const Options& o) { return o.mask ? o.mask->name : std::string(); },
        .why_no_text = why_no_mask},
@@ -210,7 +211,7 @@ std::vector<ScannerOption> numbers() {
        .unit = "DN",
        .words = {},
        .what_if_not_given = "from the noise",
-       .help = "A stripe rises this far above the background, in digital numbers of the picture",
+       .help = "A stripe rises this far above the background, in digital numbers of the image",
        .put = [](Options& o, Text v) { o.stripe.threshold_dn = number_of(v); },
        .get = [](const Options& o) { return text_of(o.stripe.threshold_dn); }},
       {.name = "width",
@@ -222,7 +223,7 @@ std::vector<ScannerOption> numbers() {
        .what_if_not_given = "the model's, else measured",
        .help =
            "The stripe's Gaussian sigma (its width at half its height over 2.35), pixels of the "
-           "picture",
+           "image",
        .put = [](Options& o, Text v) { o.stripe.stripe_sigma_px = number_of(v); },
        .get = [](const Options& o) { return text_of(o.stripe.stripe_sigma_px); }},
       {.name = "min_confidence",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves which channel of a colour picture is searched: synthetic traps, then the two real ones (a
+// Proves which channel of a colour image is searched: synthetic traps, then the two real ones (a
 // line clipped to white on one set, a white board that is almost as bright as the line on the
 // other), and that a difference shows a clipped line where its own colour does.
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ cv::Mat scene(const cv::Scalar& background, const cv::Scalar& line) {
   return image + noise;
 }
 
-TEST(ChooseChannel, GreyPictureIsGrey) {
+TEST(ChooseChannel, GreyImageIsGrey) {
   EXPECT_EQ(choose_channel(cv::Mat::zeros(40, 40, CV_8UC1), StripeAxis::kColumns), Channel::kGrey);
 }
 
@@ -42,7 +42,7 @@ TEST(ChooseChannel, GreenLineOnAWhiteSheetNeedsTheDifference) {
   EXPECT_EQ(choose_channel(image, StripeAxis::kColumns), Channel::kGreenMinusRed);
 }
 
-TEST(SelectChannel, GreyPictureIsNotCopied) {
+TEST(SelectChannel, GreyImageIsNotCopied) {
   const cv::Mat image(4, 4, CV_16UC1, cv::Scalar(7));
   ChannelImages channel;
   select_channel(image, Channel::kGreenMinusRed, channel);
@@ -61,7 +61,7 @@ TEST(SelectChannel, DifferenceKeepsBothChannelsApart) {
   EXPECT_TRUE(channel.dark.empty());
 }
 
-TEST(SelectChannel, NeverWritesIntoAPictureItHandedThrough) {
+TEST(SelectChannel, NeverWritesIntoAnImageItHandedThrough) {
   const cv::Mat grey(4, 4, CV_8UC1, cv::Scalar(7));
   ChannelImages channel;
   select_channel(grey, Channel::kGrey, channel);

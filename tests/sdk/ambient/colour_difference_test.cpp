@@ -42,7 +42,7 @@ const cv::Vec3d kGrey(60.0, 60.0, 60.0);
 const cv::Vec3d kGrass(60.0, 110.0, 70.0);
 
 // A line across a ground, in 8 bits: B, G, R, the laser of colour number `colour`.
-cv::Mat picture_of(const Laser& laser, const cv::Vec3d& ground_dn = kGrey, int colour = 1) {
+cv::Mat image_of(const Laser& laser, const cv::Vec3d& ground_dn = kGrey, int colour = 1) {
   cv::Mat image(kSize, CV_8UC3);
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
@@ -141,7 +141,7 @@ class ClippedLine : public ::testing::TestWithParam<ExtractMethod> {
 TEST_P(ClippedLine, IsWhereItIs) {
   Way way;
   way.method = GetParam();
-  const cv::Mat image = picture_of(kClipped);
+  const cv::Mat image = image_of(kClipped);
   expect_found(image, way);
 
   cv::Mat deep;
@@ -158,7 +158,7 @@ TEST_P(ClippedLine, IsWhereItIs) {
 
   way.axis = StripeAxis::kColumns;
   way.channel = Channel::kRedMinusGreen;
-  expect_found(picture_of(kClipped, kGrey, 2), way);
+  expect_found(image_of(kClipped, kGrey, 2), way);
 }
 
 // White markings, wide and narrow, that run as a laser's line might; the laser is off, or elsewhere
@@ -172,7 +172,7 @@ TEST_P(ClippedLine, IsNoMarkingOnColouredGround) {
         // Without a line the noise of the ground passes paper's threshold now and then.
         if (laser_dn == 0.0 && GetParam() == ExtractMethod::kPaper) continue;
         SCOPED_TRACE(::testing::Message() << ground_dn << " " << height << " " << laser_dn);
-        cv::Mat image = picture_of({laser_dn, 0.1}, ground_dn);
+        cv::Mat image = image_of({laser_dn, 0.1}, ground_dn);
         image.rowRange(30, 30 + height).setTo(cv::Scalar(255, 255, 255));
         const Found found = found_in(stripe_of(image, way));
         EXPECT_LE(found.wrong, kSize.width / 100);
@@ -223,20 +223,20 @@ double most_mended_dn(const cv::Mat& image) {
 }
 
 TEST(ColourDifference, IsMendedOnlyWhereItIsHollow) {
-  EXPECT_GT(most_mended_dn(picture_of(kClipped)), 100.0);
-  EXPECT_EQ(most_mended_dn(picture_of({180.0, 0.4})), 0.0) << "not clipped";
-  EXPECT_EQ(most_mended_dn(picture_of({300.0, 0.1})), 0.0) << "clipped in green alone";
+  EXPECT_GT(most_mended_dn(image_of(kClipped)), 100.0);
+  EXPECT_EQ(most_mended_dn(image_of({180.0, 0.4})), 0.0) << "not clipped";
+  EXPECT_EQ(most_mended_dn(image_of({300.0, 0.1})), 0.0) << "clipped in green alone";
 }
 
 TEST(ColourDifference, IsNotMendedAtWhiteThings) {
-  cv::Mat image = picture_of({180.0, 0.2});
+  cv::Mat image = image_of({180.0, 0.2});
   image(cv::Rect(10, 20, 60, 50)).setTo(cv::Scalar(255, 255, 255));
   image(cv::Rect(90, 40, 7, 7)).setTo(cv::Scalar(255, 255, 255));
   EXPECT_EQ(most_mended_dn(image), 0.0);
 }
 
-TEST(ColourDifference, WritesIntoNoPicture) {
-  const cv::Mat image = picture_of(kClipped);
+TEST(ColourDifference, WritesIntoNoImage) {
+  const cv::Mat image = image_of(kClipped);
   LitFrame frame = difference_of(image);
   const LitFrame before = frame;
   const cv::Mat lit = frame.lit.clone();
@@ -250,12 +250,12 @@ TEST(ColourDifference, WritesIntoNoPicture) {
 
 // The line becomes clipped late in a stream.
 TEST(ColourDifference, AllocatesNothingAfterTheFirstFrame) {
-  LitFrame plain = difference_of(picture_of({100.0, 0.4}));
-  cv::Mat image = picture_of(kClipped);
+  LitFrame plain = difference_of(image_of({100.0, 0.4}));
+  cv::Mat image = image_of(kClipped);
   image(cv::Rect(90, 20, 7, 7)).setTo(cv::Scalar(255, 255, 255));
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
     LitFrame clipped = difference_of(axis == StripeAxis::kColumns ? image : cv::Mat(image.t()));
-    if (axis == StripeAxis::kRows) plain = difference_of(picture_of({100.0, 0.4}).t());
+    if (axis == StripeAxis::kRows) plain = difference_of(image_of({100.0, 0.4}).t());
     ColourDifference difference;
     difference.correct(plain, axis);
     const testing::AllocationCounter counter;
@@ -265,7 +265,7 @@ TEST(ColourDifference, AllocatesNothingAfterTheFirstFrame) {
   }
 }
 
-TEST(ColourDifference, OfTinyPicturesIsTakenAsItIs) {
+TEST(ColourDifference, OfTinyImagesIsTakenAsItIs) {
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(3, 1), cv::Size(1, 3), cv::Size(2, 2)}) {
       LitFrame frame = difference_of(cv::Mat(size, CV_8UC3, cv::Scalar(255, 255, 255)));

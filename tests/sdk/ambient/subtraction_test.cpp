@@ -20,12 +20,12 @@ using testing::Street;
 
 // All lit frames of a street.
 template <typename Action>
-void for_each_lit(const Street& street, int pictures, const Action& action) {
+void for_each_lit(const Street& street, int frames, const Action& action) {
   AmbientOptions options;
   options.pattern = street.pattern;
   AmbientStage stage(options);
-  for (int sequence = 0; sequence < pictures; ++sequence) {
-    stage.push(street.picture(static_cast<std::uint64_t>(sequence)));
+  for (int sequence = 0; sequence < frames; ++sequence) {
+    stage.push(street.frame(static_cast<std::uint64_t>(sequence)));
     while (const LitFrame* const lit = stage.next()) action(*lit);
   }
 }
@@ -241,7 +241,7 @@ TEST(Temporal, TakesOffWhatStandsStillAndKeepsWhatMoves) {
   AmbientStage stage(options);
   int frames = 0;
   for (now = 0; now < 12; ++now) {
-    stage.push(street.picture(now));
+    stage.push(street.frame(now));
     while (const LitFrame* const lit = stage.next()) {
       const cv::Mat residual = residual_of(*lit);
       const int row = 40 + 12 * static_cast<int>(lit->sequence);

@@ -167,7 +167,7 @@ TEST_P(BothMethods, DarkImageIsTakenOff) {
   EXPECT_LT(rms_error(stripe, s), 0.03);
 }
 
-// A dark picture whose rows were interpolated halfway between those of the other field.
+// A dark exposure whose rows were interpolated halfway between those of the other field.
 void interpolate_dark(const SyntheticStripe& lit, LitFrame& frame) {
   SyntheticStripe other = lit;
   other.amplitude_dn = 0.0;
@@ -234,7 +234,7 @@ TEST_P(BothMethods, EmptyLinesAreNoStripe) {
   EXPECT_LE(s.lines - count_of(stripe, ReturnStatus::kNoStripe), 6) << "of 2000, 2 expected";
 }
 
-TEST_P(BothMethods, ConstantPicturesOfEverySizeHaveNoStripe) {
+TEST_P(BothMethods, ConstantImagesOfEverySizeHaveNoStripe) {
   for (const int rows : {1, 2, 3, 4, 7, 31, 33}) {
     for (const int cols : {1, 2, 5, 16, 17}) {
       LitFrame frame;
@@ -316,7 +316,7 @@ TEST_P(BothMethods, EdgesFarFromALevelStripeDoNotTiltItsWidth) {
   s.position = [](int line) { return 165.0 + 0.03 * line; };
   const std::unique_ptr<StripeExtractor> extractor = make_extractor(options());
   Stripe stripe;
-  for (int picture = 0; picture < 10; ++picture) {
+  for (int image = 0; image < 10; ++image) {
     LitFrame frame = testing::render(s);
     for (int u = 0; u < s.lines; u += 5) {
       const double sigma = testing::uniform(2.0, 4.5);
@@ -453,7 +453,7 @@ TEST(ExtractOptions, RefusesValuesOutOfBoundsNamingThem) {
 }
 
 // What no line shows by itself is followed to the border, and said to be cut off there.
-TEST(ProfileExtractor, ContinuousStripeThatLeavesThePictureIsAtItsEdge) {
+TEST(ProfileExtractor, ContinuousStripeThatLeavesTheImageIsAtItsEdge) {
   testing::reseed();
   SyntheticStripe s = typical();
   s.position = [](int line) { return 228.0 + 0.05 * line; };

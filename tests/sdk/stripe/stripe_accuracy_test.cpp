@@ -189,11 +189,11 @@ struct Detections {
   double false_points = 0.0;  // Of the lines without.
 };
 
-Detections detect(double snr, PeakRule rule, int pictures) {
+Detections detect(double snr, PeakRule rule, int images) {
   double with = 0.0;
   double without = 0.0;
   Detections d;
-  for (int n = 0; n < pictures; ++n) {
+  for (int n = 0; n < images; ++n) {
     const Scene scene = wandering_stripe(snr);
     ExtractOptions options;
     options.peak = rule;

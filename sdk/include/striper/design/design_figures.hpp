@@ -55,14 +55,14 @@ class DesignFigures {
   /// @param bearing_rad in the scan frame; 0 is straight ahead.
   RangeFigures at(double range_m, double bearing_rad = 0.0) const;
 
-  /// The angle of one pixel along the stripe, in the middle of the picture.
+  /// The angle of one pixel along the stripe, in the middle of the image.
   double angular_resolution_rad() const;
 
-  /// From the first to the last bearing that the picture shows and the fan lights at a range.
+  /// From the first to the last bearing that the image shows and the fan lights at a range.
   double coverage_rad(double range_m) const;
 
-  /// The nearest and farthest range in the picture straight ahead; the far one is infinite where
-  /// the picture reaches the horizon, both are NaN where nothing between 1 cm and 1 km is seen.
+  /// The nearest and farthest range in the image straight ahead; the far one is infinite where
+  /// the image reaches the horizon, both are NaN where nothing between 1 cm and 1 km is seen.
   double near_m() const noexcept { return near_m_; }
   double far_m() const noexcept { return far_m_; }
 

@@ -36,8 +36,8 @@ struct DesignCamera {
   double falloff_exponent = 0.0;  ///< Light falls with cos(theta)^this.
   double blur_sigma_px = 0.0;     ///< Lens blur, a Gaussian, sensor pixels.
   double shutter_s = 1.0 / 400000.0;
-  double rate_hz = 30.0;         ///< Pictures a second.
-  bool interlaced = false;       ///< Each picture is two fields of every other row, each a scan.
+  double rate_hz = 30.0;         ///< Frames a second.
+  bool interlaced = false;       ///< Each frame is two fields of every other row, each a scan.
   bool dark_subtracted = false;  ///< Every other exposure is dark and subtracted from the lit one.
   int bit_depth = 8;
   double dn_per_electron = 0.05;
@@ -74,7 +74,7 @@ struct StriperDesign {
 };
 
 /// A camera with equal angles per pixel, which is how the paper's Table 1 comes out.
-/// @param fov_rad from the left edge of the picture to the right, above 0, below 3.1.
+/// @param fov_rad from the left edge of the image to the right, above 0, below 3.1.
 CameraModel equiangular_camera(int columns, int rows, double fov_rad);
 
 /// A pinhole camera. @param focal_m of the lens. @param sensor_width_m across the columns.

@@ -7,7 +7,7 @@
 
 namespace striper {
 
-/// One return: where the stripe is in the picture and, through the model, where the surface is in
+/// One return: where the stripe is in the image and, through the model, where the surface is in
 /// the scan frame (CONVENTIONS.md). A number that does not exist is NaN and `status` says why,
 /// never 0.
 struct Return {

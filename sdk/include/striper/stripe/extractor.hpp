@@ -52,7 +52,7 @@ struct ExtractOptions {
 
   // What follows is for `fast` and `refined`.
 
-  /// docs/peaks.md has a table of the rules over all scenes and real pictures: kContinuous finds
+  /// docs/peaks.md has a table of the rules over all scenes and real images: kContinuous finds
   /// more, and more that is not the stripe where all of it is dim. It costs nothing where nothing
   /// is subtracted from the image, nor of lines with one strong peak alone.
   PeakRule peak = PeakRule::kBrightest;

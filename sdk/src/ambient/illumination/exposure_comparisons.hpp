@@ -23,10 +23,10 @@ struct ProfiledExposure {
   BandProfiles bands;
 };
 
-/// The exposures of one look at the pictures, and how much of a line each shows over others.
+/// The exposures of one look at the images, and how much of a line each shows over others.
 ///
 /// Nothing is compared twice, and what is asked of every look can be compared as the exposures
-/// come. No allocation after the first look at pictures of a size. Not thread-safe.
+/// come. No allocation after the first look at images of a size. Not thread-safe.
 class ExposureComparisons {
  public:
   /// Of a line, as a fraction of what a clear one gives.

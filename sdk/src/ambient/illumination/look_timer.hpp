@@ -3,7 +3,7 @@
 
 namespace striper::detail {
 
-/// When the pictures are asked for the pattern: from now on, or after so many exposures.
+/// When the images are asked for the pattern: from now on, or after so many exposures.
 class LookTimer {
  public:
   // Exposures between two checks of a pattern that was found, or of a scene that showed no line:

@@ -30,7 +30,7 @@ constexpr int kLeastTriples = 3;
 constexpr double kLeastSurplus = 0.12;
 double clear_of_residual(std::size_t period) { return 0.5 + 0.5 * static_cast<double>(period); }
 
-// Where a laser's line comes and goes it explains the pictures to a few per cent, whatever passes
+// Where a laser's line comes and goes it explains the images to a few per cent, whatever passes
 // by: in simulated daylight at up to 100 km/h the surplus is 0.82 and more, the rest 0.07 of it.
 // Real stripes that move without ever being off leave 0.6 or less, and a third of it.
 constexpr double kPlainSurplus = 0.7;
@@ -48,7 +48,7 @@ constexpr std::uint64_t kFarthestDark = 2;
 constexpr double kLineInDark = 0.35;
 constexpr double kLineInDarkOfLit = 0.55;
 
-// A longer period must explain the pictures this much better than a shorter one.
+// A longer period must explain the images this much better than a shorter one.
 constexpr double kBetterFit = 0.6;
 
 // White noise, once interpolated between rows, differs by up to 2.2 times what its second
@@ -94,7 +94,7 @@ void PatternFinder::add(const Frame& exposure, std::uint64_t number) {
 
 void PatternFinder::compare() { comparisons_->compare_triples(); }
 
-std::size_t PatternFinder::pictures() const noexcept {
+std::size_t PatternFinder::frames() const noexcept {
   const auto exposures = comparisons_->exposures();
   if (exposures.empty()) return 0;
   return exposures.size() / static_cast<std::size_t>(exposures.front().exposures_per_picture);
@@ -295,8 +295,8 @@ std::optional<double> PatternFinder::field_disorder() {
   }
   if (disorders_.empty()) return std::nullopt;
   if (votes.all() >= kLeastVotes) return 2.0 * votes.wrong / votes.all();
-  // Of a picture in which something comes into view, the second field is no more like one
-  // neighbour than like the other: it takes most of the pictures.
+  // Of a frame in which something comes into view, the second field is no more like one
+  // neighbour than like the other: it takes most of the frames.
   return upper_median(disorders_);
 }
 

@@ -119,7 +119,7 @@ void sample_bands(const cv::Mat& values, StripeAxis axis, const Bands& bands, cv
 
 float sample(const float* row, int length, int k) { return row[std::clamp(k, 0, length - 1)]; }
 
-// Pictures without any noise still have rounding.
+// Images without any noise still have rounding.
 float sigma_above_rounding(std::vector<float>& absolute_values) {
   return std::max(0.1F, static_cast<float>(robust_sigma(absolute_values)));
 }
@@ -302,7 +302,7 @@ double LineSearch::strength(std::span<const ProfilePair> pairs, int bands, int m
     length = std::min({length, pair.over.plain.cols, pair.under.plain.cols});
   }
   const int fold = LinePath::fold_of(length);
-  // The line shows in one channel of a colour picture at least.
+  // The line shows in one channel of a colour image at least.
   const int rows = pairs.front().over.plain.rows;
   float strongest = 0.0F;
   for (int first = 0; first < rows; first += bands) {

@@ -14,7 +14,7 @@
 namespace striper::detail {
 
 /// Groups of neighbouring lines, averaged: a few dozen profiles across the stripe stand for the
-/// picture, and are what is compared with another one. CV_32F each, a band a row. Colour pictures
+/// image, and are what is compared with another one. CV_32F each, a band a row. Colour images
 /// give the profiles of each channel one after the other. Both fields are interpolated to the lines
 /// half-way between them where the search runs down the columns.
 struct BandProfiles {

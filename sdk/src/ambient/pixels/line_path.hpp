@@ -12,7 +12,7 @@
 
 namespace striper::detail {
 
-/// Follows a line that runs across the picture from band to band of lines: of all paths the one
+/// Follows a line that runs across the image from band to band of lines: of all paths the one
 /// whose places rise highest above both of their sides, in sigmas of noise, by dynamic programming.
 ///
 /// No place counts for more than a clear line or for less than a gap may cost, and climbing costs a
@@ -46,7 +46,7 @@ class LinePath {
   }
 
   /// How many places a line may climb from one of the bands to the next. @param lines of the
-  /// picture, which the bands sample.
+  /// image, which the bands sample.
   static int most_jump(int lines, int bands) {
     const float climb = kSteepest * static_cast<float>(lines) / static_cast<float>(bands);
     return std::max(kLeastJump, static_cast<int>(std::ceil(climb)));

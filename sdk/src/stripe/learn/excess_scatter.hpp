@@ -9,7 +9,7 @@
 namespace striper::detail {
 
 /// Learns how much the stripe scatters along itself beyond what the noise of the pixels explains:
-/// speckle, the texture of surfaces, what a picture's compression does.
+/// speckle, the texture of surfaces, what an image's compression does.
 ///
 /// From fourth differences of good returns two lines apart, which no straight or gently bent
 /// surface shows, and their median without what stands out by 4 standard deviations: edges. Over

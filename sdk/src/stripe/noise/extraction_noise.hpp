@@ -25,7 +25,7 @@ class ExtractionNoise {
   void take_given(const LitFrame& frame, double shown_dn, const ExtractOptions& options);
 
   BackgroundNoise background_;
-  NoiseModel given_;  // In the DN of pictures of this full scale.
+  NoiseModel given_;  // In the DN of images of this full scale.
   int full_scale_dn_ = 0;
 };
 

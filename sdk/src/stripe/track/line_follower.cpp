@@ -221,7 +221,7 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
     weakly_supported_[i] = 1;
     const float probability = tracker_.of_line(line).probability;
     stripe.confidence[i] = probability;
-    // The chain tells that there is a stripe, not that all of it is inside the picture.
+    // The chain tells that there is a stripe, not that all of it is inside the image.
     if (peak.status() == ReturnStatus::kEdge) continue;
     stripe.status[i] = probability >= kCertain ? ReturnStatus::kOk : ReturnStatus::kWeak;
   }
