@@ -21,7 +21,7 @@ namespace py = pybind11;
 namespace striper::python {
 namespace {
 
-// A line of the truth, as it is in arrays.
+// A scan line of the truth, as it is in arrays.
 struct TrueRow {
   double u_px, v_px, bearing_rad, range_m, x_m, y_m, amplitude_dn, width_px;
   std::int32_t object;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A camera and a laser line as a calibrated range sensor.
+"""A camera and a laser plane as a calibrated range sensor.
 
     import striper
 
@@ -93,7 +93,7 @@ def measure(scan, tools, model=None):
 
 
 def simulate(scene, frames=10):
-    """Simulates a scene: yields `frames` frames as (Frame, Truth); the Truth of a dark one is None.
+    """Simulates a scene: yields so many `frames` as (Frame, Truth); the Truth of a dark one is None.
 
     An interlaced frame whose both fields are lit has two truths: the first field's is given.
     """

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which rule tells best which of a line's peaks is the stripe: every scene that comes with Striper,
-// the paper's hard case as nothing was tuned on it, and the real images of ../shared/realdata
-// where they are there.
+// Which rule tells best which of a scan line's peaks is the stripe: every scene that comes with
+// Striper, the paper's hard case as nothing was tuned on it, and the real images of
+// ../shared/realdata where they are there.
 //
 //     peak_table [FRAMES, 6 by default] [SCENE.yaml ...]
 //

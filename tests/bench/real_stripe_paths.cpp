@@ -27,12 +27,12 @@ namespace {
 // In the image turned so that the stripe crosses every column.
 constexpr int kCore = 17;            // The widest clipped core, pixels.
 constexpr int kHalfCore = 11;        // How far from its path a stripe goes on across.
-constexpr int kAlong = 9;            // The signal is averaged over so many lines,
+constexpr int kAlong = 9;            // The signal is averaged over so many scan lines,
 constexpr double kAcross = 2.0;      // and over a Gaussian of this sigma across.
 constexpr double kJump = 6.0;        // What it costs to go elsewhere, in units of the threshold.
 constexpr double kStep = 0.15;       // And to go a pixel aside.
-constexpr int kReach = 3;            // How far aside a stripe goes from line to line.
-constexpr int kShortest = 24;        // Lines of a piece that is kept,
+constexpr int kReach = 3;            // How far aside a stripe goes from scan line to scan line.
+constexpr int kShortest = 24;        // Scan lines of a piece that is kept,
 constexpr int kTrimmed = 3;          // of which these at its ends are not judged.
 constexpr double kStraightPx = 0.7;  // How well the knots describe the path.
 
@@ -175,7 +175,7 @@ std::vector<std::vector<Point>> pieces_of(const cv::Mat& signal, const std::vect
   return pieces;
 }
 
-/// Lines in which nothing of the laser's colour is to be seen, as first and last.
+/// Scan lines in which nothing of the laser's colour is to be seen, as first and last.
 std::vector<std::pair<int, int>> empty_lines(const cv::Mat& signal, const std::vector<int>& path,
                                              double threshold) {
   std::vector<std::pair<int, int>> ranges;

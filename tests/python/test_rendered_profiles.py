@@ -18,7 +18,7 @@ SCENES = 20 if FULL else 3
 CALIBRATIONS = 20
 POSES = 16
 
-# The camera and laser of data/scenes/calibration.yaml: the sheet is level, so that the scan's x and y are the world's.
+# The camera and laser of data/scenes/calibration.yaml: the laser plane is level, so that the scan's x and y are the world's.
 HEAD = """striper_scene: 1
 camera: {{width: 480, height: 360, fov_deg: 55, lens: plumb_bob, distortion: [-0.24, 0.09, 0, 0, 0],
          rotation_deg: [0, 14, 0]}}
@@ -84,7 +84,7 @@ def test_a_wall_is_one_piece_and_smoother_than_its_returns(tmp_path):
         distance = np.random.default_rng(seed).uniform(1.2, 2.0)
         scan = scan_of(tmp_path, [(0.2, 4.0, distance + 0.1, 0.0, 0.0)], seed)
         (wall,) = long_pieces(scan)
-        # A sheet of light has a thickness, within which what is nearer is brighter: tens of micrometres on a wall, more
+        # A laser plane has a thickness, within which what is nearer is brighter: tens of micrometres on a wall, more
         # than the noise of 480 columns leaves of its distance.
         (exact,) = long_pieces(scan_without_noise(tmp_path, seed))
         assert abs(exact.line.distance_m - distance) < 50e-6
@@ -131,7 +131,7 @@ def test_a_corner_is_where_the_scene_has_it(tmp_path):
 
 def test_a_wave_is_followed(tmp_path):
     """A corrugated wall, 30 columns a wave and 10 sigmas high: the smoothed returns against the exact ones, less what the
-    sheet's thickness moves all of them by."""
+    laser plane's thickness moves all of them by."""
     single, pulls, ratios, biases = [], [], [], []
     for seed in range(400, 400 + SCENES):
         distance = np.random.default_rng(seed).uniform(1.4, 1.8)

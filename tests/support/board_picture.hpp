@@ -110,7 +110,7 @@ inline cv::Mat render_board(const CameraModel& camera, const Board& board,
           if (along > 0.0 && white) {
             value = options.black_dn + *white * (options.white_dn - options.black_dn);
             if (options.laser) {
-              // Pixels to the laser line along the axis, to first order.
+              // Pixels to the laser plane along the axis, to first order.
               const auto height = [&](const Eigen::Vector2d& at) {
                 const auto other = camera.unproject(at);
                 const Eigen::Vector3d q =

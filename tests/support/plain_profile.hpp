@@ -19,7 +19,7 @@ namespace striper::testing {
 class PlainProfile {
  public:
   struct Images {
-    cv::Mat lit, dark, masked, variance;  // Lines are columns.
+    cv::Mat lit, dark, masked, variance;  // Scan lines are columns.
     int full_scale_dn = 255;
   };
 

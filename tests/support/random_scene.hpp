@@ -37,7 +37,7 @@ class SceneDice {
 Scene random_room(std::uint64_t seed);
 
 /// A calibration session as data/scenes/calibration.yaml: a board of one of four kinds is turned
-/// and carried through the sheet, kSessionFrames frames.
+/// and carried through the laser plane, kSessionFrames frames.
 Scene random_session(std::uint64_t seed);
 inline constexpr int kSessionFrames = 10;
 

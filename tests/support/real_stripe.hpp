@@ -25,7 +25,7 @@ struct RealImage {
   std::string file;  ///< Below the folder of all sets.
   StripeAxis axis = StripeAxis::kColumns;
   std::vector<std::vector<Eigen::Vector2d>> stripes;  ///< Knots (line, position).
-  std::vector<std::pair<int, int>> empty;             ///< First and last line without a stripe.
+  std::vector<std::pair<int, int>> empty;  ///< First and last scan line without a stripe.
 
   std::string set() const { return file.substr(0, file.find('/')); }
   std::optional<double> stripe_at(int line) const;  ///< Empty where there is none or not known.
@@ -37,22 +37,22 @@ struct RealImage {
 /// @throws Error{kBadFile} quoting a line that is not understood.
 std::vector<RealImage> real_images();
 
-/// Boards of a set that no laser was near: all lines are without a stripe.
+/// Boards of a set that no laser was near: all scan lines are without a stripe.
 std::vector<RealImage> real_boards(const std::string& set, const std::string& extension,
                                    StripeAxis axis);
 
-/// Shares of a real image's lines, or of many's.
+/// Shares of a real image's scan lines, or of many's.
 struct RealScore {
   /// The stripes are 6 to 13 pixels wide at half height, speckled, and their paths good to a pixel.
   static constexpr double kRightPx = 4.0;
 
   std::size_t lines = 0;
-  std::size_t with_stripe = 0;  ///< Judged lines,
+  std::size_t with_stripe = 0;  ///< Judged scan lines,
   std::size_t empty = 0;        ///< and those without a stripe.
   std::size_t ok = 0;
   std::size_t found = 0;
   std::size_t wrong = 0;     ///< `ok` elsewhere than the stripe, or where there is none.
-  std::size_t unjudged = 0;  ///< `ok` in lines of which nothing is known.
+  std::size_t unjudged = 0;  ///< `ok` in scan lines of which nothing is known.
   std::size_t images = 0;
   std::size_t unseen = 0;  ///< Images with `is_stripe_seen` false.
 

@@ -11,7 +11,7 @@
 
 namespace striper::testing {
 
-/// The scene of data/scenes/calibration.yaml: a checkerboard carried through the laser's sheet.
+/// The scene of data/scenes/calibration.yaml: a checkerboard carried through the laser plane.
 inline Scene calibration_scene() { return load_scene(source_path("data/scenes/calibration.yaml")); }
 
 /// The images of such a scene as a session, board and stripe in each.

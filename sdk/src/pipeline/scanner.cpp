@@ -18,7 +18,7 @@
 namespace striper {
 namespace {
 
-// Which end of a line of pixels through the image's middle sees the laser plane nearer: where the
+// Which end of a scan line through the image's middle sees the laser plane nearer: where the
 // ray comes down on the plane more steeply. The lens bends both ends alike.
 NearEnd near_end_of(const StriperModel& model) {
   if (model.lasers.empty()) return ExtractOptions{}.near_end;
@@ -124,7 +124,7 @@ std::vector<std::unique_ptr<StripeExtractor>> make_extractors(const ScannerOptio
   const std::size_t count = pattern.is_bracket() ? pattern.entries().size() : 1;
   if (count > 1 && options.stripe.peak == PeakRule::kAll) {
     throw Error(ErrorKind::kUsage,
-                fmt::format("--peak all gives no one return of a line, which the exposures of "
+                fmt::format("--peak all gives no one return of a scan line, which the exposures of "
                             "laser={} are put together by - leave one of them out",
                             pattern.to_string()));
   }

@@ -134,16 +134,17 @@ std::vector<ScannerOption> choices() {
        .unit = {},
        .words = words_of(kPeakRules),
        .what_if_not_given = "brightest",
-       .help = "Which of several peaks of a line is the stripe: continuous (the brightest, and "
-               "where a line alone cannot tell the one that continues its neighbours), "
-               "brightest, nearest, farthest or all",
+       .help =
+           "Which of several peaks of a scan line is the stripe: continuous (the brightest, and "
+           "where a scan line alone cannot tell the one that continues its neighbours), "
+           "brightest, nearest, farthest or all",
        .put = [](Options& o, Text v) { put_word(kPeakRules, v, o.stripe.peak); },
        .get = [](const Options& o) { return word_for(kPeakRules, o.stripe.peak); }},
       {.name = "axis",
        .unit = {},
        .words = {"columns", "rows"},
        .what_if_not_given = "the model's, else columns",
-       .help = "One return per image line: columns (the stripe runs from left to right) or rows",
+       .help = "One return per scan line: columns (the stripe runs from left to right) or rows",
        .put = [](Options& o, Text v) { o.stripe.axis = *stripe_axis_from_string(v); },
        .get = [](const Options& o) { return std::string(to_string(o.stripe.axis)); }},
       {.name = "channel",
@@ -197,8 +198,7 @@ std::vector<ScannerOption> texts() {
        .form = "FILE",
        .what_if_not_given = "nothing is ignored",
        .help = "Ignore what lies here: an image file of the sensor's size, black where it is "
-               "ignored, or "
-               "a .yaml file of polygons in pixels or in metres of the scan plane",
+               "ignored, or a .yaml file of polygons in pixels or in metres of the scan plane",
        .put = [](Options& o, Text v) { o.mask = std::make_shared<const ScanMask>(load_mask(v)); },
        .get = [](const Options& o) { return o.mask ? o.mask->name : std::string(); },
        .why_no_text = why_no_mask},

@@ -119,7 +119,7 @@ class Head::Impl {
   FrameSource* open_source_ = nullptr;  // Set by the thread that runs.
   std::map<std::string, ControlValue, std::less<>> kept_controls_;
 
-  // Why a line gave what it gave, to be answered by the thread that runs.
+  // Why a scan line gave what it gave, to be answered by the thread that runs.
   struct Question {
     int line = 0;
     std::promise<ScanExplanation> answer;

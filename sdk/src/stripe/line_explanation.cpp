@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ProfileExtractor::explain: the line measured once more, with each cause of error alone.
+// ProfileExtractor::explain: the scan line measured once more, with each cause of error alone.
 #include <algorithm>
 #include <cmath>
 

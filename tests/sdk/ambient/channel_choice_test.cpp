@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves which channel of a colour image is searched: synthetic traps, then the two real ones (a
-// line clipped to white on one set, a white board that is almost as bright as the line on the
-// other), and that a difference shows a clipped line where its own colour does.
+// stripe clipped to white on one set, a white board that is almost as bright as the stripe on the
+// other), and that a difference shows a clipped stripe where its own colour does.
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -98,7 +98,7 @@ TEST(ChooseChannel, RealRedLineClippedToWhiteKeepsItsCore) {
   EXPECT_EQ(hollow, 0) << "of " << all;
 }
 
-// Where green - red places the line of the same rows that green alone shows. Before it was
+// Where green - red places the stripe of the same rows that green alone shows. Before it was
 // corrected, 15 % of the rows were 4 px beside it, on a flank.
 TEST(ColourDifference, PlacesARealLineClippedToWhiteWhereItsOwnColourDoes) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("srv-green-laser-turntable");

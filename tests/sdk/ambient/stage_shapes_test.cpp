@@ -63,7 +63,7 @@ Shape any_shape() {
   return s;
 }
 
-// Noise, light sources, and every other exposure a bright line across.
+// Noise, light sources, and every other exposure a bright stripe across.
 Frame frame_of(const Shape& s, std::uint64_t sequence) {
   Frame frame;
   frame.image = cv::Mat(s.rows, s.cols, s.type);

@@ -98,7 +98,7 @@ TEST(Subtraction, FieldsAreInterpolatedBetweenTheDarkRows) {
       street.field = order;
       street.amplitude_dn = 0.0;
       street.noise_dn = 0.5;
-      street.grain_px = 16.0;  // 1/16 cycles per field line and less.
+      street.grain_px = 16.0;  // 1/16 cycles per row of a field and less.
       street.build();
       int frames = 0;
       for_each_lit(street, 4, [&](const LitFrame& lit) {
@@ -106,7 +106,7 @@ TEST(Subtraction, FieldsAreInterpolatedBetweenTheDarkRows) {
         cv::Scalar mean;
         cv::Scalar deviation;
         cv::meanStdDev(residual_of(lit).rowRange(3, 117), mean, deviation);
-        // The nearest line would leave several DN.
+        // The nearest row would leave several DN.
         EXPECT_LT(deviation[0], 0.8) << pattern;
         EXPECT_NEAR(mean[0], 0.0, 0.1) << pattern;
         EXPECT_NEAR(lit.dark_noise_gain, lit.sequence == 0 && lit.dark_noise_gain > 0.5 ? .64 : .32,

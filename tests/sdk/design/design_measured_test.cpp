@@ -120,7 +120,7 @@ Comparison compare(Simulator& simulator, const DesignFigures& figures) {
   return result;
 }
 
-// The dimmest wall whose stripe is found in this part of the lines, as predicted.
+// The dimmest wall whose stripe is found in this part of the scan lines, as predicted.
 double reflectance_found(double fov_deg, double range_m, double detection) {
   double low = 1e-4;
   double high = 1.0;
@@ -133,7 +133,7 @@ double reflectance_found(double fov_deg, double range_m, double detection) {
   return high;
 }
 
-// Part of the lines in which the pipeline finds the stripe where it is.
+// Part of the scan lines in which the pipeline finds the stripe where it is.
 double found_part(double fov_deg, double range_m, double reflectance) {
   Simulator simulator(sunlit_wall(fov_deg, range_m, reflectance));
   const StriperModel model = simulator.model();

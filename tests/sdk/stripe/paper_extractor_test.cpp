@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the method `paper` is the paper's: the brightest pixel above a threshold, then the
-// weighted mean of three; that every line says why it has no return; that axes, depths, grids and
-// dark images are handled. It does not prove that the method is accurate: it is not (pixel locking,
-// background).
+// weighted mean of three; that every scan line says why it has no return; that axes, depths, grids
+// and dark images are handled. It does not prove that the method is accurate: it is not (pixel
+// locking, background).
 #include <cmath>
 
 #include <gtest/gtest.h>

@@ -185,8 +185,8 @@ Scene wandering_stripe(double snr) {
 }
 
 struct Detections {
-  double found = 0.0;         // Of the lines with a stripe, within 2.5 pixels.
-  double false_points = 0.0;  // Of the lines without.
+  double found = 0.0;         // Of the scan lines with a stripe, within 2.5 pixels.
+  double false_points = 0.0;  // Of the scan lines without.
 };
 
 Detections detect(double snr, PeakRule rule, int images) {

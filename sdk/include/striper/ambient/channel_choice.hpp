@@ -29,10 +29,10 @@ void select_channel(const cv::Mat& image, Channel channel, ChannelImages& reuse)
 LitFrame lit_frame_of_channel(const cv::Mat& image, Channel channel, StripeAxis axis,
                               int full_scale_dn);
 
-/// Returns the channel in which the laser's line stands out best: the one with most lines (columns
-/// or rows) whose brightest spot is narrow, above the noise, and beside that of the next line.
-/// White light near the line favours the differences, a core clipped to white the single channels.
-/// A grey image gives kGrey.
+/// Returns the channel in which the laser's stripe stands out best: the one with most scan lines
+/// (columns or rows) whose brightest spot is narrow, above the noise, and beside that of the next
+/// scan line. White light near the stripe favours the differences, a core clipped to white the
+/// single channels. A grey image gives kGrey.
 Channel choose_channel(const cv::Mat& image, StripeAxis axis);
 
 }  // namespace striper

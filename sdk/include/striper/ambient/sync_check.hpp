@@ -35,8 +35,8 @@ struct SyncReport {
   std::uint64_t agreeing = 0;  ///< showed the pattern that most of them show,
   std::uint64_t others = 0;    ///< showed another one, or lit exposures in no order,
   std::uint64_t unclear = 0;   ///< showed no difference between exposures.
-  /// How much more line lit exposures show than dark ones, of what a clear line gives: 0 to 1. The
-  /// mean of the windows that agree.
+  /// How much more of a stripe lit exposures show than dark ones, of what a clear stripe gives: 0
+  /// to 1. The mean of the windows that agree.
   double surplus = 0.0;
 
   double rate_hz = 0.0;               ///< Frames, measured by the source's own times.
@@ -57,7 +57,7 @@ struct SyncCheckOptions {
 /// exposures.
 ///
 /// It looks at six frames after the other, as a Scanner does that was not told the
-/// pattern, in whatever daylight it sees the line. The source is started and stopped.
+/// pattern, in whatever daylight it sees the stripe. The source is started and stopped.
 ///
 /// @throws Error what the source's `start` throws.
 SyncReport check_sync(FrameSource& source, const SyncCheckOptions& options = {});

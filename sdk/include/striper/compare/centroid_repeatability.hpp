@@ -9,8 +9,8 @@ namespace striper {
 ///
 /// The noise moves the centroid, and which of 25 pixels is the brightest. By quadrature over the
 /// brightest pixel's value and its neighbours', which are less: good to 2 %. About 10 ms. Below a
-/// ratio of 7 or so pixels beside a narrow stripe may be the brightest, and a longer line changes
-/// by more. Of normal errors the mean change is 2 / sqrt(pi) sigma.
+/// ratio of 7 or so pixels beside a narrow stripe may be the brightest, and a longer scan line
+/// changes by more. Of normal errors the mean change is 2 / sqrt(pi) sigma.
 /// @param sigma_px of the stripe's Gaussian, without the pixel's own width, 0.3 to 5.
 /// @param snr its height over the noise of a pixel, 2 or more; the noise of the exposures
 /// that are subtracted counts: one exposure makes it 1 / sqrt(2) of a single image's.

@@ -91,7 +91,7 @@ inline constexpr EventKind kEventKinds[] = {
     {"picture_unlit", Severity::kError, "No frame could be scanned."},
     {"stripe_faint", Severity::kWarning, "The stripe is hardly brighter than its surroundings."},
     {"stripe_wide", Severity::kWarning, "The stripe is wide: out of focus."},
-    {"stripe_saturated", Severity::kInfo, "The stripe is saturated in most lines."},
+    {"stripe_saturated", Severity::kInfo, "The stripe is saturated in most scan lines."},
     {"stripe_doubtful", Severity::kWarning, "Most of what is found is not plainly the stripe."},
     {"noise_depth_assumed", Severity::kWarning, "A model's noise is taken to be of 8-bit images."},
     // Models.
@@ -122,9 +122,9 @@ inline constexpr EventKind kEventKinds[] = {
     {"interface_unfit", Severity::kError, "A network interface cannot carry a sink's topics."},
     // Applications.
     {"curb_found", Severity::kInfo, "A curb is there with a probability of .9 and more."},
-    {"curb_lost", Severity::kInfo, "A curb that was found is not followed any more."},
+    {"curb_lost", Severity::kInfo, "A curb that was found is no longer tracked."},
     {"object_found", Severity::kInfo, "An object is there with a probability of .9 and more."},
-    {"object_lost", Severity::kInfo, "An object that was found is not followed any more."},
+    {"object_lost", Severity::kInfo, "An object that was found is no longer tracked."},
     {"contact_near", Severity::kWarning, "An object that is not behind a curb will be here soon."},
     {"limit_broken", Severity::kWarning, "A measured value is outside its limits."},
     {"drift", Severity::kWarning, "What should stand still moves slowly."},

@@ -14,10 +14,10 @@
 
 namespace striper {
 
-/// Which lines of the frame an image holds. The top field is rows 0, 2, 4, ... of the full
+/// Which rows of the frame an image holds. The top field is rows 0, 2, 4, ... of the full
 /// frame.
 enum class Field : std::uint8_t {
-  kProgressive,            ///< All lines, exposed together.
+  kProgressive,            ///< All rows, exposed together.
   kTop,                    ///< One field alone: rows 0, 2, 4, ...
   kBottom,                 ///< One field alone: rows 1, 3, 5, ...
   kInterlacedTopFirst,     ///< Two fields in one image, the top one exposed first.

@@ -15,8 +15,9 @@ struct RangeFigures {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   double range_m = kNone;
-  double step_out_m = kNone;         ///< To the range one image line farther out; inf at a horizon.
-  double step_derivative_m = kNone;  ///< Of one image line, by the derivative.
+  double step_out_m =
+      kNone;  ///< To the range one pixel of the image farther out; inf at a horizon.
+  double step_derivative_m = kNone;  ///< Of one pixel of the image, by the derivative.
   double signal_dn = kNone;  ///< Height of the stripe's Gaussian before the pixels integrate it.
   double background_dn = kNone;  ///< Of the sun on the same surface, above the black level.
   double signal_to_background =
@@ -40,10 +41,10 @@ struct Requirement {
 /// The numbers of a striper before its parts are bought.
 ///
 /// Geometry is exact, through the design's lens (`Triangulator`). Light is a budget in closed form:
-/// fluence of the sheet on a surface that faces the laser, Lambert, lens, filter, photons, DN. The
-/// error is the Cramer-Rao bound of a Gaussian stripe over pixels (`crlb_sigma_px`), which the
-/// methods `fast` and `refined` reach within 4 %; the detection that of a matched filter over a
-/// line of the image. Not in it: speckle, the surface's texture, the calibration's error.
+/// fluence of the laser plane on a surface that faces the laser, Lambert, lens, filter, photons,
+/// DN. The error is the Cramer-Rao bound of a Gaussian stripe over pixels (`crlb_sigma_px`), which
+/// the methods `fast` and `refined` reach within 4 %; the detection that of a matched filter over a
+/// scan line of the image. Not in it: speckle, the surface's texture, the calibration's error.
 /// Immutable; thread-safe; some 10 us a range.
 class DesignFigures {
  public:
@@ -102,7 +103,7 @@ class DesignFigures {
 
   StriperDesign design_;
   Triangulator triangulator_;
-  double threshold_sigmas_;  // What noise in a line of the image exceeds with `false_alarm`.
+  double threshold_sigmas_;  // What noise in a scan line of the image exceeds with `false_alarm`.
   double near_m_ = RangeFigures::kNone;
   double far_m_ = RangeFigures::kNone;
 };

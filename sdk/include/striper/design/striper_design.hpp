@@ -10,7 +10,7 @@
 
 namespace striper {
 
-/// The laser of a design: a fan of light, even across it, Gaussian across its sheet, as the
+/// The laser of a design: a fan of light, even across it, Gaussian across its plane, as the
 /// simulator's. What data sheets call thickness is taken as energy over peak: sqrt(2 pi) sigma.
 struct DesignLaser {
   Eigen::Vector3d origin_cam = {0.0, 0.5, 0.0};  ///< Where the fan begins, metres.
@@ -65,9 +65,10 @@ struct StriperDesign {
   DesignLaser laser;
   DesignCamera camera;
   DesignSun sun;
-  double reflectance = 0.5;   ///< Of the target, Lambert; sun and laser meet it squarely.
-  double false_alarm = 1e-3;  ///< How often noise alone makes a return in a line without stripe.
-  double detection = 0.99;    ///< How often the stripe has to be found, for the maximum range.
+  double reflectance = 0.5;  ///< Of the target, Lambert; sun and laser meet it squarely.
+  double false_alarm =
+      1e-3;                 ///< How often noise alone makes a return in a scan line without stripe.
+  double detection = 0.99;  ///< How often the stripe has to be found, for the maximum range.
 
   /// @throws Error{kBadValue} naming the field, the value and the bound.
   void validate() const;

@@ -18,7 +18,8 @@ struct StripeSighting {
   Channel channel = Channel::kGrey;
   std::uint64_t scans = 0;       ///< Lit exposures that were looked at.
   std::uint64_t scans_seen = 0;  ///< Of them, those with a stripe (`PolarScan::is_stripe_seen`).
-  double found = 0.0;  ///< Part of the lines of those scans whose return is kOk; 0 without any.
+  double found =
+      0.0;  ///< Part of the scan lines of those scans whose return is kOk; 0 without any.
 
   /// At least half of the exposures show a stripe.
   bool is_seen() const noexcept { return scans_seen > 0 && 2 * scans_seen >= scans; }

@@ -106,7 +106,7 @@ class Head {
   /// @throws Error{kUsage} where the source has no such control.
   void switch_lasers(bool are_on);
 
-  /// Why a line of the frame that gives the next scan gives what it gives: waits for that one.
+  /// Why a scan line of the frame that gives the next scan gives what it gives: waits for that one.
   /// @throws Error{kDevice} where none comes in that time; as `Scanner::explain`, whose option
   ///         `can_explain` the scanner needs.
   ScanExplanation explain(int line,

@@ -128,9 +128,9 @@ void IlluminationTracker::apply_unstated_illumination(std::uint64_t number, bool
   search_anew(TrackingSignal::kPlaceLost);
 }
 
-// A laser that is always on need not be waited for: while every exposure shows its line by itself,
-// each is scanned as it comes, and the first that does not is held with all that follow. Where dark
-// exposures are asked for, or are to tell lasers or colours apart, all are held.
+// A laser that is always on need not be waited for: while every exposure shows its stripe by
+// itself, each is scanned as it comes, and the first that does not is held with all that follow.
+// Where dark exposures are asked for, or are to tell lasers or colours apart, all are held.
 bool IlluminationTracker::is_given_at_once(const Frame& exposure) const noexcept {
   const bool needs_dark =
       options_.method != AmbientMethod::kAuto && options_.method != AmbientMethod::kNone;
@@ -175,7 +175,7 @@ void IlluminationTracker::conclude_found(const IlluminationPattern& found) {
   if (was_found && is_other && queue_.pattern().has_dark()) {
     events_.send("pattern_slipped", kSlipped);
   }
-  // What looked like a line was something else, and may again.
+  // What looked like a stripe was something else, and may again.
   if (state_.is_suspect() && !is_other) until_next_doubt_ = LookTimer::kBetweenChecks;
   if (!state_.is_settled() || is_other) settle(found, PatternOrigin::kFound);
   looks_.look_after(LookTimer::kBetweenChecks);

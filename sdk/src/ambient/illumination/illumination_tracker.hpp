@@ -93,7 +93,7 @@ class IlluminationTracker {
   GivenPatternCheck given_;
   LineWatch lines_;
   Before before_;
-  // While nobody says what is lit: every exposure so far showed the line, and was given.
+  // While nobody says what is lit: every exposure so far showed the stripe, and was given.
   bool are_all_lit_so_far_ = true;
   int until_next_doubt_ = 0;
   std::uint64_t unpaired_ = 0;

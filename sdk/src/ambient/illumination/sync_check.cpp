@@ -81,7 +81,7 @@ class Windows {
   }
 
   void conclude(const PatternFinder::Finding& finding) {
-    // Of a laser that is always on or off the exposures differ by a twentieth of a clear line.
+    // Of a laser that is always on or off the exposures differ by a twentieth of a clear stripe.
     constexpr double kDiffer = 0.1;
     ++windows_;
     if (!finding.pattern.is_automatic()) {

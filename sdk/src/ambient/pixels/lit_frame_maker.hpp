@@ -29,7 +29,7 @@ class LitFrameMaker {
   /// @return valid until the next call.
   const LitFrame& make(HeldExposure& lit, const Neighbours& darks, const HeldExposures& held);
 
-  /// Whether a background that is followed over time waits for more frames like this one.
+  /// Whether a background that is tracked over time waits for more frames like this one.
   bool waits_for_background(const HeldExposure& lit, const HeldExposures& held);
 
   /// What was searched last; empty until it is chosen.

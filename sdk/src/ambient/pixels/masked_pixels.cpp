@@ -37,7 +37,7 @@ constexpr std::uint8_t kTaken = 4;
 constexpr double kFlareSurplus = 0.5;
 constexpr int kWidestFlare = 16;
 
-// Of the pixels of a line those that are brighter less those that are darker, as a fraction.
+// Of the pixels of a scan line those that are brighter less those that are darker, as a fraction.
 template <typename Pixel>
 double surplus(const cv::Mat& lit, const cv::Mat& dark, const cv::Rect& line) {
   int brighter = 0;
@@ -218,7 +218,7 @@ void MaskedPixels::mark_flares(const cv::Mat& lit, const cv::Mat& dark) {
   }
 }
 
-// The box of the marked pixels that hang together with this one. @param stands whether most of them
+// The box of the marked pixels that are connected to this one. @param stands whether most of them
 // are saturated in a dark exposure and in the lit one.
 cv::Rect MaskedPixels::take_blob(int row, int col, bool& stands) {
   const cv::Rect image({}, marked_.size());
