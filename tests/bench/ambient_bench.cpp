@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What it costs to take daylight off, a scan: the pass that looks for candidates over one image
+// What it costs to subtract daylight, a scan: the pass that looks for candidates over one image
 // (`plain`) and over lit - dark (`fused`), the ambient stage alone (pairs, interpolation, motion,
 // blind spots; `unknown`: the source does not know what is lit, so that the pattern is checked) and
 // with the fused pass behind it, a colour difference without anything clipped and with a stripe

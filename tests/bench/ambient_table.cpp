@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures what each way of taking daylight off is worth, on simulated frames of the paper's hard
+// Measures what each way of subtracting daylight is worth, on simulated frames of the paper's hard
 // case (data/scenes/ntsc_sun.yaml), and prints docs/ambient.md:
 //
 //     build/release/tests/bench/ambient_table data/scenes/ntsc_sun.yaml > docs/ambient.md

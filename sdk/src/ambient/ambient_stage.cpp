@@ -36,13 +36,13 @@ struct AmbientStage::State {
   detail::IlluminationTracker tracker;
   detail::LitFrameMaker maker;
   std::int64_t lit_ns = 0;
-  int looks_for_weave = 3;  // First frames still to be looked at: may they be interlaced?
+  int interlace_checks_left = 3;  // First frames still to be looked at: may they be interlaced?
 };
 
 // What was asked for, or not, and the images.
 void AmbientStage::State::check_method(const Frame& exposure) {
-  if (looks_for_weave == 0) return;
-  --looks_for_weave;
+  if (interlace_checks_left == 0) return;
+  --interlace_checks_left;
   if (exposure.field != Field::kProgressive) return;
   if (options.method == AmbientMethod::kFields) events.send_once({"not_two_fields", kNoFields});
   if (detail::looks_interlaced(exposure.image)) events.send_once({"woven_fields", kInterlaced});

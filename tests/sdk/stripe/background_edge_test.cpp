@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves what becomes of the background's edges where no dark exposure takes them away: none is
+// Proves what becomes of the background's edges where no dark exposure is subtracted: none is
 // reported as a stripe, whatever the rule and however sharp it is, none teaches the stripe's width,
 // and stripes are found about them, fainter ones too where they are not right beside. And that a
 // brighter stripe beside a fainter one is no edge.

@@ -20,7 +20,8 @@ constexpr const char* kMoves =
     "ambient temporal is for a sensor that stands still, and what it sees moves: the scans are not "
     "to be trusted";
 
-// A difference of colours is not needed where dark exposures take the white light off.
+// A difference of colours is not needed where dark exposures are subtracted, and with
+// them the white light.
 Channel without_difference(Channel channel) {
   if (channel == Channel::kGreenMinusRed) return Channel::kGreen;
   if (channel == Channel::kRedMinusGreen) return Channel::kRed;

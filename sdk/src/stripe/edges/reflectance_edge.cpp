@@ -121,7 +121,7 @@ class EdgeTest {
     if (at < sides_.far + 1 || at >= length - sides_.far - 1) return false;
     const Pair near = pair(pixels, at, sides_.near);
     const Pair far = pair(pixels, at, sides_.far);
-    // A slope of the daylight is no edge, and the dark exposure has taken it away.
+    // A slope of the daylight is no edge, and was subtracted with the dark exposure.
     return differs(near.difference - slope_part_ * far.difference, 1.0 + slope_part_ * slope_part_,
                    near, sigma) ||
            (has_dark_ && differs(far.difference, 1.0, far, sigma));
