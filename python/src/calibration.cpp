@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A calibration from pictures: files, patterns, directories or arrays.
+// A calibration from images: files, patterns, directories or arrays.
 #include <atomic>
 #include <memory>
 #include <string>
@@ -26,7 +26,7 @@ namespace py = pybind11;
 namespace striper::python {
 namespace {
 
-using Pictures = std::vector<SessionPicture>;
+using Images = std::vector<SessionPicture>;
 
 // What ends a calibration that nobody waits for any more.
 struct Cancelled {};
@@ -35,30 +35,30 @@ bool is_path(const py::handle& given) {
   return py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__");
 }
 
-void add_pictures(const py::handle& given, Pictures& pictures) {
+void add_images(const py::handle& given, Images& images) {
   if (py::isinstance<py::array>(given)) {
     const cv::Mat image = image_of(py::reinterpret_borrow<py::array>(given));
-    pictures.emplace_back(fmt::format("picture {}", pictures.size()), image,
-                          image.depth() == CV_8U ? 8 : 16);
+    images.emplace_back(fmt::format("image {}", images.size()), image,
+                        image.depth() == CV_8U ? 8 : 16);
     return;
   }
   if (!is_path(given)) {
-    for (const py::handle& part : given) add_pictures(part, pictures);
+    for (const py::handle& part : given) add_images(part, images);
     return;
   }
   const auto read = [](const std::filesystem::path& path) { return read_picture(path).image; };
   for (const auto& file : picture_files(given.cast<std::filesystem::path>().string())) {
-    pictures.emplace_back(file, read);
+    images.emplace_back(file, read);
   }
 }
 
-Pictures pictures_of(const py::handle& given) {
-  Pictures pictures;
-  add_pictures(given, pictures);
-  return pictures;
+Images images_of(const py::handle& given) {
+  Images images;
+  add_images(given, images);
+  return images;
 }
 
-// One laser's pictures, or a list of those of several.
+// One laser's images, or a list of those of several.
 template <typename Add>
 void for_each_laser(const py::object& given, const Add& add) {
   if (is_path(given)) return add(given);
@@ -67,9 +67,9 @@ void for_each_laser(const py::object& given, const Add& add) {
 
 CalibrationInput input_of(const Board& board, const py::object& boards, const py::object& lasers,
                           const py::object& pairs) {
-  CalibrationInput input{.board = board, .boards = pictures_of(boards), .lasers = {}};
+  CalibrationInput input{.board = board, .boards = images_of(boards), .lasers = {}};
   for_each_laser(lasers, [&](const py::handle& one) {
-    input.lasers.push_back({pictures_of(one), {}});
+    input.lasers.push_back({images_of(one), {}});
   });
   const bool are_lasers_alone = !input.lasers.empty();
   for (const py::handle& pair : pairs) {
@@ -77,10 +77,10 @@ CalibrationInput input_of(const Board& board, const py::object& boards, const py
     if (is_path(pair) || both.size() != 2) {
       throw Error(ErrorKind::kUsage, "pairs: expected for each laser (off, on)");
     }
-    input.lasers.push_back({pictures_of(both[1]), pictures_of(both[0])});
+    input.lasers.push_back({images_of(both[1]), images_of(both[0])});
     if (input.lasers.back().on.size() != input.lasers.back().off.size()) {
       throw Error(ErrorKind::kUsage,
-                  fmt::format("pairs: {} pictures with the laser off and {} with it on; they must "
+                  fmt::format("pairs: {} images with the laser off and {} with it on; they must "
                               "be the same poses in the same order",
                               input.lasers.back().off.size(), input.lasers.back().on.size()));
     }
@@ -89,7 +89,7 @@ CalibrationInput input_of(const Board& board, const py::object& boards, const py
     }
   }
   if (input.boards.empty() && input.lasers.empty()) {
-    throw Error(ErrorKind::kUsage, "no pictures: give boards, lasers or pairs");
+    throw Error(ErrorKind::kUsage, "no images: give boards, lasers or pairs");
   }
   return input;
 }

@@ -73,7 +73,7 @@ void bind_figures(py::module_& module) {
   py::class_<RangeFigures>(module, "RangeFigures",
                            "What a design reaches at one place; NaN: not seen.")
       .def_readonly("range_m", &RangeFigures::range_m)
-      .def_readonly("step_out_m", &RangeFigures::step_out_m, "One image line farther out.")
+      .def_readonly("step_out_m", &RangeFigures::step_out_m, "One pixel of the image farther out.")
       .def_readonly("signal_dn", &RangeFigures::signal_dn)
       .def_readonly("background_dn", &RangeFigures::background_dn)
       .def_readonly("snr", &RangeFigures::snr)

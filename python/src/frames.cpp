@@ -52,7 +52,7 @@ const char* word_of(Field field) {
   return "";
 }
 
-// Of pictures that a program has itself.
+// Of images that a program has itself.
 SharedFrame make_frame(const py::array& image, std::uint64_t sequence, double time_s,
                        std::optional<int> bit_depth) {
   auto frame = std::make_shared<Frame>();
@@ -75,7 +75,7 @@ std::string text_of(const Frame& frame) {
 }
 
 void bind_frame(py::module_& module) {
-  py::class_<Frame, SharedFrame>(module, "Frame", "One exposure, or the two fields of a picture.")
+  py::class_<Frame, SharedFrame>(module, "Frame", "One exposure, or the two fields of a frame.")
       .def(py::init(&make_frame), py::arg("image"), py::arg("sequence") = 0, py::arg("time") = 0.0,
            py::arg("bit_depth") = py::none())
       .def_property_readonly(
@@ -84,7 +84,7 @@ void bind_frame(py::module_& module) {
           "The pixels: uint8 or uint16, (rows, columns) or (rows, columns, 3) as B, G, R. "
           "Read-only, "
           "no copy.")
-      .def_readonly("sequence", &Frame::sequence, "The source's number of the picture.")
+      .def_readonly("sequence", &Frame::sequence, "The source's number of the frame.")
       .def_property_readonly(
           "time", [](const Frame& f) { return f.time.seconds(); },
           "Middle of the exposure, seconds since 1970, or since the first frame without a clock.")

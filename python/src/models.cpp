@@ -91,7 +91,7 @@ void bind_models(py::module_& module) {
           "columns (one return a column) or rows.")
       .def_property_readonly(
           "channel", [](const StriperModel& m) { return std::string(to_string(m.channel)); },
-          "What of colour pictures shows the stripe.")
+          "What of colour images shows the stripe.")
       .def_property_readonly("covariance", covariance_of,
                              "(names, matrix) of all parameters; None where there is none.")
       .def(

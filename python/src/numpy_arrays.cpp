@@ -78,7 +78,7 @@ cv::Mat image_of(const py::array& pixels) {
   const bool is_16_bit = pixels.dtype().kind() == 'u' && pixels.itemsize() == 2;
   if ((pixels.ndim() != 2 && !is_colour) || !(is_8_bit || is_16_bit)) {
     throw Error(ErrorKind::kBadValue,
-                fmt::format("a picture of {} dimensions of {} - expected uint8 or uint16, (rows, "
+                fmt::format("an image of {} dimensions of {} - expected uint8 or uint16, (rows, "
                             "columns) or (rows, columns, 3)",
                             pixels.ndim(), py::str(pixels.dtype()).cast<std::string>()));
   }

@@ -17,11 +17,11 @@ pybind11::array returns_array(const std::vector<Return>& returns, pybind11::hand
 /// The type of its elements.
 pybind11::dtype returns_dtype();
 
-/// A picture's pixels, (rows, columns) or (rows, columns, 3) in the order B, G, R; shared and
+/// An image's pixels, (rows, columns) or (rows, columns, 3) in the order B, G, R; shared and
 /// read-only as above.
 pybind11::array image_array(const cv::Mat& image, pybind11::handle owner);
 
-/// A picture from an array of 8 or 16 bits, copied. @throws Error{kBadValue} for anything else.
+/// An image from an array of 8 or 16 bits, copied. @throws Error{kBadValue} for anything else.
 cv::Mat image_of(const pybind11::array& pixels);
 
 }  // namespace striper::python

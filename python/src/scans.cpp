@@ -97,7 +97,7 @@ void bind_scan(py::module_& module) {
           "A structured array, a row for every column: the names and units of the CSV, NaN for "
           "what "
           "does not exist, `status` a number of striper.Status. Read-only, no copy.")
-      .def_readonly("frame", &PolarScan::sequence, "The source's number of the picture.")
+      .def_readonly("frame", &PolarScan::sequence, "The source's number of the frame.")
       .def_property_readonly(
           "time", [](const PolarScan& s) { return s.time.seconds(); },
           "Middle of the exposure, seconds since 1970, or since the first frame without a clock.")

@@ -21,7 +21,7 @@ namespace py = pybind11;
 namespace striper::python {
 namespace {
 
-// A line of the truth, as it is in arrays.
+// A scan line of the truth, as it is in arrays.
 struct TrueRow {
   double u_px, v_px, bearing_rad, range_m, x_m, y_m, amplitude_dn, width_px;
   std::int32_t object;
@@ -58,11 +58,11 @@ std::vector<std::string> words_of(const Truth& truth) {
   return words;
 }
 
-// Frames and their truth, so many pictures.
+// Frames and their truth, so many frames.
 class Simulation {
  public:
-  Simulation(std::unique_ptr<SimulatedSource> source, std::uint64_t pictures)
-      : source_(std::move(source)), left_(pictures) {
+  Simulation(std::unique_ptr<SimulatedSource> source, std::uint64_t frames)
+      : source_(std::move(source)), left_(frames) {
     source_->start();
   }
 
@@ -111,7 +111,7 @@ void bind_simulation(py::module_& module) {
       .def_readonly("time", &Truth::time_s)
       .def_readonly("laser", &Truth::laser)
       .def_property_readonly("lines", rows_of,
-                             "A structured array, a row for every column (or row) of the picture.")
+                             "A structured array, a row for every column (or row) of the image.")
       .def_property_readonly("status", words_of,
                              "Of each: visible, no_surface, shadowed, outside_fan, outside_model.");
   py::class_<Simulation>(module, "_Simulation")

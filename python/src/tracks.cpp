@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is followed from scan to scan: curbs, objects.
+// What is tracked from scan to scan: curbs, objects.
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A camera and a laser line as a calibrated range sensor.
+"""A camera and a laser plane as a calibrated range sensor.
 
     import striper
 
@@ -7,7 +7,7 @@
         ok = scan.returns["status"] == striper.Status.OK
         print(scan.time, scan.returns["range_m"][ok].min())
 
-Lengths are metres, angles radians, positions in pictures pixels of the full sensor, brightness digital numbers (DN).
+Lengths are metres, angles radians, positions in images pixels of the full sensor, brightness digital numbers (DN).
 What does not exist is NaN. Errors are striper.Error, whose `kind` says what went wrong.
 """
 import enum as _enum
@@ -73,7 +73,7 @@ def _log_event(event):
 
 
 def scan(uri, model=None, *, on_event=None, **options):
-    """Scans from an address: a camera, pictures, a recording, a table of scans, the simulator.
+    """Scans from an address: a camera, image files, a recording, a table of scans, the simulator.
 
     `model` is a Model or the path of one; recordings and tables may do without. Options are those of the command line
     (`scanner_options()`), hyphens as underscores: `peak="continuous"`, `min_confidence=.95`.
@@ -93,9 +93,9 @@ def measure(scan, tools, model=None):
 
 
 def simulate(scene, frames=10):
-    """Simulates a scene: yields `frames` pictures as (Frame, Truth); the Truth of a dark one is None.
+    """Simulates a scene: yields so many `frames` as (Frame, Truth); the Truth of a dark one is None.
 
-    An interlaced picture whose both fields are lit has two truths: the first field's is given.
+    An interlaced frame whose both fields are lit has two truths: the first field's is given.
     """
     for frame, truth, _ in _striper._simulate(_os.fspath(scene), frames):
         yield frame, truth

@@ -10,7 +10,7 @@ import numpy.typing as npt
 _Path = str | PathLike[str]
 _OnEvent = Callable[[Event], object] | None
 _Floats = npt.NDArray[np.float64]
-_Pictures = _Path | npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | Iterable[_Path | npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]
+_Images = _Path | npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | Iterable[_Path | npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]
 
 __version__: str
 returns_dtype: np.dtype[np.void]
@@ -568,9 +568,9 @@ class Calibration:
     def board_distances_m(self) -> tuple[float, float, float]: ...
 
 def calibrate(
-    boards: _Pictures = (),
-    lasers: _Path | Iterable[_Pictures] = (),
-    pairs: Iterable[tuple[_Pictures, _Pictures]] = (),
+    boards: _Images = (),
+    lasers: _Path | Iterable[_Images] = (),
+    pairs: Iterable[tuple[_Images, _Images]] = (),
     board: str = "8x6",
     square: float = 0.04,
     *,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What it costs to take daylight off, a scan: the pass that looks for candidates over one image
+// What it costs to subtract daylight, a scan: the pass that looks for candidates over one image
 // (`plain`) and over lit - dark (`fused`), the ambient stage alone (pairs, interpolation, motion,
 // blind spots; `unknown`: the source does not know what is lit, so that the pattern is checked) and
-// with the fused pass behind it, a colour difference without anything clipped and with a line that
-// is clipped from side to side (in green and red, 2.5 times as bright in green), beside the sum of
-// both images' pixels, which nothing that reads them can beat. Bytes are those of the images that a
-// scan needs.
+// with the fused pass behind it, a colour difference without anything clipped and with a stripe
+// that is clipped from side to side (in green and red, 2.5 times as bright in green), beside the
+// sum of both images' pixels, which nothing that reads them can beat. Bytes are those of the images
+// that a scan needs.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -130,7 +130,7 @@ void stage(benchmark::State& state, bool are_fields, bool with_candidates, bool 
   set_bytes(state, 2);
 }
 
-// The line runs across the columns.
+// The stripe runs across the columns.
 void colour(benchmark::State& state, double line_dn) {
   const cv::Size size = size_of(state);
   LitFrame green_red;

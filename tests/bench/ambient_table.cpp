@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures what each way of taking daylight off is worth, on simulated frames of the paper's hard
+// Measures what each way of subtracting daylight is worth, on simulated frames of the paper's hard
 // case (data/scenes/ntsc_sun.yaml), and prints docs/ambient.md:
 //
 //     build/release/tests/bench/ambient_table data/scenes/ntsc_sun.yaml > docs/ambient.md
@@ -26,7 +26,7 @@ struct Column {
   DaylightWay way;
 };
 
-// A camera, and the ways to use its pictures.
+// A camera, and the ways to use its frames.
 struct Camera {
   ScanMode scan;
   const char* pattern;
@@ -46,21 +46,21 @@ const Camera kCameras[] = {
      {{"temporal", {ExtractMethod::kRefined, PeakRule::kContinuous, AmbientMethod::kTemporal}}}},
 };
 
-// The case itself is measured with more pictures.
+// The case itself is measured with more frames.
 constexpr int kMoreOfTheCase = 4;
 
-std::vector<DaylightScore> measure(Scene scene, const Camera& camera, int pictures) {
+std::vector<DaylightScore> measure(Scene scene, const Camera& camera, int frames) {
   scene.timing.scan = camera.scan;
   scene.timing.pattern = IlluminationPattern::parse(camera.pattern);
   if (scene.timing.pattern.has_dark() && camera.scan == ScanMode::kProgressive) {
     scene.timing.picture_rate_hz *= 2.0;  // As many scans a second as the fields give.
-    pictures *= 2;
+    frames *= 2;
   }
   std::vector<DaylightWay> ways;
   for (const Column& column : camera.columns) ways.push_back(column.way);
   Simulator simulator(scene);
   std::vector<DaylightScore> scores;
-  for (const auto& trial : testing::try_in_daylight(simulator, ways, pictures)) {
+  for (const auto& trial : testing::try_in_daylight(simulator, ways, frames)) {
     scores.push_back(trial.score());
   }
   return scores;
@@ -79,9 +79,9 @@ void print_row(const std::string& name, const char* way, const DaylightScore& sc
             << std::flush;
 }
 
-void print_rows(const std::string& name, const Scene& scene, int pictures) {
+void print_rows(const std::string& name, const Scene& scene, int frames) {
   for (const Camera& camera : kCameras) {
-    const std::vector<DaylightScore> scores = measure(scene, camera, pictures);
+    const std::vector<DaylightScore> scores = measure(scene, camera, frames);
     for (std::size_t i = 0; i < scores.size(); ++i) {
       print_row(name, camera.columns[i].name, scores[i]);
     }
@@ -104,7 +104,7 @@ void set_reflectance(Scene& scene, const std::string& name, double reflectance) 
   }
 }
 
-void print_head(const Scene& scene, int pictures) {
+void print_head(const Scene& scene, int frames) {
   std::cout << fmt::format(
       "# Daylight\n\n"
       "Made by `build/release/tests/bench/ambient_table {} > docs/ambient.md`.\n\n"
@@ -126,7 +126,7 @@ void print_head(const Scene& scene, int pictures) {
       "width's own selectivity.\n"
       "- **fields**: `refined` with the tracker (`--peak continuous`) after the dark fields have "
       "been subtracted.\n"
-      "- **alternate**: the same with a camera of 59.94 whole pictures a second.\n"
+      "- **alternate**: the same with a camera of 59.94 whole frames a second.\n"
       "- **temporal**: the same minus the running median, the laser always on: for stripes that "
       "wander past a standing sensor.\n"
       "  It subtracts a standing stripe too, so these scenes are not for it.\n\n"
@@ -141,46 +141,46 @@ void print_head(const Scene& scene, int pictures) {
       "1 is right.\n\n"
       "| scene | way | found % | blind % | false per column | error mm | pull |\n"
       "|---|---|---|---|---|---|---|\n",
-      scene.name, pictures - 1, kMoreOfTheCase * pictures - 1, DaylightScore::kMatchPx);
+      scene.name, frames - 1, kMoreOfTheCase * frames - 1, DaylightScore::kMatchPx);
 }
 
-void print_table(const std::string& path, int pictures) {
+void print_table(const std::string& path, int frames) {
   const Scene base = load_scene(path);
-  print_head(base, pictures);
-  print_rows("as it stands", base, kMoreOfTheCase * pictures);
+  print_head(base, frames);
+  print_rows("as it stands", base, kMoreOfTheCase * frames);
   for (const double sun : {0.0, 0.3, 1.5}) {
     Scene scene = base;
     scene.daylight.sun_w_m2_nm *= sun;
     scene.daylight.sky_w_m2_nm *= sun;
     scene.daylight.sky_radiance_w_m2_sr_nm *= sun;
-    print_rows(fmt::format("sun {:.0f} %", 100.0 * sun), scene, pictures);
+    print_rows(fmt::format("sun {:.0f} %", 100.0 * sun), scene, frames);
   }
   for (const double reflectance : {0.2, 0.5}) {
     Scene scene = base;
     set_reflectance(scene, "asphalt wall", reflectance);
-    print_rows(fmt::format("target {:.0f} %", 100.0 * reflectance), scene, pictures);
+    print_rows(fmt::format("target {:.0f} %", 100.0 * reflectance), scene, frames);
   }
   for (const double reflectance : {0.1, 0.8}) {
     Scene scene = base;
     set_reflectance(scene, "grass", reflectance);
     set_reflectance(scene, "snow bank", reflectance);
-    print_rows(fmt::format("background {:.0f} %", 100.0 * reflectance), scene, pictures);
+    print_rows(fmt::format("background {:.0f} %", 100.0 * reflectance), scene, frames);
   }
   Scene no_light_sources = base;
   remove_light_sources(no_light_sources);
-  print_rows("no light sources", no_light_sources, pictures);
+  print_rows("no light sources", no_light_sources, frames);
   Scene dim = base;
   dim_light_sources(dim, 0.02);
-  print_rows("light sources of 2 % (not saturated)", dim, pictures);
+  print_rows("light sources of 2 % (not saturated)", dim, frames);
   for (const double speed_km_h : {5.0, 20.0, 36.0, 60.0, 100.0}) {
     Scene scene = base;
     testing::drive(scene, speed_km_h / 3.6);
-    print_rows(fmt::format("{:.0f} km/h across the view", speed_km_h), scene, pictures);
+    print_rows(fmt::format("{:.0f} km/h across the view", speed_km_h), scene, frames);
   }
   for (const double speed_km_h : {5.0, 10.8, 36.0, 60.0, 100.0}) {
     Scene scene = base;
-    testing::drive_past_light_sources(scene, speed_km_h / 3.6, pictures);
-    print_rows(fmt::format("{:.0f} km/h past light sources", speed_km_h), scene, pictures);
+    testing::drive_past_light_sources(scene, speed_km_h / 3.6, frames);
+    print_rows(fmt::format("{:.0f} km/h past light sources", speed_km_h), scene, frames);
   }
 }
 
@@ -189,6 +189,6 @@ void print_table(const std::string& path, int pictures) {
 
 int main(int argc, char** argv) {
   const std::string path = argc > 1 ? argv[1] : "data/scenes/ntsc_sun.yaml";
-  const int pictures = argc > 2 ? std::atoi(argv[2]) : 9;
-  striper::print_table(path, pictures);
+  const int frames = argc > 2 ? std::atoi(argv[2]) : 9;
+  striper::print_table(path, frames);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times a calibration session from pictures to judged model, and the adjustment of its corners
+// Times a calibration session from images to judged model, and the adjustment of its corners
 // against cv::calibrateCamera on the same corners in the same run. By hand:
 //   build/release/tests/bench/calibration_bench
 #include <cstdio>
@@ -10,10 +10,10 @@
 namespace striper {
 namespace {
 
-constexpr int kPictures = 30;
+constexpr int kImages = 30;
 constexpr int kRuns = 5;
 
-// The session of data/scenes/calibration.yaml with a larger picture, thirty in the time of ten.
+// The session of data/scenes/calibration.yaml with a larger image, thirty in the time of ten.
 CalibrationInput session(int width, int height) {
   Scene scene = testing::calibration_scene();
   const CameraModel& camera = scene.camera;
@@ -22,15 +22,15 @@ CalibrationInput session(int width, int height) {
       CameraModel(width, height, scale * camera.fx(), scale * camera.fy(), 0.5 * (width - 1),
                   0.5 * (height - 1), camera.lens(), camera.distortion());
   scene.timing.picture_rate_hz = 3.0;
-  return testing::simulated_session(scene, kPictures);
+  return testing::simulated_session(scene, kImages);
 }
 
 void run(int width, int height, double bound_s) {
   const CalibrationInput input = session(width, height);
   const auto start = std::chrono::steady_clock::now();
   const Calibration calibration = calibrate(input, {});
-  std::printf("%dx%d, %d pictures: %.1f s end to end on 2 threads (at most %.0f); %s\n", width,
-              height, kPictures, testing::seconds_since(start), bound_s,
+  std::printf("%dx%d, %d images: %.1f s end to end on 2 threads (at most %.0f); %s\n", width,
+              height, kImages, testing::seconds_since(start), bound_s,
               calibration.verdict().c_str());
   const testing::Race race = testing::race_opencv(calibration.observations, kRuns);
   std::printf(

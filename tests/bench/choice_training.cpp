@@ -8,9 +8,9 @@
 //
 // `rows` writes what every candidate of random scenes shows, and whether it is the stripe; with
 // `unknown` the model does not say how wide the stripe is; `turned` searches along the other axis,
-// where there is none. `real` writes each PARTS-th of the real pictures, from number PART; the
-// pictures with an even number are for development, the others held out; with `each`, a new
-// scanner sees each picture. REAL is the weight of what
+// where there is none. `real` writes each PARTS-th of the real images, from number PART; the
+// images with an even number are for development, the others held out; with `each`, a new
+// scanner sees each image. REAL is the weight of what
 // files with "real" in their name hold.
 //
 // The first forest says what is within 2.5 pixels or 1.2 widths of a stripe; the second one, what
@@ -19,7 +19,7 @@
 // other scenes; those of scatter, by one whose scatter forest has no trees (fit with 0 of them);
 // and the second one's, last, by one with all of it.
 //
-// So were the present ones made, of pictures 1 for each room:
+// So were the present ones made, of images 1 for each room:
 //     first: rooms 1000 90, 1100 50 unknown, turned 1000 30, 1060 30 unknown; sessions 1000 12;
 //         real 0 4; fit first first_forest.inc 200 .2 2
 //     scatter: rooms 3000 110, 3200 40 unknown; sessions 3000 16;
@@ -54,7 +54,7 @@ namespace {
 using detail::Evidence;
 using testing::ChoiceTrial;
 using testing::Judgement;
-using testing::RealPicture;
+using testing::RealImage;
 
 constexpr double kNearPx = 2.5;
 constexpr double kNearWidths = 1.2;
@@ -141,9 +141,9 @@ void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
   AmbientStage stage(options.ambient);
   Stripe stripe;
   for (int i = 0; i < camera.frames(); ++i) {
-    const auto picture = static_cast<std::uint64_t>(i);
-    stage.push(camera.render(picture));
-    const Truth truth = camera.truth(picture);
+    const auto number = static_cast<std::uint64_t>(i);
+    stage.push(camera.render(number));
+    const Truth truth = camera.truth(number);
     while (const LitFrame* lit = stage.next()) {
       LitFrame frame = *lit;
       if (is_turned) frame.lit = cv::Mat(lit->lit.t());
@@ -170,25 +170,25 @@ void write_rows(const std::vector<std::string>& words) {
   }
 }
 
-std::vector<RealPicture> all_real_pictures() {
-  std::vector<RealPicture> all;
+std::vector<RealImage> all_real_images() {
+  std::vector<RealImage> all;
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
     for (const auto& [set, extension] :
          {std::pair("bouguet-calib-example", ".tif"), std::pair("opencv-left-right", ".jpg")}) {
-      const std::vector<RealPicture> boards = testing::real_boards(set, extension, axis);
+      const std::vector<RealImage> boards = testing::real_boards(set, extension, axis);
       all.insert(all.end(), boards.begin(), boards.end());
     }
   }
-  const std::vector<RealPicture> pictures = testing::real_pictures();
-  all.insert(all.end(), pictures.begin(), pictures.end());
+  const std::vector<RealImage> images = testing::real_images();
+  all.insert(all.end(), images.begin(), images.end());
   return all;
 }
 
-void judge_by_path(const RealPicture& picture, const Place& place, Row& row) {
-  const std::optional<double> at = picture.stripe_at(place.line);
+void judge_by_path(const RealImage& image, const Place& place, Row& row) {
+  const std::optional<double> at = image.stripe_at(place.line);
   const bool is_right = at && std::abs(*at - place.across_px) <= testing::RealScore::kRightPx;
   row.is_right = row.is_near = is_right ? 1 : 0;
-  row.is_known = at || picture.is_empty_at(place.line) ? 1 : 0;
+  row.is_known = at || image.is_empty_at(place.line) ? 1 : 0;
 }
 
 // All of a folder by one extractor, one after the other, as `capture images:` does.
@@ -196,7 +196,7 @@ void write_real(const std::vector<std::string>& words) {
   RowFile file(words.at(1));
   const std::size_t part = std::stoul(words.at(2));
   const std::size_t parts = std::stoul(words.at(3));
-  const std::vector<RealPicture> all = all_real_pictures();
+  const std::vector<RealImage> all = all_real_images();
   const bool is_each = words.size() > 4 && words[4] == "each";
   std::unique_ptr<detail::ProfileExtractor> extractor;
   std::unique_ptr<AmbientStage> stage;

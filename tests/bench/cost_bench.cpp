@@ -53,7 +53,7 @@ void add(const std::string& name, std::function<void()> call) {
   });
 }
 
-// Once a line of the image, as a scan needs it; the time is that of one.
+// Once a scan line of the image, as a scan needs it; the time is that of one.
 template <typename Call>
 void add_per_line(const std::string& name, int lines, Call call) {
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which rule tells best which of a line's peaks is the stripe: every scene that comes with Striper,
-// the paper's hard case as nothing was tuned on it, and the real pictures of ../shared/realdata
-// where they are there.
+// Which rule tells best which of a scan line's peaks is the stripe: every scene that comes with
+// Striper, the paper's hard case as nothing was tuned on it, and the real images of
+// ../shared/realdata where they are there.
 //
-//     peak_table [PICTURES, 6 by default] [SCENE.yaml ...]
+//     peak_table [FRAMES, 6 by default] [SCENE.yaml ...]
 //
 // A scene is scanned as it is and, where its laser is always on, with a dark exposure between each
 // two. The model is the simulator's own; nobody tells which exposures are lit.
@@ -84,13 +84,13 @@ std::string cells(Trial& trial) {
   return fmt::format(" {:.2f} | {:.3f} | {:.2f} |", 100.0 * s.found_fraction(), false_percent, ms);
 }
 
-void print_row(const std::string& name, const Scene& scene, int pictures) {
+void print_row(const std::string& name, const Scene& scene, int frames) {
   Simulator simulator(scene);
   std::vector<Trial> trials;
   for (const Rule& rule : kRules) trials.emplace_back(simulator, rule);
-  for (int picture = 0; picture < pictures; ++picture) {
+  for (int number = 0; number < frames; ++number) {
     for (int part = 0; part < simulator.frames_per_picture(); ++part) {
-      Frame frame = simulator.render(static_cast<std::uint64_t>(picture), part);
+      Frame frame = simulator.render(static_cast<std::uint64_t>(number), part);
       frame.illumination = Illumination::unknown();
       for (Trial& trial : trials) trial.take(frame, simulator);
     }
@@ -131,42 +131,42 @@ std::vector<std::string> shipped_scenes() {
   return paths;
 }
 
-void print_scene(const std::string& path, int pictures) {
+void print_scene(const std::string& path, int frames) {
   Scene scene = load_scene(path);
   const std::filesystem::path file(path);
   const bool is_street = file.parent_path().filename() == "street";
   const std::string name = (is_street ? "street/" : "") + file.stem().string();
   if (scene.timing.pattern.is_bracket())
     scene.timing.pattern = IlluminationPattern::parse("0,dark");
-  const int needed = pictures * static_cast<int>(scene.timing.pattern.entries().size());
+  const int needed = frames * static_cast<int>(scene.timing.pattern.entries().size());
   print_row(name, scene, needed);
   if (scene.timing.pattern.has_dark()) return;
   scene.timing.pattern = IlluminationPattern::parse("0,dark");
-  print_row(name, scene, 2 * pictures);
+  print_row(name, scene, 2 * frames);
 }
 
 // The paper's hard case with other noise, a target that is half as bright, and from a vehicle.
-void print_held_out(int pictures) {
+void print_held_out(int frames) {
   const Scene hard = load_scene(testing::source_path("data/scenes/ntsc_sun.yaml"));
   for (const std::uint64_t seed : {10'001U, 10'002U}) {
     Scene scene = hard;
     scene.seed = seed;
-    print_row(fmt::format("hard case, seed {}", seed), scene, 2 * pictures);
+    print_row(fmt::format("hard case, seed {}", seed), scene, 2 * frames);
     for (SceneObject& object : scene.objects) {
       if (object.name == "asphalt wall") object.material.reflectance *= 0.5;
     }
-    print_row(fmt::format("hard case, asphalt half as bright, seed {}", seed), scene, 2 * pictures);
+    print_row(fmt::format("hard case, asphalt half as bright, seed {}", seed), scene, 2 * frames);
     testing::drive(scene, 36.0 / 3.6);
-    print_row(fmt::format("the same at 36 km/h, seed {}", seed), scene, 2 * pictures);
+    print_row(fmt::format("the same at 36 km/h, seed {}", seed), scene, 2 * frames);
   }
 }
 
-testing::RealScore real_score(const std::vector<testing::RealPicture>& pictures, PeakRule rule) {
+testing::RealScore real_score(const std::vector<testing::RealImage>& images, PeakRule rule) {
   testing::RealSettings settings;
   settings.peak = rule;
   testing::RealScanner scanner(settings);
   testing::RealScore sum;
-  for (const testing::RealPicture& picture : pictures) sum.add(scanner.score(picture));
+  for (const testing::RealImage& image : images) sum.add(scanner.score(image));
   return sum;
 }
 
@@ -174,11 +174,10 @@ double percent(std::size_t part, std::size_t whole) {
   return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
 }
 
-void print_real_row(const std::vector<testing::RealPicture>& pictures) {
-  std::string row =
-      fmt::format("| {}, {} |", pictures.front().set(), to_string(pictures.front().axis));
+void print_real_row(const std::vector<testing::RealImage>& images) {
+  std::string row = fmt::format("| {}, {} |", images.front().set(), to_string(images.front().axis));
   for (const Rule& rule : kRules) {
-    const testing::RealScore score = real_score(pictures, rule.rule);
+    const testing::RealScore score = real_score(images, rule.rule);
     const double found = percent(score.found, score.with_stripe);
     row += score.with_stripe == 0 ? " - |" : fmt::format(" {:.2f} |", found);
     row += fmt::format(" {:.3f} |", percent(score.wrong, score.judged()));
@@ -187,29 +186,29 @@ void print_real_row(const std::vector<testing::RealPicture>& pictures) {
 }
 
 void print_real() {
-  print_head("real pictures", false);
+  print_head("real images", false);
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
     print_real_row(testing::real_boards("bouguet-calib-example", ".tif", axis));
     print_real_row(testing::real_boards("opencv-left-right", ".jpg", axis));
   }
-  const auto pictures = testing::real_pictures();
-  for (auto first = pictures.begin(); first != pictures.end();) {
-    const auto last = std::find_if(
-        first, pictures.end(), [&](const auto& picture) { return picture.set() != first->set(); });
+  const auto images = testing::real_images();
+  for (auto first = images.begin(); first != images.end();) {
+    const auto last = std::find_if(first, images.end(),
+                                   [&](const auto& image) { return image.set() != first->set(); });
     print_real_row({first, last});
     first = last;
   }
 }
 
 void run(const std::vector<std::string>& words) {
-  const int pictures = words.empty() ? 6 : std::atoi(words.front().c_str());
+  const int frames = words.empty() ? 6 : std::atoi(words.front().c_str());
   std::vector<std::string> scenes(words.begin() + (words.empty() ? 0 : 1), words.end());
   const bool is_all = scenes.empty();
   if (is_all) scenes = shipped_scenes();
   print_head("scene", true);
-  for (const std::string& scene : scenes) print_scene(scene, pictures);
+  for (const std::string& scene : scenes) print_scene(scene, frames);
   if (!is_all) return;
-  print_held_out(pictures);
+  print_held_out(frames);
   if (std::filesystem::exists(testing::real_data("neil-rover-striper"))) print_real();
 }
 

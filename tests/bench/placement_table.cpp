@@ -27,7 +27,7 @@ namespace striper {
 namespace {
 
 constexpr float kReach_px = 5.0F;  // About the truth.
-constexpr std::uint64_t kPictures = 2;
+constexpr std::uint64_t kFrames = 2;
 
 struct Placed {
   double error_px;
@@ -109,7 +109,7 @@ class Table {
     options.noise = simulator.model().noise;
     options.stripe_sigma_px = look.width_px;
     options.expected.resize(1);
-    for (std::uint64_t n = 0; n < kPictures; ++n) {
+    for (std::uint64_t n = 0; n < kFrames; ++n) {
       const Frame frame = simulator.render(n);
       const Truth truth = simulator.truth(n).front();
       LitFrame lit;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says how often an `ok` return is the stripe in the real pictures of ../shared/realdata, a line
-// per picture: those with a laser, against hand-checked paths
+// Says how often an `ok` return is the stripe in the real images of ../shared/realdata, a line
+// per image: those with a laser, against hand-checked paths
 // (tests/support/real_stripe_paths.txt), and boards that no laser was near, where every `ok` is
 // wrong. Without a model.
 //
 //     real_choice_table [--channel CHANNEL] [--peak brightest|continuous] [--each yes]
 //
-// A scanner sees all pictures of a folder, one after the other, as `capture images:` does; with
-// --each a new one sees each picture.
+// A scanner sees all images of a folder, one after the other, as `capture images:` does; with
+// --each a new one sees each image.
 #include <algorithm>
 #include <iostream>
 #include <string>
@@ -23,7 +23,7 @@
 namespace striper {
 namespace {
 
-using testing::RealPicture;
+using testing::RealImage;
 using testing::RealScanner;
 using testing::RealScore;
 using testing::RealSettings;
@@ -53,37 +53,36 @@ void print_row(const std::string& name, StripeAxis axis, const RealScore& score)
   std::cout << fmt::format(
       "{:66} {:7} {:6} {:6} {:8.2f} {:8.2f} {:8} {:4}/{}\n", name, to_string(axis),
       score.with_stripe, score.empty, percent(score.found, score.with_stripe),
-      percent(score.wrong, score.judged()), score.unjudged, score.unseen, score.pictures);
+      percent(score.wrong, score.judged()), score.unjudged, score.unseen, score.images);
 }
 
-void print_set(const RealSettings& settings, const std::vector<RealPicture>& pictures,
+void print_set(const RealSettings& settings, const std::vector<RealImage>& images,
                std::vector<std::string>& summary) {
   RealScanner scanner(settings);
   RealScore sum;
-  for (const RealPicture& picture : pictures) {
-    const RealScore score = scanner.score(picture);
-    print_row(picture.file, picture.axis, score);
+  for (const RealImage& image : images) {
+    const RealScore score = scanner.score(image);
+    print_row(image.file, image.axis, score);
     sum.add(score);
   }
   summary.push_back(fmt::format(
       "{:40} {:7} found {:6.2f} %  wrong {:6.2f} %  no stripe said in {} of {}",
-      pictures.front().set(), to_string(pictures.front().axis), percent(sum.found, sum.with_stripe),
-      percent(sum.wrong, sum.judged()), sum.unseen, sum.pictures));
+      images.front().set(), to_string(images.front().axis), percent(sum.found, sum.with_stripe),
+      percent(sum.wrong, sum.judged()), sum.unseen, sum.images));
 }
 
 void run(const RealSettings& settings) {
-  std::cout << fmt::format("{:66} {:7} {:>6} {:>6} {:>8} {:>8} {:>8} {:>6}\n", "picture", "axis",
+  std::cout << fmt::format("{:66} {:7} {:>6} {:>6} {:>8} {:>8} {:>8} {:>6}\n", "image", "axis",
                            "stripe", "empty", "found %", "wrong %", "unjudged", "unseen");
   std::vector<std::string> summary;
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
     print_set(settings, testing::real_boards("bouguet-calib-example", ".tif", axis), summary);
     print_set(settings, testing::real_boards("opencv-left-right", ".jpg", axis), summary);
   }
-  const auto pictures = testing::real_pictures();
-  for (auto first = pictures.begin(); first != pictures.end();) {
-    const auto last = std::find_if(first, pictures.end(), [&](const RealPicture& picture) {
-      return picture.set() != first->set();
-    });
+  const auto images = testing::real_images();
+  for (auto first = images.begin(); first != images.end();) {
+    const auto last = std::find_if(
+        first, images.end(), [&](const RealImage& image) { return image.set() != first->set(); });
     print_set(settings, {first, last}, summary);
     first = last;
   }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds the laser's stripe in a set of real colour pictures by its colour and by the whole picture
+// Finds the laser's stripe in a set of real colour images by its colour and by the whole image
 // at once, and writes the paths down (tests/support/real_stripe_paths.txt) for stripe_choice_table.
 // It shares nothing with the extractor: no profile fit, no grey value, no model; a Viterbi path
 // through the closed and smoothed colour difference, and only where it stands out is it kept.
 //
-//     real_stripe_paths rows|columns red|green|bright-red FOLDER_OF_THE_SET PICTURE... > part of
+//     real_stripe_paths rows|columns red|green|bright-red FOLDER_OF_THE_SET IMAGE... > part of
 //     the table (the environment's STRIPER_OVERLAYS names a folder: the paths are drawn into
-//     pictures there)
+//     images there)
 //
 // Every path of the table was looked at in such drawings before it was taken.
 #include <algorithm>
@@ -24,15 +24,15 @@
 
 namespace {
 
-// In the picture turned so that the stripe crosses every column.
+// In the image turned so that the stripe crosses every column.
 constexpr int kCore = 17;            // The widest clipped core, pixels.
 constexpr int kHalfCore = 11;        // How far from its path a stripe goes on across.
-constexpr int kAlong = 9;            // The signal is averaged over so many lines,
+constexpr int kAlong = 9;            // The signal is averaged over so many scan lines,
 constexpr double kAcross = 2.0;      // and over a Gaussian of this sigma across.
 constexpr double kJump = 6.0;        // What it costs to go elsewhere, in units of the threshold.
 constexpr double kStep = 0.15;       // And to go a pixel aside.
-constexpr int kReach = 3;            // How far aside a stripe goes from line to line.
-constexpr int kShortest = 24;        // Lines of a piece that is kept,
+constexpr int kReach = 3;            // How far aside a stripe goes from scan line to scan line.
+constexpr int kShortest = 24;        // Scan lines of a piece that is kept,
 constexpr int kTrimmed = 3;          // of which these at its ends are not judged.
 constexpr double kStraightPx = 0.7;  // How well the knots describe the path.
 
@@ -47,7 +47,7 @@ cv::Mat colour_signal(const cv::Mat& bgr, const std::string& colour) {
         colour == "red" ? cv::Mat(cv::max(channels[0], channels[1])) : channels[2];
     cv::subtract(excess, other, excess);
   }
-  if (colour == "red") {  // Only red cores are hollow in these pictures.
+  if (colour == "red") {  // Only red cores are hollow in these images.
     cv::morphologyEx(excess, excess, cv::MORPH_CLOSE,
                      cv::getStructuringElement(cv::MORPH_RECT, {1, kCore}));
   }
@@ -64,7 +64,7 @@ cv::Mat colour_signal(const cv::Mat& bgr, const std::string& colour) {
   return signal;
 }
 
-/// Where the noise of the signal's own picture ends: its 99th percentile, or a tenth of the
+/// Where the noise of the signal's own image ends: its 99th percentile, or a tenth of the
 /// greatest.
 double threshold_of(const cv::Mat& signal) {
   std::vector<float> values(signal.begin<float>(), signal.end<float>());
@@ -175,7 +175,7 @@ std::vector<std::vector<Point>> pieces_of(const cv::Mat& signal, const std::vect
   return pieces;
 }
 
-/// Lines in which nothing of the laser's colour is to be seen, as first and last.
+/// Scan lines in which nothing of the laser's colour is to be seen, as first and last.
 std::vector<std::pair<int, int>> empty_lines(const cv::Mat& signal, const std::vector<int>& path,
                                              double threshold) {
   std::vector<std::pair<int, int>> ranges;
@@ -195,9 +195,9 @@ std::vector<std::pair<int, int>> empty_lines(const cv::Mat& signal, const std::v
 
 void draw(const cv::Mat& upright, const std::vector<std::vector<Point>>& pieces,
           const std::vector<std::pair<int, int>>& empty, bool is_turned, const std::string& path) {
-  cv::Mat picture;
-  cv::convertScaleAbs(upright, picture, 0.7);
-  cv::Mat beside = picture.clone();
+  cv::Mat image;
+  cv::convertScaleAbs(upright, image, 0.7);
+  cv::Mat beside = image.clone();
   for (const auto& piece : pieces) {
     for (std::size_t i = 1; i < piece.size(); ++i) {
       cv::line(beside, {piece[i - 1].line, cvRound(piece[i - 1].at)},
@@ -216,7 +216,7 @@ struct Set {
   std::filesystem::path root;
 };
 
-void write_picture(const Set& set, const std::string& path) {
+void write_paths(const Set& set, const std::string& path) {
   const auto& [axis, colour, limit, root] = set;
   cv::Mat image = cv::imread(path, cv::IMREAD_COLOR);
   if (image.empty()) return;
@@ -247,9 +247,9 @@ void write_picture(const Set& set, const std::string& path) {
 
 int main(int argc, char** argv) {
   if (argc < 6) {
-    std::cerr << "real_stripe_paths rows|columns red|green|bright-red LIMIT FOLDER PICTURE...\n";
+    std::cerr << "real_stripe_paths rows|columns red|green|bright-red LIMIT FOLDER IMAGE...\n";
     return 1;
   }
   const Set set{argv[1], argv[2], std::atof(argv[3]), argv[4]};
-  for (int i = 5; i < argc; ++i) write_picture(set, argv[i]);
+  for (int i = 5; i < argc; ++i) write_paths(set, argv[i]);
 }

@@ -17,7 +17,7 @@ using namespace striper;
 using detail::BlockMaxima;
 
 // Of `fast`: the brightest place of each column, background, matched filter, log-parabola and its
-// error, for a stripe of the picture's width. Without what judges and learns: rivals, confidence,
+// error, for a stripe of the image's width. Without what judges and learns: rivals, confidence,
 // noise, width.
 class BrightestPeaks {
  public:

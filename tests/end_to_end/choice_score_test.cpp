@@ -221,7 +221,7 @@ TEST(ColourCameras, PutTheLaserIntoItsOwnChannelAndALittleIntoTheOthers) {
 }
 
 TEST(RealPictures, HaveTheirStripeJudgedBetweenTheKnots) {
-  testing::RealPicture picture;
+  testing::RealImage picture;
   picture.stripes = {{{0.0, 10.0}, {10.0, 20.0}}};
   picture.empty = {{12, 13}};
   PolarScan scan;
@@ -238,7 +238,7 @@ TEST(RealPictures, HaveTheirStripeJudgedBetweenTheKnots) {
 }
 
 TEST(RealPictures, AreAllReadFromTheTable) {
-  const auto pictures = testing::real_pictures();
+  const auto pictures = testing::real_images();
   EXPECT_EQ(pictures.size(), 159U);
   for (const auto& picture : pictures) EXPECT_FALSE(picture.stripes.empty()) << picture.file;
 }

@@ -389,9 +389,9 @@ class Scans(EndToEnd):
 
         self.assertNotIn("was given", said("walk?laser=0,dark"))
         for laser in ("0", "dark,0"):
-            shown = f"the pattern '{laser}' was given, but the pictures show '0,dark'"
+            shown = f"the pattern '{laser}' was given, but the images show '0,dark'"
             self.assertIn(shown, said(f"walk?laser={laser}"))
-        self.assertIn("'0,dark' was given, but nothing in the pictures tells", said("off?laser=0,dark"))
+        self.assertIn("'0,dark' was given, but nothing in the images tells", said("off?laser=0,dark"))
         self.assertNotIn("was given", said("off?laser=0"))
 
     def test_axis_rows_gives_a_return_per_row(self):

@@ -95,12 +95,12 @@ TEST(HardCase, WhatPassesByMakesNoGhosts) {
 TEST(HardCase, PatternOfWholePicturesIsFoundAtSpeed) {
   for (const char* const pattern : {"0,dark", "0"}) {
     Scene scene = hard_case();
-    testing::drive_past_light_sources(scene, 16.7, PatternFinder::kPictures);
+    testing::drive_past_light_sources(scene, 16.7, PatternFinder::kFrames);
     scene.timing.scan = ScanMode::kProgressive;
     scene.timing.pattern = IlluminationPattern::parse(pattern);
     Simulator simulator(scene);
     PatternFinder finder(StripeAxis::kColumns, 1);
-    for (std::uint64_t n = 0; n < PatternFinder::kPictures; ++n) {
+    for (std::uint64_t n = 0; n < PatternFinder::kFrames; ++n) {
       finder.add(simulator.render(n), n);
     }
     const PatternFinder::Finding finding = finder.find();

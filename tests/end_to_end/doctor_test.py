@@ -204,7 +204,7 @@ class Fields(Doctor):
 
     def test_laser_that_the_address_gets_wrong(self):
         findings = self.findings(f"images:{self.interlaced.name}?fields=split-bottom&laser=dark,0", None)
-        self.check(findings, "bad|doubtful", "no laser stripe|could be scanned|the pictures show")
+        self.check(findings, "bad|doubtful", "no laser stripe|could be scanned|the images show")
 
 
 class Numbers(Doctor):

@@ -17,7 +17,7 @@
 namespace striper {
 namespace {
 
-using testing::RealPicture;
+using testing::RealImage;
 using testing::RealScanner;
 using testing::RealScore;
 
@@ -33,7 +33,7 @@ TEST_P(BoardsWithoutLaser, HaveNoOkReturns) {
   STRIPER_SKIP_WITHOUT_REAL_DATA(set);
   RealScanner scanner({});
   RealScore sum;
-  for (const RealPicture& picture : testing::real_boards(set, extension, axis)) {
+  for (const RealImage& picture : testing::real_boards(set, extension, axis)) {
     const RealScore score = scanner.score(picture);
     if (score.ok > 0) std::cout << fmt::format("{}: {} ok\n", picture.file, score.ok);
     sum.add(score);
@@ -59,7 +59,7 @@ class PicturesWithLaser : public ::testing::TestWithParam<LaserSet> {};
 RealScore score_of_set(const std::string& set, PeakRule peak) {
   RealScanner scanner({.peak = peak});
   RealScore sum;
-  for (const RealPicture& picture : testing::real_pictures()) {
+  for (const RealImage& picture : testing::real_images()) {
     if (picture.set() == set) sum.add(scanner.score(picture));
   }
   return sum;

@@ -68,7 +68,7 @@ class Why(InScratch):
 
     def test_what_cannot_be_explained_is_said(self):
         for arguments, code, words in (
-            (("--line", "640"), 2, "line 640 - expected 0 to 639, the picture's columns"),
+            (("--line", "640"), 2, "line 640 - expected 0 to 639, the image's columns"),
             (("--line", "-1"), 2, "line -1 - expected 0 to 639"),
             (("--line", "3", "--frame", "7"), 1, "picture 7 gave no scan"),
             (("--line", "3", "--method", "paper"), 1, "method paper has no candidates"),

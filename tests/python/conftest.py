@@ -48,7 +48,7 @@ def assert_same_as_table(returns, table):
 
 @pytest.fixture(scope="session")
 def session(tmp_path_factory):
-    """A folder of pictures of a scene with its model, made once a scene."""
+    """A folder of images of a scene with its model, made once a scene."""
     made = {}
 
     def make(scene, frames=4):

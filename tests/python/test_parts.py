@@ -180,5 +180,5 @@ def test_what_progress_raises_ends_a_calibration():
 
 
 def test_calibration_says_what_is_missing():
-    with pytest.raises(striper.Error, match="no pictures"):
+    with pytest.raises(striper.Error, match="no images"):
         striper.calibrate(board="9x6", square=0.06)

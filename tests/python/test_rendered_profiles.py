@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves end to end, on rendered pictures, what tests/sdk/profile proves on scans: pieces, corners and tools are where
-the scene has them, by their error bars; and so they are with calibrations made from pictures.
+"""Proves end to end, on rendered images, what tests/sdk/profile proves on scans: pieces, corners and tools are where
+the scene has them, by their error bars; and so they are with calibrations made from images.
 
 STRIPER_FULL_TRIALS=1: 20 scenes of each kind and 20 calibrations, which decide the goals; 3 scenes and none otherwise.
 """
@@ -18,7 +18,7 @@ SCENES = 20 if FULL else 3
 CALIBRATIONS = 20
 POSES = 16
 
-# The camera and laser of data/scenes/calibration.yaml: the sheet is level, so that the scan's x and y are the world's.
+# The camera and laser of data/scenes/calibration.yaml: the laser plane is level, so that the scan's x and y are the world's.
 HEAD = """striper_scene: 1
 camera: {{width: 480, height: 360, fov_deg: 55, lens: plumb_bob, distortion: [-0.24, 0.09, 0, 0, 0],
          rotation_deg: [0, 14, 0]}}
@@ -84,7 +84,7 @@ def test_a_wall_is_one_piece_and_smoother_than_its_returns(tmp_path):
         distance = np.random.default_rng(seed).uniform(1.2, 2.0)
         scan = scan_of(tmp_path, [(0.2, 4.0, distance + 0.1, 0.0, 0.0)], seed)
         (wall,) = long_pieces(scan)
-        # A sheet of light has a thickness, within which what is nearer is brighter: tens of micrometres on a wall, more
+        # A laser plane has a thickness, within which what is nearer is brighter: tens of micrometres on a wall, more
         # than the noise of 480 columns leaves of its distance.
         (exact,) = long_pieces(scan_without_noise(tmp_path, seed))
         assert abs(exact.line.distance_m - distance) < 50e-6
@@ -131,7 +131,7 @@ def test_a_corner_is_where_the_scene_has_it(tmp_path):
 
 def test_a_wave_is_followed(tmp_path):
     """A corrugated wall, 30 columns a wave and 10 sigmas high: the smoothed returns against the exact ones, less what the
-    sheet's thickness moves all of them by."""
+    laser plane's thickness moves all of them by."""
     single, pulls, ratios, biases = [], [], [], []
     for seed in range(400, 400 + SCENES):
         distance = np.random.default_rng(seed).uniform(1.4, 1.8)
@@ -236,8 +236,8 @@ def test_tools_are_right_with_whole_calibrations(tmp_path):
         exact = measured(path, seed, "&noise=off", striper.simulated_model(path))
         assert all(row.status == "ok" for row in exact.values())
         truth = {tool: known.get(tool, row.value) for tool, row in exact.items()}
-        pictures = [frame.image.copy() for frame, _ in striper.simulate(f"{session}?seed={seed}", POSES)]
-        result = striper.calibrate(lasers=[pictures], board="9x6", square=0.06, lens="plumb_bob")
+        images = [frame.image.copy() for frame, _ in striper.simulate(f"{session}?seed={seed}", POSES)]
+        result = striper.calibrate(lasers=[images], board="9x6", square=0.06, lens="plumb_bob")
         assert not result.refused, result.verdict
         for tool, row in measured(path, seed, "", result.model).items():
             if row.status == "ok":

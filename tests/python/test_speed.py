@@ -23,22 +23,22 @@ def resident_kb():
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
 
 
-def write_small_pictures(folder, count=200):
-    """Pictures of 64x48 with a stripe, as PGM."""
+def write_small_images(folder, count=200):
+    """Images of 64x48 with a stripe, as PGM."""
     random = np.random.default_rng(5)
     rows = np.arange(48)[:, None]
     for number in range(count):
         middle = 24.0 + 6.0 * np.sin(0.1 * (np.arange(64)[None, :] + number))
-        picture = 10.0 + 150.0 * np.exp(-0.5 * (rows - middle) ** 2) + random.normal(0.0, 1.0, (48, 64))
+        image = 10.0 + 150.0 * np.exp(-0.5 * (rows - middle) ** 2) + random.normal(0.0, 1.0, (48, 64))
         header = b"P5 64 48 255\n"
-        (folder / f"{number:04}.pgm").write_bytes(header + picture.clip(0, 255).astype(np.uint8).tobytes())
+        (folder / f"{number:04}.pgm").write_bytes(header + image.clip(0, 255).astype(np.uint8).tobytes())
 
 
 def test_memory_is_flat_over_a_looped_recording(tmp_path):
-    pictures = tmp_path / "pictures"
-    pictures.mkdir()
-    write_small_pictures(pictures)
-    run_program("record", f"images:{pictures}?laser=0", "-o", tmp_path / "run.mcap")
+    images = tmp_path / "images"
+    images.mkdir()
+    write_small_images(images)
+    run_program("record", f"images:{images}?laser=0", "-o", tmp_path / "run.mcap")
     scanned = found = 0
     settled_kb = None
     source = striper.open_source(f"mcap:{tmp_path / 'run.mcap'}")

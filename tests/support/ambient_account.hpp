@@ -18,10 +18,10 @@ struct AmbientAccount {
   std::vector<Event> events;
 };
 
-/// The account of the first pictures of a street that is built, each changed beforehand; every lit
+/// The account of the first frames of a street that is built, each changed beforehand; every lit
 /// exposure is taken as it comes.
 inline AmbientAccount account_of(
-    const Street& street, AmbientOptions options, std::uint64_t pictures,
+    const Street& street, AmbientOptions options, std::uint64_t frames,
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
   const Heard heard;
   options.events = heard.port();
@@ -30,8 +30,8 @@ inline AmbientAccount account_of(
     while (stage.next() != nullptr) {
     }
   };
-  for (std::uint64_t sequence = 0; sequence < pictures; ++sequence) {
-    Frame frame = street.picture(sequence);
+  for (std::uint64_t sequence = 0; sequence < frames; ++sequence) {
+    Frame frame = street.frame(sequence);
     change(frame);
     stage.push(frame);
     take_all();

@@ -17,8 +17,8 @@
 
 namespace striper::testing {
 
-/// What a rendered board picture holds besides the board.
-struct BoardPictureOptions {
+/// What a rendered board image holds besides the board.
+struct BoardImageOptions {
   double black_dn = 40.0;
   double white_dn = 200.0;
   double background_dn = 110.0;
@@ -85,13 +85,13 @@ inline Eigen::Vector2d half_pixel_across(StripeAxis axis) {
 /// top-left pixel by construction.
 inline cv::Mat render_board(const CameraModel& camera, const Board& board,
                             const Eigen::Isometry3d& T_cam_board,
-                            const BoardPictureOptions& options = {}) {
+                            const BoardImageOptions& options = {}) {
   const Eigen::Isometry3d T_board_cam = T_cam_board.inverse();
   const Eigen::Vector3d centre = T_board_cam.translation();
-  cv::Mat picture(camera.height(), camera.width(), CV_8UC1);
+  cv::Mat image(camera.height(), camera.width(), CV_8UC1);
   const cv::Rect box = box_of_board(camera, board, T_cam_board, options.margin_squares);
-  for (int row = 0; row < picture.rows; ++row)
-    for (int column = 0; column < picture.cols; ++column) {
+  for (int row = 0; row < image.rows; ++row)
+    for (int column = 0; column < image.cols; ++column) {
       double sum = 0.0;
       const int n = box.contains({column, row}) ? options.samples : 1;
       for (int k = 0; k < n * n; ++k) {
@@ -110,7 +110,7 @@ inline cv::Mat render_board(const CameraModel& camera, const Board& board,
           if (along > 0.0 && white) {
             value = options.black_dn + *white * (options.white_dn - options.black_dn);
             if (options.laser) {
-              // Pixels to the laser line along the axis, to first order.
+              // Pixels to the laser plane along the axis, to first order.
               const auto height = [&](const Eigen::Vector2d& at) {
                 const auto other = camera.unproject(at);
                 const Eigen::Vector3d q =
@@ -131,10 +131,10 @@ inline cv::Mat render_board(const CameraModel& camera, const Board& board,
         sum += value;
       }
       const double noisy = sum / (n * n) + normal(0.0, options.noise_dn);
-      picture.at<std::uint8_t>(row, column) =
+      image.at<std::uint8_t>(row, column) =
           static_cast<std::uint8_t>(std::clamp(std::lround(noisy), 0L, 255L));
     }
-  return picture;
+  return image;
 }
 
 }  // namespace striper::testing

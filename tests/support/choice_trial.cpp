@@ -54,7 +54,7 @@ TrialCamera::~TrialCamera() = default;
 
 int TrialCamera::frames() const {
   if (parts_->trial.frames > 0) return parts_->trial.frames;
-  return parts_->trial.kind.ends_with("sessions") ? kSessionPictures : 3;
+  return parts_->trial.kind.ends_with("sessions") ? kSessionFrames : 3;
 }
 
 StriperModel TrialCamera::model() const {
@@ -76,25 +76,24 @@ ScannerOptions TrialCamera::options() const {
   return options;
 }
 
-Frame TrialCamera::render(std::uint64_t picture) {
-  Frame frame =
-      parts_->colour ? parts_->colour->render(picture) : parts_->simulator.render(picture);
+Frame TrialCamera::render(std::uint64_t number) {
+  Frame frame = parts_->colour ? parts_->colour->render(number) : parts_->simulator.render(number);
   frame.illumination = Illumination::unknown();
   return frame;
 }
 
-cv::Mat TrialCamera::expected_dn(std::uint64_t picture) {
-  return parts_->colour ? parts_->colour->expected_dn(picture)
-                        : parts_->simulator.expected_dn(picture);
+cv::Mat TrialCamera::expected_dn(std::uint64_t number) {
+  return parts_->colour ? parts_->colour->expected_dn(number)
+                        : parts_->simulator.expected_dn(number);
 }
 
-cv::Mat TrialCamera::background_dn(std::uint64_t picture) {
+cv::Mat TrialCamera::background_dn(std::uint64_t number) {
   if (parts_->colour) return {};
-  return Simulator(without_laser(parts_->simulator.scene())).expected_dn(picture);
+  return Simulator(without_laser(parts_->simulator.scene())).expected_dn(number);
 }
 
-Truth TrialCamera::truth(std::uint64_t picture) {
-  Truth truth = parts_->simulator.truth(picture).front();
+Truth TrialCamera::truth(std::uint64_t number) {
+  Truth truth = parts_->simulator.truth(number).front();
   if (parts_->simulator.scene().lasers.front().pulse_energy_j > 0.0) return truth;
   for (TrueLine& line : truth.lines) line = TrueLine{};
   return truth;
@@ -106,11 +105,11 @@ ChoiceScore run_trial(const ChoiceTrial& trial, const JudgedFrame& visit) {
   Scanner scanner(model, camera.options());
   ChoiceScore score;
   for (int i = 0; i < camera.frames(); ++i) {
-    const auto picture = static_cast<std::uint64_t>(i);
-    const Truth truth = camera.truth(picture);
-    const cv::Mat expected_dn = camera.expected_dn(picture);
-    const cv::Mat background_dn = camera.background_dn(picture);
-    for (const PolarScan& scan : scanner.process(camera.render(picture))) {
+    const auto number = static_cast<std::uint64_t>(i);
+    const Truth truth = camera.truth(number);
+    const cv::Mat expected_dn = camera.expected_dn(number);
+    const cv::Mat background_dn = camera.background_dn(number);
+    for (const PolarScan& scan : scanner.process(camera.render(number))) {
       const std::vector<JudgedReturn> returns =
           judge(scan, truth, expected_dn, *model.noise, background_dn);
       score.all.add(scan, returns);

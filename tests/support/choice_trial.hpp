@@ -54,10 +54,10 @@ class TrialCamera {
   int frames() const;
   StriperModel model() const;  ///< As a calibration would find it.
   ScannerOptions options() const;
-  Frame render(std::uint64_t picture);
-  cv::Mat expected_dn(std::uint64_t picture);    ///< Without noise.
-  cv::Mat background_dn(std::uint64_t picture);  ///< And without the laser; empty: a colour camera.
-  Truth truth(std::uint64_t picture);            ///< Laser off: nothing is to be found.
+  Frame render(std::uint64_t number);
+  cv::Mat expected_dn(std::uint64_t number);    ///< Without noise.
+  cv::Mat background_dn(std::uint64_t number);  ///< And without the laser; empty: a colour camera.
+  Truth truth(std::uint64_t number);            ///< Laser off: nothing is to be found.
 
  private:
   struct Parts;

@@ -72,15 +72,15 @@ cv::Mat ColourCamera::channel_dn(const cv::Mat& laser_dn, const cv::Mat& other_d
   return cv::Mat((laser_dn - black) * share_[i] + (other_dn - black) * tint_[i] + black);
 }
 
-cv::Mat ColourCamera::expected_dn(std::uint64_t picture) {
-  return channel_dn(laser_.expected_dn(picture), other_.expected_dn(picture), own_);
+cv::Mat ColourCamera::expected_dn(std::uint64_t number) {
+  return channel_dn(laser_.expected_dn(number), other_.expected_dn(number), own_);
 }
 
-Frame ColourCamera::render(std::uint64_t picture) {
-  Frame frame = other_.render(picture);
-  const cv::Mat laser_dn = laser_.expected_dn(picture);
-  const cv::Mat other_dn = other_.expected_dn(picture);
-  Normals normals(laser_.scene().seed * 1000 + picture);
+Frame ColourCamera::render(std::uint64_t number) {
+  Frame frame = other_.render(number);
+  const cv::Mat laser_dn = laser_.expected_dn(number);
+  const cv::Mat other_dn = other_.expected_dn(number);
+  Normals normals(laser_.scene().seed * 1000 + number);
   std::vector<cv::Mat> channels(3);
   for (int i = 0; i < 3; ++i) {
     expose(channel_dn(laser_dn, other_dn, i), laser_.scene().imager, normals,

@@ -20,9 +20,9 @@ class ColourCamera {
 
   ColourCamera(const Scene& scene, Laser colour);
 
-  Frame render(std::uint64_t picture);
+  Frame render(std::uint64_t number);
   /// Of the laser's own channel, no noise and no clipping, CV_32FC1.
-  cv::Mat expected_dn(std::uint64_t picture);
+  cv::Mat expected_dn(std::uint64_t number);
 
  private:
   cv::Mat channel_dn(const cv::Mat& laser_dn, const cv::Mat& other_dn, int channel) const;

@@ -101,7 +101,7 @@ struct DaylightScore {
   }
 };
 
-/// Adds a scan of picture `scan.sequence` with the truth of the exposure it was made of.
+/// Adds a scan of frame `scan.sequence` with the truth of the exposure it was made of.
 inline void add_scan(const PolarScan& scan, Simulator& simulator, DaylightScore& score) {
   const std::vector<Truth> lit = simulator.truth(scan.sequence);
   const auto own = std::find_if(lit.begin(), lit.end(),
@@ -151,14 +151,14 @@ class DaylightTrial {
 
 /// Scans those frames of a scene that `is_kept`, rendered once, in each of several ways.
 inline std::vector<DaylightTrial> try_in_daylight(
-    Simulator& simulator, std::span<const DaylightWay> ways, int pictures,
+    Simulator& simulator, std::span<const DaylightWay> ways, int frames,
     const std::function<bool(int)>& is_kept = [](int) { return true; }) {
   std::vector<DaylightTrial> trials;
   for (const DaylightWay& way : ways) trials.emplace_back(simulator, way);
-  for (int picture = 0; picture < pictures; ++picture) {
+  for (int number = 0; number < frames; ++number) {
     for (int part = 0; part < simulator.frames_per_picture(); ++part) {
-      if (!is_kept(picture * simulator.frames_per_picture() + part)) continue;
-      Frame frame = simulator.render(static_cast<std::uint64_t>(picture), part);
+      if (!is_kept(number * simulator.frames_per_picture() + part)) continue;
+      Frame frame = simulator.render(static_cast<std::uint64_t>(number), part);
       frame.illumination = Illumination::unknown();
       for (DaylightTrial& trial : trials) trial.take(frame);
     }
@@ -169,12 +169,11 @@ inline std::vector<DaylightTrial> try_in_daylight(
 
 /// The same in one way.
 inline DaylightScore scan_in_daylight(
-    const Scene& scene, const DaylightWay& way, int pictures,
+    const Scene& scene, const DaylightWay& way, int frames,
     const std::function<bool(int)>& is_kept = [](int) { return true; },
     ScannerStatus* status = nullptr) {
   Simulator simulator(scene);
-  const std::vector<DaylightTrial> trials =
-      try_in_daylight(simulator, {&way, 1}, pictures, is_kept);
+  const std::vector<DaylightTrial> trials = try_in_daylight(simulator, {&way, 1}, frames, is_kept);
   if (status != nullptr) *status = trials.front().status();
   return trials.front().score();
 }
@@ -192,11 +191,11 @@ inline void drive(Scene& scene, double speed_m_s) {
 }
 
 /// The same where what shines stands in the world and passes by too, again and again: as far apart
-/// as a picture is wide at 2 m.
-inline void drive_past_light_sources(Scene& scene, double speed_m_s, int pictures) {
+/// as an image is wide at 2 m.
+inline void drive_past_light_sources(Scene& scene, double speed_m_s, int frames) {
   constexpr double kApart_m = 2.1;
   drive(scene, speed_m_s);
-  const double way_m = speed_m_s * pictures / scene.timing.picture_rate_hz;
+  const double way_m = speed_m_s * frames / scene.timing.picture_rate_hz;
   std::vector<SceneObject> light_sources;
   for (SceneObject& object : scene.objects) {
     if (object.material.radiance_w_m2_sr_nm <= 0.0) continue;

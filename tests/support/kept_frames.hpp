@@ -68,7 +68,7 @@ inline std::vector<Frame> single_fields() {
   bottom.field = Field::kBottom;
   bottom.exposure_in_picture = 1;
   bottom.grid = PixelGrid::bottom_field();
-  top.image = draw_noise(CV_8UC1, {40, 31});  // An odd picture's top field has a row more.
+  top.image = draw_noise(CV_8UC1, {40, 31});  // An odd frame's top field has a row more.
   return {top, bottom};
 }
 

@@ -18,8 +18,8 @@ namespace striper::testing {
 /// time.
 class PlainProfile {
  public:
-  struct Pictures {
-    cv::Mat lit, dark, masked, variance;  // Lines are columns.
+  struct Images {
+    cv::Mat lit, dark, masked, variance;  // Scan lines are columns.
     int full_scale_dn = 255;
   };
 
@@ -38,8 +38,8 @@ class PlainProfile {
   double clipped = 0.0;
   std::vector<Fit> fits;  // After 0, 1, 2, ... steps; of `fast` the first one only.
 
-  PlainProfile(const Pictures& pictures, const detail::ProfilePlan& plan, detail::PeakSeed seed)
-      : pictures_(pictures), plan_(plan), line_(seed.line) {
+  PlainProfile(const Images& images, const detail::ProfilePlan& plan, detail::PeakSeed seed)
+      : images_(images), plan_(plan), line_(seed.line) {
     move_to(seed.across);
     find_peak();
     across = centre_ + peak_at;
@@ -69,7 +69,7 @@ class PlainProfile {
  private:
   // ---- Pixels, k from the centre. Outside of the image the border repeats, unseen.
 
-  int length() const { return pictures_.lit.rows; }
+  int length() const { return images_.lit.rows; }
   double pixel(const cv::Mat& image, int k) const {
     const int row = std::clamp(centre_ + k, 0, length() - 1);
     return image.depth() == CV_8U    ? image.at<std::uint8_t>(row, line_)
@@ -77,19 +77,17 @@ class PlainProfile {
                                      : static_cast<double>(image.at<float>(row, line_));
   }
   double value(int k) const {
-    return pixel(pictures_.lit, k) - (pictures_.dark.empty() ? 0.0 : pixel(pictures_.dark, k));
+    return pixel(images_.lit, k) - (images_.dark.empty() ? 0.0 : pixel(images_.dark, k));
   }
   double seen(int k) const {
     const bool is_inside = centre_ + k >= 0 && centre_ + k < length();
-    const bool is_masked = !pictures_.masked.empty() && pixel(pictures_.masked, k) != 0.0;
+    const bool is_masked = !images_.masked.empty() && pixel(images_.masked, k) != 0.0;
     return is_inside && !is_masked ? 1.0 : 0.0;
   }
   double usable(int k) const {
-    return pixel(pictures_.lit, k) < pictures_.full_scale_dn ? seen(k) : 0.0;
+    return pixel(images_.lit, k) < images_.full_scale_dn ? seen(k) : 0.0;
   }
-  double extra(int k) const {
-    return pictures_.variance.empty() ? 0.0 : pixel(pictures_.variance, k);
-  }
+  double extra(int k) const { return images_.variance.empty() ? 0.0 : pixel(images_.variance, k); }
   double flat(int k) const { return seen(k) * (value(k) - level_ - slope_ * k); }
   double tap(int i) const {
     return std::abs(i) > plan_.taps ? 0.0 : plan_.filter[static_cast<std::size_t>(std::abs(i))];
@@ -177,12 +175,12 @@ class PlainProfile {
 
   void set_noise() {
     dark_ = 0.0;
-    for (int k = -plan_.window; k <= plan_.window && !pictures_.dark.empty(); ++k) {
-      dark_ += pixel(pictures_.dark, k) / (2 * plan_.window + 1);
+    for (int k = -plan_.window; k <= plan_.window && !images_.dark.empty(); ++k) {
+      dark_ += pixel(images_.dark, k) / (2 * plan_.window + 1);
     }
     base_ = plan_.variance_floor +
             plan_.variance_per_dn * std::max(0.0, level_ + dark_ - plan_.black_dn);
-    if (!pictures_.dark.empty()) {
+    if (!images_.dark.empty()) {
       base_ +=
           plan_.dark_noise_gain *
           (plan_.variance_floor + plan_.variance_per_dn * std::max(0.0, dark_ - plan_.black_dn));
@@ -204,7 +202,7 @@ class PlainProfile {
     double squares = 0.0;
     for (int i = -plan_.noise_reach; i <= plan_.noise_reach; ++i) {
       const double weight = plan_.noise_weight[static_cast<std::size_t>(std::abs(i))];
-      under += weight * pixel(pictures_.dark, static_cast<int>(peak_at) + i);
+      under += weight * pixel(images_.dark, static_cast<int>(peak_at) + i);
       squares += weight * weight;
     }
     const double of_mean =
@@ -256,7 +254,7 @@ class PlainProfile {
     const Fit start = fits.front();
     Fit fit = start;
     double limit = std::numeric_limits<double>::infinity();
-    const double room = pictures_.full_scale_dn - level_ - dark_;
+    const double room = images_.full_scale_dn - level_ - dark_;
     const double ceiling = room - std::sqrt(std::max(variance(room), base_));
     for (int step = 1; step <= 6; ++step) {
       take_step(limit, fit);
@@ -311,7 +309,7 @@ class PlainProfile {
 
   static constexpr double kPi = 3.14159265358979323846;
 
-  const Pictures& pictures_;
+  const Images& images_;
   const detail::ProfilePlan& plan_;
   int line_;
   int centre_ = 0;

@@ -71,7 +71,7 @@ void draw_camera(Scene& scene, SceneDice& dice) {
   draw_sensor(scene.imager, dice);
 }
 
-// The laser below or above the camera, which looks at where the sheet is 0.9 to 2.5 m away.
+// The laser below or above the camera, which looks at where the laser plane is 0.9 to 2.5 m away.
 double draw_laser(Scene& scene, SceneDice& dice) {
   const double baseline_m = dice.between(0.15, 0.6);
   const double side = dice.chance(0.7) ? -1.0 : 1.0;
@@ -244,7 +244,7 @@ constexpr struct {
 constexpr double kUsualBoard_m = 0.72;  // What data/scenes/calibration.yaml carries about.
 
 // A board that leans towards the camera with every side in turn while it goes away, its middle
-// near the sheet. `size` is the session's over the usual one.
+// near the laser plane. `size` is the session's over the usual one.
 SceneObject carried_board(SceneDice& dice, double baseline_m, double& size) {
   const auto& kind = kBoards[dice.whole(0, 3)];
   Checkerboard board{kind.columns, kind.rows, kind.square_m, kind.square_m};

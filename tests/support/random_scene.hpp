@@ -33,13 +33,13 @@ class SceneDice {
 };
 
 /// A furnished room with textures, light sources, black and shiny things before a striper of random
-/// optics; the laser is always on. Nothing moves: pictures differ by their noise.
+/// optics; the laser is always on. Nothing moves: images differ by their noise.
 Scene random_room(std::uint64_t seed);
 
 /// A calibration session as data/scenes/calibration.yaml: a board of one of four kinds is turned
-/// and carried through the sheet, kSessionPictures pictures.
+/// and carried through the laser plane, kSessionFrames frames.
 Scene random_session(std::uint64_t seed);
-inline constexpr int kSessionPictures = 10;
+inline constexpr int kSessionFrames = 10;
 
 /// The same scene with the laser switched off: every exposure is dark.
 Scene without_laser(Scene scene);

@@ -16,34 +16,34 @@
 namespace striper::testing {
 namespace {
 
-void read_line(const std::string& text, std::vector<RealPicture>& pictures) {
+void read_line(const std::string& text, std::vector<RealImage>& images) {
   std::istringstream words(text);
   std::string key;
   words >> key;
   if (key.empty() || key[0] == '#') return;
   const auto refuse = [&] { throw Error(ErrorKind::kBadFile, "real_stripe_paths.txt: " + text); };
   if (key == "picture") {
-    RealPicture& picture = pictures.emplace_back();
+    RealImage& image = images.emplace_back();
     std::string axis;
-    if (!(words >> picture.file >> axis)) refuse();
-    picture.axis = stripe_axis_from_string(axis).value();
+    if (!(words >> image.file >> axis)) refuse();
+    image.axis = stripe_axis_from_string(axis).value();
     return;
   }
-  if (pictures.empty() || (key != "stripe" && key != "empty")) refuse();
+  if (images.empty() || (key != "stripe" && key != "empty")) refuse();
   std::vector<Eigen::Vector2d> pairs;
   for (Eigen::Vector2d pair; words >> pair.x() >> pair.y();) pairs.push_back(pair);
   if (pairs.empty() || !words.eof()) refuse();
   if (key == "stripe") {
-    pictures.back().stripes.push_back(pairs);
+    images.back().stripes.push_back(pairs);
   } else {
-    pictures.back().empty.emplace_back(static_cast<int>(pairs[0].x()),
-                                       static_cast<int>(pairs[0].y()));
+    images.back().empty.emplace_back(static_cast<int>(pairs[0].x()),
+                                     static_cast<int>(pairs[0].y()));
   }
 }
 
 }  // namespace
 
-std::optional<double> RealPicture::stripe_at(int line) const {
+std::optional<double> RealImage::stripe_at(int line) const {
   for (const auto& knots : stripes) {
     for (std::size_t i = 1; i < knots.size(); ++i) {
       if (line < knots[i - 1].x() || line > knots[i].x()) continue;
@@ -54,14 +54,14 @@ std::optional<double> RealPicture::stripe_at(int line) const {
   return std::nullopt;
 }
 
-bool RealPicture::is_empty_at(int line) const {
+bool RealImage::is_empty_at(int line) const {
   if (stripe_at(line)) return false;
   return std::any_of(empty.begin(), empty.end(), [line](const std::pair<int, int>& part) {
     return line >= part.first && line <= part.second;
   });
 }
 
-Frame RealPicture::frame(std::uint64_t sequence) const {
+Frame RealImage::frame(std::uint64_t sequence) const {
   Frame frame;
   frame.image = cv::imread(real_data(file).string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
   if (frame.image.empty()) throw Error(ErrorKind::kBadFile, file);
@@ -70,24 +70,24 @@ Frame RealPicture::frame(std::uint64_t sequence) const {
   return frame;
 }
 
-std::vector<RealPicture> real_pictures() {
+std::vector<RealImage> real_images() {
   const auto path = source_path("tests/support/real_stripe_paths.txt");
   std::ifstream file(path);
   if (!file) throw Error(ErrorKind::kNotFound, path.string());
-  std::vector<RealPicture> pictures;
-  for (std::string line; std::getline(file, line);) read_line(line, pictures);
-  return pictures;
+  std::vector<RealImage> images;
+  for (std::string line; std::getline(file, line);) read_line(line, images);
+  return images;
 }
 
-void RealScore::add(const PolarScan& scan, const RealPicture& picture) {
-  ++pictures;
+void RealScore::add(const PolarScan& scan, const RealImage& image) {
+  ++images;
   unseen += scan.is_stripe_seen ? 0 : 1;
   for (std::size_t i = 0; i < scan.returns.size(); ++i) {
     const Return& r = scan.returns[i];
     const bool is_ok = r.status == ReturnStatus::kOk;
     const double at = scan.axis == StripeAxis::kColumns ? r.v_px : r.u_px;
-    const auto stripe = picture.stripe_at(static_cast<int>(i));
-    const bool has_none = picture.is_empty_at(static_cast<int>(i));
+    const auto stripe = image.stripe_at(static_cast<int>(i));
+    const bool has_none = image.is_empty_at(static_cast<int>(i));
     const bool is_right = is_ok && stripe && std::abs(at - *stripe) <= kRightPx;
     ++lines;
     with_stripe += stripe ? 1 : 0;
@@ -107,38 +107,38 @@ void RealScore::add(const RealScore& other) {
   found += other.found;
   wrong += other.wrong;
   unjudged += other.unjudged;
-  pictures += other.pictures;
+  images += other.images;
   unseen += other.unseen;
 }
 
-std::vector<RealPicture> real_boards(const std::string& set, const std::string& extension,
-                                     StripeAxis axis) {
-  std::vector<RealPicture> pictures;
+std::vector<RealImage> real_boards(const std::string& set, const std::string& extension,
+                                   StripeAxis axis) {
+  std::vector<RealImage> images;
   for (const auto& entry : std::filesystem::directory_iterator(real_data(set))) {
     if (entry.path().extension() != extension) continue;
-    RealPicture& picture = pictures.emplace_back();
-    picture.file = set + "/" + entry.path().filename().string();
-    picture.axis = axis;
-    picture.empty = {{0, 1 << 20}};
+    RealImage& image = images.emplace_back();
+    image.file = set + "/" + entry.path().filename().string();
+    image.axis = axis;
+    image.empty = {{0, 1 << 20}};
   }
-  std::sort(pictures.begin(), pictures.end(),
-            [](const RealPicture& a, const RealPicture& b) { return a.file < b.file; });
-  return pictures;
+  std::sort(images.begin(), images.end(),
+            [](const RealImage& a, const RealImage& b) { return a.file < b.file; });
+  return images;
 }
 
-RealScore RealScanner::score(const RealPicture& picture) {
-  const auto folder = std::filesystem::path(picture.file).parent_path();
-  if (!scanner_ || settings_.is_each || folder != folder_ || picture.axis != axis_) {
+RealScore RealScanner::score(const RealImage& image) {
+  const auto folder = std::filesystem::path(image.file).parent_path();
+  if (!scanner_ || settings_.is_each || folder != folder_ || image.axis != axis_) {
     folder_ = folder;
-    axis_ = picture.axis;
+    axis_ = image.axis;
     sequence_ = 0;
     scanner_ = std::make_unique<Scanner>(settings_.options(axis_));
   }
-  const Frame frame = picture.frame(sequence_++);
+  const Frame frame = image.frame(sequence_++);
   RealScore score;
-  for (const PolarScan& scan : scanner_->process(frame)) score.add(scan, picture);
-  if (score.pictures == 0) {
-    throw Error(ErrorKind::kBadFile, picture.file + ": no scan");
+  for (const PolarScan& scan : scanner_->process(frame)) score.add(scan, image);
+  if (score.images == 0) {
+    throw Error(ErrorKind::kBadFile, image.file + ": no scan");
   }
   return score;
 }

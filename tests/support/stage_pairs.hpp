@@ -17,7 +17,7 @@ inline AmbientOptions with_pattern(const char* pattern) {
   return options;
 }
 
-/// A picture whose pixels tell its number and whether it is lit.
+/// A frame whose pixels tell its number and whether it is lit.
 inline Frame tagged(std::uint64_t sequence, const IlluminationPattern& pattern) {
   Frame frame;
   frame.image = cv::Mat(32, 48, CV_8UC1);

@@ -34,7 +34,7 @@ struct Street {
   double sigma_px = 1.5;
   double noise_dn = 2.0;
   int bit_depth = 8;
-  /// Row of a laser's stripe in the full picture.
+  /// Row of a laser's stripe in the full frame.
   std::function<double(int laser, int column)> row = [](int laser, int column) {
     return 120.0 + 40.0 * laser + 12.0 * std::sin(column / 40.0);
   };
@@ -62,7 +62,7 @@ struct Street {
     }
   }
 
-  /// The light of exposure `number`, before noise, full picture.
+  /// The light of exposure `number`, before noise, full frame.
   cv::Mat light(std::uint64_t number) const {
     const int shift = static_cast<int>(std::lround(speed_px * static_cast<double>(number % 512)));
     const int left = shift % (world.cols - size.width);
@@ -100,8 +100,8 @@ struct Street {
     }
   }
 
-  /// Picture `sequence`, its illumination unknown.
-  Frame picture(std::uint64_t sequence) const {
+  /// Frame `sequence`, its illumination unknown.
+  Frame frame(std::uint64_t sequence) const {
     constexpr std::int64_t kPeriodNs = 33'366'667;
     Frame frame;
     frame.image = cv::Mat(size, bit_depth > 8 ? CV_16UC1 : CV_8UC1);

@@ -16,13 +16,13 @@ namespace striper::testing {
 
 /// What a return is, by the truth.
 enum class Judgement {
-  kRight,    ///< Within max(0.5 px, 3 sigma) of a true return of its line.
+  kRight,    ///< Within max(0.5 px, 3 sigma) of a true return of its scan line.
   kMixed,    ///< At an edge, between the two stripes that meet there and within 4 px of one.
-  kWrong,    ///< Something else in a line that shows a stripe.
-  kPhantom,  ///< In a line without a stripe.
+  kWrong,    ///< Something else in a scan line that shows a stripe.
+  kPhantom,  ///< In a scan line without a stripe.
 };
 
-/// One return with what is known of its line.
+/// One return with what is known of its scan line.
 struct JudgedReturn {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -31,7 +31,7 @@ struct JudgedReturn {
   double confidence = kNone;
   double across_px = kNone;
   double sigma_px = kNone;
-  double error_px = kNone;         ///< From the nearest true return of the line.
+  double error_px = kNone;         ///< From the nearest true return of the scan line.
   double truth_amplitude = kNone;  ///< DN, of the brightest true return.
   double truth_snr = kNone;  ///< That, as far as it does not clip, over its peak pixel's noise,
   /// and over that and what the background shows of a stripe's width around it, together.
@@ -51,7 +51,8 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
                                 const cv::Mat& expected_dn, const NoiseModel& noise,
                                 const cv::Mat& background_dn = {});
 
-/// What a position in a line is. @param error_px from the nearest true return, as `judge` gives it.
+/// What a position in a scan line is. @param error_px from the nearest true return, as `judge`
+/// gives it.
 struct JudgedPosition {
   Judgement judgement = Judgement::kPhantom;
   double error_px = JudgedReturn::kNone;

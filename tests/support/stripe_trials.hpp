@@ -16,7 +16,7 @@
 
 namespace striper::testing {
 
-/// One point of a Monte Carlo grid: a picture whose columns are independent trials, the stripe at a
+/// One point of a Monte Carlo grid: an image whose columns are independent trials, the stripe at a
 /// random phase of the pixel in each. SNR is amplitude over the noise at the peak pixel.
 struct StripeTrials {
   enum class Noise { kWhite, kShot, kEightBitsBright, kEightBitsDim };

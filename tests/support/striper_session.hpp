@@ -16,7 +16,7 @@
 
 namespace striper::testing {
 
-/// A striper with known truth, and how its calibration pictures are made: points alone, no
+/// A striper with known truth, and how its calibration images are made: points alone, no
 /// rendering. The geometry is that of the design's accuracy study: 640x480, 55 degrees, camera
 /// pitched down 14 degrees, laser plane 0.5 m below the camera, 9x6 board of 60 mm at 0.9-2.6 m.
 struct SyntheticStriper {
@@ -42,7 +42,7 @@ struct SyntheticStriper {
   }
 };
 
-/// A board pose: its centre at (u, v) of the picture and `depth_m`, turned by rotations about the
+/// A board pose: its centre at (u, v) of the image and `depth_m`, turned by rotations about the
 /// camera's x, y and z axes.
 struct BoardPose {
   double u_px, v_px, depth_m;
@@ -72,7 +72,7 @@ inline Eigen::Vector3d bent_point(const SyntheticStriper& striper, const Eigen::
       -(striper.bend_m.x() * (1.0 - a.x() * a.x()) + striper.bend_m.y() * (1.0 - a.y() * a.y()))};
 }
 
-/// The noise-free stripe row in each column of the picture where the laser meets the board's print,
+/// The noise-free stripe row in each column of the image where the laser meets the board's print,
 /// (flat) board.
 inline std::vector<Eigen::Vector2d> stripe_on_board(const SyntheticStriper& striper,
                                                     const Eigen::Isometry3d& T) {
@@ -121,8 +121,8 @@ inline std::vector<Eigen::Vector2d> stripe_on_board(const SyntheticStriper& stri
   return pixels;
 }
 
-/// Adds one noisy picture of the board with the stripe on it. False, and nothing added, where part
-/// of the board is outside of the picture or the stripe covers less than 40 columns of it.
+/// Adds one noisy image of the board with the stripe on it. False, and nothing added, where part
+/// of the board is outside of the image or the stripe covers less than 40 columns of it.
 inline bool add_view(const SyntheticStriper& striper, const Eigen::Isometry3d& T,
                      Observations& observations, bool needs_stripe = true) {
   CornerView view;
@@ -159,7 +159,7 @@ inline Observations empty_observations(const SyntheticStriper& striper) {
   return observations;
 }
 
-/// `count` boards at random depths, tilts of up to 40 degrees each way and places in the picture.
+/// `count` boards at random depths, tilts of up to 40 degrees each way and places in the image.
 inline Observations varied_boards(const SyntheticStriper& striper, int count) {
   Observations observations = empty_observations(striper);
   while (static_cast<int>(observations.views.size()) < count)
@@ -171,7 +171,7 @@ inline Observations varied_boards(const SyntheticStriper& striper, int count) {
   return observations;
 }
 
-/// `count` boards near enough to fill much of a camera's picture, without stripes: for its lens.
+/// `count` boards near enough to fill much of a camera's image, without stripes: for its lens.
 inline Observations lens_boards(const CameraModel& camera, std::size_t count) {
   SyntheticStriper striper;
   striper.camera = camera;

@@ -13,8 +13,8 @@
 
 namespace striper::testing {
 
-/// The light that pixel k gets from a Gaussian line at `mu` of width `sigma` and peak `amplitude`,
-/// integrated over the pixel's box.
+/// The light that pixel k gets from a Gaussian stripe at `mu` of width `sigma` and peak
+/// `amplitude`, integrated over the pixel's box.
 inline double box_gaussian(double k, double mu, double sigma, double amplitude) {
   const double scale = 1.0 / (sigma * std::sqrt(2.0));
   return amplitude * sigma * std::sqrt(std::acos(-1.0) / 2.0) *
@@ -33,7 +33,7 @@ struct SyntheticStripe {
   int bit_depth = 8;
 };
 
-/// Renders it with one line per column.
+/// Renders it with one scan line per column.
 inline LitFrame render(const SyntheticStripe& stripe) {
   const bool wide = stripe.bit_depth > 8;
   cv::Mat image(stripe.length, stripe.lines, wide ? CV_16UC1 : CV_8UC1);
@@ -57,7 +57,7 @@ inline LitFrame render(const SyntheticStripe& stripe) {
   return frame;
 }
 
-/// The same picture with rows and columns exchanged, for the other stripe axis.
+/// The same image with rows and columns exchanged, for the other stripe axis.
 inline LitFrame transposed(const LitFrame& frame) {
   LitFrame out = frame;
   out.lit = frame.lit.t();

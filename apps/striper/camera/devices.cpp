@@ -262,7 +262,7 @@ void print_sync(const SyncReport& report) {
   fmt::print("lost      {} dropped by the driver, {} not read in time, {} damaged\n", lost.dropped,
              lost.overrun, lost.corrupt + lost.incomplete + lost.wrong_size);
   fmt::print("looked    {} times at {} pictures: {} agree, {} show another order, {} none\n",
-             report.windows, SyncReport::kWindowPictures, report.agreeing, report.others,
+             report.windows, SyncReport::kWindowFrames, report.agreeing, report.others,
              report.unclear);
   if (report.verdict == SyncVerdict::kLocked) {
     fmt::print("laser     {}, its line {:.0f} % of a clear one: laser={}\n", lit_exposures(report),

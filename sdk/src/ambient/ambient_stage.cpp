@@ -12,11 +12,11 @@ namespace striper {
 namespace {
 
 constexpr const char* kNoFields =
-    "ambient fields needs pictures of two fields, and these are whole: if they are interlaced of "
+    "ambient fields needs frames of two fields, and these are whole: if they are interlaced of "
     "two, "
     "say so with fields=split-top or fields=split-bottom (the field exposed first)";
 constexpr const char* kInterlaced =
-    "the pictures look interlaced: every other row differs; if they are, say so with "
+    "the frames look interlaced: every other row differs; if they are, say so with "
     "fields=split-top or fields=split-bottom (the field exposed first; NTSC has the bottom one "
     "first, PAL the top one)";
 
@@ -36,13 +36,13 @@ struct AmbientStage::State {
   detail::IlluminationTracker tracker;
   detail::LitFrameMaker maker;
   std::int64_t lit_ns = 0;
-  int looks_for_weave = 3;  // First pictures still to be looked at: may they be interlaced?
+  int interlace_checks_left = 3;  // First frames still to be looked at: may they be interlaced?
 };
 
-// What was asked for, or not, and the pictures.
+// What was asked for, or not, and the images.
 void AmbientStage::State::check_method(const Frame& exposure) {
-  if (looks_for_weave == 0) return;
-  --looks_for_weave;
+  if (interlace_checks_left == 0) return;
+  --interlace_checks_left;
   if (exposure.field != Field::kProgressive) return;
   if (options.method == AmbientMethod::kFields) events.send_once({"not_two_fields", kNoFields});
   if (detail::looks_interlaced(exposure.image)) events.send_once({"woven_fields", kInterlaced});

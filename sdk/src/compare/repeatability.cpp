@@ -14,7 +14,7 @@ double across_px(const PolarScan& scan, const Return& one) {
   return scan.axis == StripeAxis::kColumns ? one.v_px : one.u_px;
 }
 
-// And along it: the line.
+// And along it: the scan line.
 double along_px(const PolarScan& scan, const Return& one) {
   return scan.axis == StripeAxis::kColumns ? one.u_px : one.v_px;
 }
@@ -39,7 +39,8 @@ void add(const PolarScan& scan, const Return& a, const Return& b, Sums& sums) {
   sums.pixel_m += pixel_m;
 }
 
-// Of the same line each, in their order: scans may have lines without a return, or leave them out.
+// Of the same scan line each, in their order: scans may have some without a return, or leave
+// them out.
 void add(const PolarScan& before, const PolarScan& after, Sums& sums) {
   auto b = after.returns.begin();
   for (const Return& a : before.returns) {

@@ -10,7 +10,7 @@
 
 namespace striper::detail {
 
-/// One line of an image, column or row, as a strided array of pixels. `Pixel` may be const.
+/// One scan line of an image, column or row, as a strided array of pixels. `Pixel` may be const.
 template <typename Pixel>
 struct StridedLine {
   Pixel* first = nullptr;
@@ -19,7 +19,8 @@ struct StridedLine {
   Pixel& operator[](int k) const noexcept { return first[k * stride]; }
 };
 
-/// A line of an image that is not written into. `Pixel` is the image's, uint8_t, uint16_t or float.
+/// A scan line of an image that is not written into. `Pixel` is the image's, uint8_t, uint16_t or
+/// float.
 template <typename Pixel>
 StridedLine<const Pixel> image_line(const cv::Mat& image, StripeAxis axis, int line) noexcept {
   const auto row_stride = static_cast<std::ptrdiff_t>(image.step1());

@@ -49,7 +49,7 @@ NoiseModel with_dark(const NoiseModel& noise, double background_dn) {
   return sum;
 }
 
-// A Gaussian over sensor rows as the lines of a field sample it: every other row, each a row high.
+// A Gaussian over sensor rows as the rows of a field sample it: every other row, each a row high.
 StripeProfile in_lines(double width_px, double amplitude_dn, int pitch) {
   StripeProfile profile;
   const double effective2 = (width_px * width_px + detail::kPixelBox2) / (pitch * pitch);
@@ -121,7 +121,8 @@ DesignFigures::Light DesignFigures::light_by_optics(const Eigen::Vector3d& p_cam
                                                     const Eigen::Vector2d& pixel) const {
   const Eigen::Vector3d to_laser = design_.laser.origin_cam - p_cam;
   const Eigen::Vector3d normal = to_laser.normalized();
-  // How far from the sheet one pixel more across the stripe is, on a surface that faces the laser.
+  // How far from the laser plane one pixel more across the stripe is, on a surface that faces the
+  // laser.
   const Eigen::Vector2d half = design_.model.axis == StripeAxis::kColumns
                                    ? Eigen::Vector2d(0.0, 0.5)
                                    : Eigen::Vector2d(0.5, 0.0);
@@ -130,8 +131,8 @@ DesignFigures::Light DesignFigures::light_by_optics(const Eigen::Vector3d& p_cam
       camera.unproject(pixel + half).xy - camera.unproject(pixel - half).xy;
   const Eigen::Vector3d ray = p_cam / p_cam.z();
   const Eigen::Vector3d step(change.x(), change.y(), 0.0);
-  const Eigen::Vector3d& sheet = triangulator_.plane().normal();
-  const double height_m = p_cam.z() * sheet.dot(step - normal.dot(step) / normal.dot(ray) * ray);
+  const Eigen::Vector3d& across = triangulator_.plane().normal();
+  const double height_m = p_cam.z() * across.dot(step - normal.dot(step) / normal.dot(ray) * ray);
 
   Light light{};
   const double sheet_px = sheet_sigma_m(to_laser.norm()) / std::abs(height_m);

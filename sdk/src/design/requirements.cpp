@@ -34,7 +34,7 @@ Requirement eye_safety(const DesignFigures& figures) {
   input.beam = FanBeam{laser.fan_rad, std::max(laser.thickness_rad, 1e-6)};
   if (laser.power_w)
     input.emission = ContinuousEmission{*laser.power_w};
-  else  // A pulse for each scan: two a picture where it is two fields, none for a dark exposure.
+  else  // A pulse for each scan: two a frame where it is two fields, none for a dark exposure.
     input.emission = PulsedEmission{laser.pulse_energy_j, laser.pulse_s, figures.scan_rate_hz()};
   try {
     const EyeSafetyReport report = assess_eye_safety(input);

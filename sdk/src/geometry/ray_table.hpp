@@ -13,19 +13,19 @@
 
 namespace striper::detail {
 
-/// Undistorted rays of every line (column or row) of an image, as a cubic Hermite interpolation
-/// across it: a ray in a few nanoseconds where the lens would take hundreds. Immutable;
-/// thread-safe.
+/// Undistorted rays of every scan line (column or row) of an image, as a cubic Hermite
+/// interpolation across it: a ray in a few nanoseconds where the lens would take hundreds.
+/// Immutable; thread-safe.
 ///
-/// Along a line the coordinate is exact (there is one row of nodes per line); across it the nodes
-/// are laid closely enough that the ray is right to `kTolerancePx`, checked on construction against
-/// the lens itself.
+/// Along a scan line the coordinate is exact (there is one row of nodes per scan line); across it
+/// the nodes are laid closely enough that the ray is right to `kTolerancePx`, checked on
+/// construction against the lens itself.
 class RayTable {
  public:
   static constexpr double kTolerancePx = 1e-7;
 
-  /// The rays about one place of a line: (x, y, 1) as a cubic of the pixel coordinate across it.
-  /// NaN where the camera has no ray, and up to one node from there.
+  /// The rays about one place of a scan line: (x, y, 1) as a cubic of the pixel coordinate across
+  /// it. NaN where the camera has no ray, and up to one node from there.
   class Segment {
    public:
     /// The ray `shift_px` away from the place, which may be a pixel outside the segment.
@@ -35,7 +35,8 @@ class RayTable {
               y_[0] + s * (y_[1] + s * (y_[2] + s * y_[3]))};
     }
 
-    /// Derivative of the ray with respect to the pixel coordinate across the line, at the place.
+    /// Derivative of the ray with respect to the pixel coordinate across the scan line, at the
+    /// place.
     Eigen::Vector2d dxy_dacross() const noexcept {
       return {inverse_step_ * (x_[1] + s_ * (2.0 * x_[2] + s_ * 3.0 * x_[3])),
               inverse_step_ * (y_[1] + s_ * (2.0 * y_[2] + s_ * 3.0 * y_[3]))};
@@ -51,7 +52,8 @@ class RayTable {
     double y_[4];
   };
 
-  /// @param along maps line numbers to sensor pixels; @param line_count how many lines there are.
+  /// @param along maps scan line numbers to sensor pixels; @param line_count how many scan lines
+  /// there are.
   RayTable(const CameraModel& camera, StripeAxis axis, const AxisGrid& along, int line_count);
 
   bool serves(StripeAxis axis, const AxisGrid& along, int line_count) const noexcept {

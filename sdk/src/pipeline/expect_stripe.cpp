@@ -58,7 +58,7 @@ struct Sensor {
   }
 };
 
-// The first and last pixel of a line that can show the stripe; first above last: none.
+// The first and last pixel of a scan line that can show the stripe; first above last: none.
 struct Span {
   float first;
   float last;
@@ -85,7 +85,7 @@ void find_spans(const Triangulator& triangulator, const Sensor& sensor, const Ra
   for (int line = 0; line < sensor.lines + kStepAlong; line += kStepAlong) {
     nodes.push_back(span_of(triangulator, sensor, std::min(line, sensor.lines - 1), range));
   }
-  // Between two lines that were tried, whatever one of them shows.
+  // Between two scan lines that were tried, whatever one of them shows.
   for (int line = 0; line < sensor.lines; ++line) {
     const auto node = static_cast<std::size_t>(line / kStepAlong);
     const std::size_t next = std::min(node + 1, nodes.size() - 1);
@@ -126,7 +126,7 @@ double amplitude_at(const std::vector<StripeLook::AmplitudeAt>& table, double ra
   return table.back().amplitude_dn;
 }
 
-// In the middle line: its range is nearly that of the others in the same row.
+// In the middle scan line: its range is nearly that of the others in the same row.
 void find_amplitudes(const Triangulator& triangulator, const Sensor& sensor, const StripeLook& look,
                      ExpectedStripe& expected) {
   if (look.amplitude_at.empty()) return;

@@ -11,10 +11,10 @@ namespace {
 
 constexpr const char* kName = "exposure_us";
 
-// Scans come no later than so many pictures after theirs: the longest pattern and a few.
-constexpr std::size_t kPictures = 16;
+// Scans come no later than so many frames after theirs: the longest pattern and a few.
+constexpr std::size_t kFrames = 16;
 
-// So many rows and columns of a picture tell how bright it is.
+// So many rows and columns of an image tell how bright it is.
 constexpr int kSampled = 100;
 // What most of the pixels do not exceed: the stripe is fewer.
 constexpr double kMostPixels = 0.95;
@@ -23,7 +23,7 @@ constexpr double kMostPixels = 0.95;
 constexpr double kManyClipped = 0.1;
 constexpr double kFewLines = 0.02;  // Fewer good ones than this are no stripe to go by.
 
-// Of a picture without a stripe: so much of it clipped, and light hides it; so dark at most, and it
+// Of an image without a stripe: so much of it clipped, and light hides it; so dark at most, and it
 // may be too short.
 constexpr double kBlinded = 0.02;
 constexpr double kDark = 0.25;
@@ -98,21 +98,21 @@ ExposureControl::ExposureControl(Controls& controls, const ExposureOptions& opti
 
 void ExposureControl::update(const Frame& frame, ScanSpan scans) {
   if (frame.status != FrameStatus::kOk || frame.image.empty()) return;
-  if (pictures_.size() == kPictures) pictures_.erase(pictures_.begin());
-  pictures_.push_back(look_at(frame));
+  if (images_.size() == kFrames) images_.erase(images_.begin());
+  images_.push_back(look_at(frame));
   for (const PolarScan& scan : scans) {
-    const Picture* const picture = picture_of(scan);
-    if (picture == nullptr) continue;
-    remember(scan, *picture);
-    if (places_.empty() && is_as_set(*picture)) set(wanted_without_stripe(*picture));
+    const Image* const image = image_of(scan);
+    if (image == nullptr) continue;
+    remember(scan, *image);
+    if (places_.empty() && is_as_set(*image)) set(wanted_without_stripe(*image));
   }
-  if (!places_.empty()) set(wanted_for(frame, pictures_.back()));
+  if (!places_.empty()) set(wanted_for(frame, images_.back()));
 }
 
-ExposureControl::Picture ExposureControl::look_at(const Frame& frame) {
-  Picture picture;
-  picture.sequence = frame.sequence;
-  picture.exposure_us =
+ExposureControl::Image ExposureControl::look_at(const Frame& frame) {
+  Image image;
+  image.sequence = frame.sequence;
+  image.exposure_us =
       frame.exposure_ns > 0 ? 1e-3 * static_cast<double>(frame.exposure_ns) : exposure_us_;
   if (frame.image.depth() == CV_8U) {
     sample<std::uint8_t>(frame.image, pixels_);
@@ -125,33 +125,32 @@ ExposureControl::Picture ExposureControl::look_at(const Frame& frame) {
   const auto all = static_cast<double>(pixels_.size());
   const auto most = pixels_.begin() + static_cast<std::ptrdiff_t>(kMostPixels * (all - 1.0));
   std::nth_element(pixels_.begin(), most, pixels_.end());
-  picture.clipped = static_cast<double>(clipped) / all;
-  picture.brightness = static_cast<double>(*most) / full_scale_dn;
-  return picture;
+  image.clipped = static_cast<double>(clipped) / all;
+  image.brightness = static_cast<double>(*most) / full_scale_dn;
+  return image;
 }
 
-const ExposureControl::Picture* ExposureControl::picture_of(const PolarScan& scan) const noexcept {
-  const auto found = std::find_if(pictures_.rbegin(), pictures_.rend(), [&](const Picture& one) {
-    return one.sequence == scan.sequence;
-  });
-  return found != pictures_.rend() ? &*found : nullptr;
+const ExposureControl::Image* ExposureControl::image_of(const PolarScan& scan) const noexcept {
+  const auto found = std::find_if(images_.rbegin(), images_.rend(),
+                                  [&](const Image& one) { return one.sequence == scan.sequence; });
+  return found != images_.rend() ? &*found : nullptr;
 }
 
-// Of a picture that was taken before something else was set nothing new is to be learnt where only
+// Of an image that was taken before something else was set nothing new is to be learnt where only
 // steps help.
-bool ExposureControl::is_as_set(const Picture& picture) const noexcept {
-  return std::abs(picture.exposure_us - exposure_us_) <= kSameExposure * exposure_us_;
+bool ExposureControl::is_as_set(const Image& image) const noexcept {
+  return std::abs(image.exposure_us - exposure_us_) <= kSameExposure * exposure_us_;
 }
 
 // Where the stripe is and what the laser gives there; what a scan shows that is neither clipped nor
 // has a stripe is forgotten.
-void ExposureControl::remember(const PolarScan& scan, const Picture& picture) {
+void ExposureControl::remember(const PolarScan& scan, const Image& image) {
   const auto is_good = [](const Return& one) { return one.status == ReturnStatus::kOk; };
   const auto good = std::count_if(scan.returns.begin(), scan.returns.end(), is_good);
   const auto clipped = std::count_if(scan.returns.begin(), scan.returns.end(),
                                      [](const Return& one) { return is_clipped(one.status); });
   if (static_cast<double>(clipped) > kManyClipped * static_cast<double>(good + clipped)) {
-    is_clipped_ = is_as_set(picture);
+    is_clipped_ = is_as_set(image);
     return;
   }
   places_.clear();
@@ -161,31 +160,31 @@ void ExposureControl::remember(const PolarScan& scan, const Picture& picture) {
     if (!is_good(one)) continue;
     const double off_px = kPixelsBeside + kWidthsBeside * one.width_px;
     places_.push_back({one.u_px, one.v_px, columns ? 0.0 : off_px, columns ? off_px : 0.0,
-                       one.intensity_dn / picture.exposure_us});
+                       one.intensity_dn / image.exposure_us});
   }
 }
 
 // The exposure that would have been right for a frame, lit or dark: by the light beside the stripe,
 // and the stripe of late.
-double ExposureControl::wanted_for(const Frame& frame, const Picture& picture) {
+double ExposureControl::wanted_for(const Frame& frame, const Image& image) {
   rates_.clear();
   double clipped = 0.0;
   for (const Place& place : places_) {
     const int level_dn = level_at(frame, place.u_px, place.v_px, place.off_u_px, place.off_v_px);
     if (level_dn >= frame.full_scale_dn()) clipped += 1.0;
-    rates_.push_back(place.stripe_dn_per_us + level_dn / picture.exposure_us);
+    rates_.push_back(place.stripe_dn_per_us + level_dn / image.exposure_us);
   }
   const auto count = static_cast<double>(rates_.size());
   const bool is_too_bright = clipped > kManyClipped * count || std::exchange(is_clipped_, false);
-  if (is_too_bright) return is_as_set(picture) ? kStepDown * picture.exposure_us : exposure_us_;
+  if (is_too_bright) return is_as_set(image) ? kStepDown * image.exposure_us : exposure_us_;
   const auto at = rates_.begin() + static_cast<std::ptrdiff_t>(options_.percentile * (count - 1.0));
   std::nth_element(rates_.begin(), at, rates_.end());
   return options_.target * frame.full_scale_dn() / *at;
 }
 
-double ExposureControl::wanted_without_stripe(const Picture& picture) const {
-  if (picture.clipped > kBlinded) return kStepDown * picture.exposure_us;
-  if (picture.brightness < kDark) return kStepUp * picture.exposure_us;
+double ExposureControl::wanted_without_stripe(const Image& image) const {
+  if (image.clipped > kBlinded) return kStepDown * image.exposure_us;
+  if (image.brightness < kDark) return kStepUp * image.exposure_us;
   return exposure_us_;
 }
 

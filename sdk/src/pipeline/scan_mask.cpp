@@ -95,7 +95,7 @@ void ignore_in_plane(const std::vector<ScanMask::Polygon>& polygons, const Strip
 }
 
 cv::Size own_size(const ScanMask& mask) {
-  if (!mask.picture.empty()) return mask.picture.size();
+  if (!mask.image.empty()) return mask.image.size();
   cv::Size size(0, 0);
   for (const ScanMask::Polygon& polygon : mask.pixels) {
     for (const cv::Point2d& corner : polygon) {
@@ -118,10 +118,10 @@ ScanMask load_mask(const std::filesystem::path& path) {
   }
   ScanMask mask;
   mask.name = name;
-  mask.picture = cv::imread(name, cv::IMREAD_GRAYSCALE);
-  if (!mask.picture.empty()) return mask;
+  mask.image = cv::imread(name, cv::IMREAD_GRAYSCALE);
+  if (!mask.image.empty()) return mask;
   throw Error(ErrorKind::kBadFile,
-              fmt::format("'{}': neither a picture nor a mask's .yaml file", name));
+              fmt::format("'{}': neither an image file nor a mask's .yaml file", name));
 }
 
 cv::Mat ignored_pixels(const ScanMask& mask, const StriperModel* model, int laser) {
@@ -132,13 +132,13 @@ cv::Mat ignored_pixels(const ScanMask& mask, const StriperModel* model, int lase
   const cv::Size size =
       model != nullptr ? cv::Size(model->camera.width(), model->camera.height()) : own_size(mask);
   cv::Mat ignored = cv::Mat::zeros(size, CV_8UC1);
-  if (!mask.picture.empty()) {
-    if (mask.picture.size() != size) {
+  if (!mask.image.empty()) {
+    if (mask.image.size() != size) {
       throw Error(ErrorKind::kBadValue,
                   fmt::format("'{}' has {}x{} pixels, and the model's sensor {}x{}", mask.name,
-                              mask.picture.cols, mask.picture.rows, size.width, size.height));
+                              mask.image.cols, mask.image.rows, size.width, size.height));
     }
-    ignored = mask.picture == 0;
+    ignored = mask.image == 0;
   }
   for (const ScanMask::Polygon& polygon : mask.pixels) fill(polygon, ignored);
   if (!mask.metres.empty()) ignore_in_plane(mask.metres, *model, laser, ignored);

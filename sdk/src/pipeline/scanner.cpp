@@ -18,7 +18,7 @@
 namespace striper {
 namespace {
 
-// Which end of a line of pixels through the picture's middle sees the laser plane nearer: where the
+// Which end of a scan line through the image's middle sees the laser plane nearer: where the
 // ray comes down on the plane more steeply. The lens bends both ends alike.
 NearEnd near_end_of(const StriperModel& model) {
   if (model.lasers.empty()) return ExtractOptions{}.near_end;
@@ -124,7 +124,7 @@ std::vector<std::unique_ptr<StripeExtractor>> make_extractors(const ScannerOptio
   const std::size_t count = pattern.is_bracket() ? pattern.entries().size() : 1;
   if (count > 1 && options.stripe.peak == PeakRule::kAll) {
     throw Error(ErrorKind::kUsage,
-                fmt::format("--peak all gives no one return of a line, which the exposures of "
+                fmt::format("--peak all gives no one return of a scan line, which the exposures of "
                             "laser={} are put together by - leave one of them out",
                             pattern.to_string()));
   }
@@ -339,7 +339,7 @@ std::string Scanner::Stages::why_refused(const Frame& frame) const {
   }
   std::string reason = why_unreadable(frame);
   if (reason.empty() && model_size && frame.sensor_size != *model_size) {
-    return fmt::format("the picture is of a {}x{} sensor and the model of a {}x{} one",
+    return fmt::format("the image is of a {}x{} sensor and the model of a {}x{} one",
                        frame.sensor_size.width, frame.sensor_size.height, model_size->width,
                        model_size->height);
   }

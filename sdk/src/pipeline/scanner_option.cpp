@@ -150,23 +150,24 @@ std::vector<ScannerOption> choices() {
        .unit = {},
        .words = words_of(kPeakRules),
        .what_if_not_given = "brightest",
-       .help = "Which of several peaks of a line is the stripe: continuous (the brightest, and "
-               "where a line alone cannot tell the one that continues its neighbours), "
-               "brightest, nearest, farthest or all",
+       .help =
+           "Which of several peaks of a scan line is the stripe: continuous (the brightest, and "
+           "where a scan line alone cannot tell the one that continues its neighbours), "
+           "brightest, nearest, farthest or all",
        .put = [](Options& o, Text v) { o.stripe.peak = word_in(kPeakRules, v); },
        .get = [](const Options& o) { return word_for(kPeakRules, o.stripe.peak); }},
       {.name = "axis",
        .unit = {},
        .words = words_of(kAxes),
        .what_if_not_given = "the model's, else columns",
-       .help = "One return per image line: columns (the stripe runs from left to right) or rows",
+       .help = "One return per scan line: columns (the stripe runs from left to right) or rows",
        .put = [](Options& o, Text v) { o.stripe.axis = word_in(kAxes, v); },
        .get = [](const Options& o) { return word_for(kAxes, StripeAxis(o.stripe.axis)); }},
       {.name = "channel",
        .unit = {},
        .words = words_of(kChannels),
        .what_if_not_given = "the model's, else auto",
-       .help = "What of a colour picture is searched: auto, grey, red, green, blue, green-red or "
+       .help = "What of a colour image is searched: auto, grey, red, green, blue, green-red or "
                "red-green",
        .put =
            [](Options& o, Text v) {
@@ -178,7 +179,7 @@ std::vector<ScannerOption> choices() {
        .unit = {},
        .words = words_of(kAmbientMethods),
        .what_if_not_given = "auto: what the illumination pattern allows",
-       .help = "How daylight is subtracted: auto, none, alternate (dark pictures), fields (dark "
+       .help = "How daylight is subtracted: auto, none, alternate (dark exposures), fields (dark "
                "fields; the source must have fields, see fields= below) or temporal (a standing "
                "sensor before a stripe that wanders)",
        .put = [](Options& o, Text v) { o.ambient.method = word_in(kAmbientMethods, v); },
@@ -201,8 +202,8 @@ std::vector<ScannerOption> texts() {
        .unit = {},
        .words = {},
        .form = kRegionForm,
-       .what_if_not_given = "all of the picture",
-       .help = "Scan this part of the picture only: left, top, width and height in pixels of the "
+       .what_if_not_given = "all of the image",
+       .help = "Scan this part of the image only: left, top, width and height in pixels of the "
                "full sensor",
        .put = [](Options& o, Text v) { o.region = region_in(v); },
        .get = [](const Options& o) { return text_of(o.region); },
@@ -212,8 +213,8 @@ std::vector<ScannerOption> texts() {
        .words = {},
        .form = "FILE",
        .what_if_not_given = "nothing is ignored",
-       .help = "Ignore what lies here: a picture of the sensor's size, black where it is ignored, "
-               "or a .yaml file of polygons in pixels or in metres of the scan plane",
+       .help = "Ignore what lies here: an image file of the sensor's size, black where it is "
+               "ignored, or a .yaml file of polygons in pixels or in metres of the scan plane",
        .put = [](Options& o, Text v) { o.mask = std::make_shared<const ScanMask>(load_mask(v)); },
        .get = [](const Options& o) { return o.mask ? o.mask->name : std::string(); },
        .why_no_text = why_no_mask},
@@ -226,7 +227,7 @@ std::vector<ScannerOption> numbers() {
        .unit = "DN",
        .words = {},
        .what_if_not_given = "from the noise",
-       .help = "A stripe rises this far above the background, in digital numbers of the picture",
+       .help = "A stripe rises this far above the background, in digital numbers of the image",
        .put = [](Options& o, Text v) { o.stripe.threshold_dn = number_of(v); },
        .get = [](const Options& o) { return text_of(o.stripe.threshold_dn); }},
       {.name = "width",
@@ -238,7 +239,7 @@ std::vector<ScannerOption> numbers() {
        .what_if_not_given = "the model's, else measured",
        .help =
            "The stripe's Gaussian sigma (its width at half its height over 2.35), pixels of the "
-           "picture",
+           "image",
        .put = [](Options& o, Text v) { o.stripe.stripe_sigma_px = number_of(v); },
        .get = [](const Options& o) { return text_of(o.stripe.stripe_sigma_px); }},
       {.name = "min_confidence",

@@ -10,7 +10,7 @@
 namespace striper::detail {
 namespace {
 
-// Two good returns of a line that are so far apart, in sigmas and in widths, are two things.
+// Two good returns of a scan line that are so far apart, in sigmas and in widths, are two things.
 constexpr double kSigmasApart = 5.0;
 constexpr double kWidthsApart = 2.0;
 

@@ -20,11 +20,11 @@ struct BracketedStripe {
 
 /// Makes one stripe of those that a bracket's exposures show (IlluminationPattern::is_bracket).
 ///
-/// Of each line the return with the smallest error bar is taken: bright surfaces from the short
-/// exposure, dark ones from the long. It is not a mean: what the exposures have in common (speckle,
-/// the surface itself) is no smaller in it. Good goes before doubtful, doubtful before none, and of
-/// good ones what is whole before what is clipped, whose error bar knows the flanks alone.
-/// Amplitudes are put at the length of the laser's first exposure in the pattern. Where good
+/// Of each scan line the return with the smallest error bar is taken: bright surfaces from the
+/// short exposure, dark ones from the long. It is not a mean: what the exposures have in common
+/// (speckle, the surface itself) is no smaller in it. Good goes before doubtful, doubtful before
+/// none, and of good ones what is whole before what is clipped, whose error bar knows the flanks
+/// alone. Amplitudes are put at the length of the laser's first exposure in the pattern. Where good
 /// returns are two things, farther apart than five times their error and two widths, the return is
 /// kAmbiguous.
 ///
@@ -53,7 +53,7 @@ class StripeBracket {
     std::uint64_t number = 0;           // Of the pattern, since the first.
     std::size_t taken = 0;              // Exposures; 0: none is open.
     std::int64_t sum_ns = 0;            // Of their times after the first.
-    std::vector<std::uint8_t> clipped;  // Of the open one's lines: taken from a clipped peak.
+    std::vector<std::uint8_t> clipped;  // Of the open one's scan lines: taken from a clipped peak.
     BracketedStripe open;
     std::array<BracketedStripe, 2> done;  // What `ready` points to: the round before, and this.
   };

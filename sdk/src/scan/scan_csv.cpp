@@ -14,7 +14,7 @@ namespace {
 
 using detail::ScanRow;
 
-// A sensor has fewer lines, times a few peaks each: more is a table of something else.
+// A sensor has fewer scan lines, times a few peaks each: more is a table of something else.
 constexpr std::size_t kMostReturns = std::size_t{1} << 20;
 
 bool is_same_scan(const ScanRow& a, const ScanRow& b) {

@@ -22,7 +22,7 @@ constexpr std::uint64_t kReasonsSaid = 10;
 constexpr auto kDropsEvery = std::chrono::seconds(10);  // A bad cable must not fill a log.
 // Cameras round a rate to what their clocks give: by a percent or two.
 constexpr double kSameRate = 0.05;
-// A second of pictures at the lowest usual rates, 5 a second, tells the rate to 20 %.
+// A second of frames at the lowest usual rates, 5 a second, tells the rate to 20 %.
 constexpr double kSlower = 0.2;
 constexpr double kLeastSpan_s = 1.0;
 
@@ -87,7 +87,7 @@ class FrameReader::Impl {
     const FrameLimits& limits = how_.limits;
     if (should_stop()) return true;
     if (limits.seconds && info_.is_live && seconds_since(start_) >= *limits.seconds) return true;
-    return limits.pictures && report_.pictures >= *limits.pictures && picture_is_whole_;
+    return limits.pictures && report_.pictures >= *limits.pictures && frame_is_whole_;
   }
 
   // Waits for a frame; false at the source's end.
@@ -127,17 +127,16 @@ class FrameReader::Impl {
   void compare_rate() const {
     const double span_s = std::chrono::duration<double>(last_frame_ - first_frame_).count();
     if (!asked_hz_ || !is_paced_ || is_rate_said_ || span_s < kLeastSpan_s) return;
-    const std::uint64_t pictures =
+    const std::uint64_t frames =
         report_.pictures + report_.statistics.dropped + report_.statistics.overrun;
-    const double rate_hz = static_cast<double>(pictures - 1) / span_s;
+    const double rate_hz = static_cast<double>(frames - 1) / span_s;
     if (rate_hz > (1.0 - kSlower) * *asked_hz_) return;
     how_.events.send(
         {"rate_low",
-         fmt::format("fps={:g} was asked for, and {:.3g} pictures came in a second: {}", *asked_hz_,
-                     rate_hz,
-                     info_.is_live
-                         ? "is the exposure too long for that, or the connection too slow?"
-                         : "this machine is too slow for that")});
+         fmt::format(
+             "fps={:g} was asked for, and {:.3g} frames came in a second: {}", *asked_hz_, rate_hz,
+             info_.is_live ? "is the exposure too long for that, or the connection too slow?"
+                           : "this machine is too slow for that")});
   }
 
   // Once a silence.
@@ -145,10 +144,10 @@ class FrameReader::Impl {
     if (!info_.is_live || is_silence_said_ || Clock::now() - last_frame_ < kSilence) return;
     is_silence_said_ = true;
     how_.events.send(
-        {"source_silent", fmt::format("no picture for {} s; still waiting", kSilence.count())});
+        {"source_silent", fmt::format("no frame for {} s; still waiting", kSilence.count())});
   }
 
-  // A frame that a limit rules out is only seen once it is there: the next picture where the last
+  // A frame that a limit rules out is only seen once it is there: the next frame where the last
   // field of the one before was lost, or a time that is too late.
   bool begins_beyond_limit(const Frame& frame) {
     const FrameLimits& limits = how_.limits;
@@ -160,7 +159,7 @@ class FrameReader::Impl {
     return limits.seconds && !info_.is_live && time_s - first_time_s_ >= *limits.seconds;
   }
 
-  // The numbers of pictures that a live source took and that did not come. Those that are missing
+  // The numbers of frames that a live source took and that did not come. Those that are missing
   // because it was lost are said by source_lost; a file's numbers are its own.
   void look_for_gap(const Frame& frame) {
     if (!info_.is_live || report_.frames == 0 || frame.sequence <= sequence_ + 1) return;
@@ -173,7 +172,7 @@ class FrameReader::Impl {
   void say_missing() {
     if (missing_ == 0) return;
     how_.events.send({"frames_dropped",
-                      fmt::format("{} pictures are missing between those that came", missing_),
+                      fmt::format("{} frames are missing between those that came", missing_),
                       "`striper doctor` says where they are lost"});
     missing_ = 0;
     missing_said_ = last_frame_;
@@ -185,7 +184,7 @@ class FrameReader::Impl {
     if (report_.frames == 0 || frame.sequence != sequence_) ++report_.pictures;
     ++report_.frames;
     sequence_ = frame.sequence;
-    picture_is_whole_ =
+    frame_is_whole_ =
         frame.is_interlaced() || frame.exposure_in_picture + 1 >= frame.exposures_per_picture;
     if (frame.status == FrameStatus::kOk) return;
     if (++bad_frames_ <= kReasonsSaid) {
@@ -204,7 +203,7 @@ class FrameReader::Impl {
   Clock::time_point last_frame_ = Clock::now();
   Clock::time_point first_frame_ = last_frame_;
   std::optional<double> asked_hz_;  // fps= of the address.
-  bool is_paced_ = false;           // Pictures come when they are due.
+  bool is_paced_ = false;           // Frames come when they are due.
   bool is_rate_said_ = false;
   bool is_silence_said_ = false;
   std::uint64_t sequence_ = 0;
@@ -212,7 +211,7 @@ class FrameReader::Impl {
   std::uint64_t missing_ = 0;  // Not said yet.
   std::uint64_t reconnects_ = 0;
   std::optional<Clock::time_point> missing_said_;
-  bool picture_is_whole_ = false;
+  bool frame_is_whole_ = false;
   double first_time_s_ = 0.0;
 };
 

@@ -110,7 +110,7 @@ class Head::Impl {
   Clock::time_point last_frame_;
   Clock::time_point last_tick_;
   Clock::time_point rate_since_;
-  std::uint64_t rate_pictures_ = 0;
+  std::uint64_t rate_frames_ = 0;
 
   mutable std::mutex mutex_;  // Guards what follows.
   HeadHealth health_;
@@ -119,7 +119,7 @@ class Head::Impl {
   FrameSource* open_source_ = nullptr;  // Set by the thread that runs.
   std::map<std::string, ControlValue, std::less<>> kept_controls_;
 
-  // Why a line gave what it gave, to be answered by the thread that runs.
+  // Why a scan line gave what it gave, to be answered by the thread that runs.
   struct Question {
     int line = 0;
     std::promise<ScanExplanation> answer;
@@ -245,7 +245,7 @@ FrameReport Head::Impl::read(std::unique_ptr<FrameSource> source) {
     ++health_.times_opened;
   }
   last_frame_ = rate_since_ = Clock::now();
-  rate_pictures_ = 0;
+  rate_frames_ = 0;
   FrameReading how{options_.limits, options_.events, [this] { return should_close(); }, {}};
   FrameReader* reading = nullptr;
   how.on_wait = [&] {
@@ -379,9 +379,9 @@ void Head::Impl::tick(const FrameReport& report, bool is_frame) {
   const double span_s = std::chrono::duration<double>(now - rate_since_).count();
   const std::lock_guard lock(mutex_);
   if (span_s >= kRateSpan_s) {
-    health_.rate_hz = static_cast<double>(report.pictures - rate_pictures_) / span_s;
+    health_.rate_hz = static_cast<double>(report.pictures - rate_frames_) / span_s;
     rate_since_ = now;
-    rate_pictures_ = report.pictures;
+    rate_frames_ = report.pictures;
   }
   health_.state = status.source;
   health_.read = report;

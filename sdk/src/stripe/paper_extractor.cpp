@@ -51,7 +51,7 @@ double darkest_pixel(const LitLine<Pixel>& line) {
 }
 
 // The darker of the two sides just outside the peak [first, last]; the frame's edge may leave one
-// side only, or none where the peak is as long as the line.
+// side only, or none where the peak is as long as the scan line.
 template <typename Pixel>
 double local_background(const LitLine<Pixel>& line, int first, int last) {
   double background = std::numeric_limits<double>::infinity();

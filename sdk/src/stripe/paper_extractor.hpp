@@ -34,9 +34,9 @@ class PaperExtractor : public StripeExtractor {
 
   ExtractOptions options_;
   std::vector<std::int32_t>
-      brightest_;  // Row of the first maximum of each line, -1 if there is none.
+      brightest_;  // Row of the first maximum of each scan line, -1 if there is none.
   std::vector<std::int32_t> maximum_;     // Its value.
-  std::vector<std::uint8_t> any_masked_;  // Non-zero where a line has a masked pixel.
+  std::vector<std::uint8_t> any_masked_;  // Non-zero where a scan line has a masked pixel.
   std::vector<std::int32_t> differences_;
 };
 

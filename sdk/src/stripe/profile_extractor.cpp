@@ -73,7 +73,7 @@ void ProfileExtractor::find_and_choose(const FrameAtHand& at_hand, WidthTracker&
 }
 
 // Of a first frame whose background hides the stripe: begins with the width by which most of the
-// lines show one.
+// scan lines show one.
 void ProfileExtractor::try_widths(const FrameAtHand& at_hand, WidthTracker& width) {
   finder_.find(at_hand, part_, width.model());
   if (!finder_.is_hidden()) return;
@@ -91,7 +91,7 @@ void ProfileExtractor::try_widths(const FrameAtHand& at_hand, WidthTracker& widt
   width.set(taken);
 }
 
-// Whether the frame is not so plain that the highest peak of a line were the stripe.
+// Whether the frame is not so plain that the highest peak of a scan line were the stripe.
 bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
   return !finder_.is_hidden() && !is_background_subtracted(frame) &&
          !options_.each_line_by_itself && !choice_.is_plain();

@@ -15,8 +15,8 @@
 namespace striper::detail {
 
 /// The methods `fast` and `refined`: candidates from one pass over the image, each measured with a
-/// matched filter of the stripe's own width (and Gauss-Newton), the best one of each line chosen on
-/// the filtered profile, its error from the Fisher information.
+/// matched filter of the stripe's own width (and Gauss-Newton), the best one of each scan line
+/// chosen on the filtered profile, its error from the Fisher information.
 ///
 /// Learns from frame to frame, for each laser by itself: the stripe's width and its excess scatter;
 /// and for the stream the noise.

@@ -66,7 +66,7 @@ TEST_P(FindRenderedBoard, PutsCornersWhereTheyAre) {
   SyntheticStriper striper;
   const Attitude a = GetParam();
   const auto T = testing::T_cam_board(striper, {a.u, a.v, a.depth, a.x, a.y, a.z});
-  testing::BoardPictureOptions options;
+  testing::BoardImageOptions options;
   options.noise_dn = 2.0;
   options.samples = 5;
   const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
@@ -128,7 +128,7 @@ TEST(FindBoard, FindsTheCentresOfTheAreasOfCircles) {
   SyntheticStriper striper;
   striper.board = parse_board("circles:7x7", 0.06);
   const auto T = testing::T_cam_board(striper, {320, 240, 0.9, 30, 25, 3});
-  testing::BoardPictureOptions options;
+  testing::BoardImageOptions options;
   options.samples = 5;
   options.noise_dn = 1.0;
   const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
@@ -166,7 +166,7 @@ TEST(FindBoard, SaysWhyThereIsNone) {
 TEST(FindBoard, GuessesTheSizeWhenSquaresWereCounted) {
   SyntheticStriper striper;
   const auto T = testing::T_cam_board(striper, {320, 240, 1.0, 10, 5, 3});
-  testing::BoardPictureOptions options;
+  testing::BoardImageOptions options;
   options.samples = 3;
   const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
   const Board wrong = parse_board("10x7", 0.06);

@@ -18,15 +18,15 @@ using testing::SyntheticStriper;
 
 constexpr testing::BoardPose kPose{320, 230, 1.3, 25, -15, 6};
 
-testing::BoardPictureOptions paper_of(double margin_squares) {
-  testing::BoardPictureOptions options;
+testing::BoardImageOptions paper_of(double margin_squares) {
+  testing::BoardImageOptions options;
   options.samples = 3;
   options.margin_squares = margin_squares;
   return options;
 }
 
 cv::Mat render(const SyntheticStriper& striper, const testing::BoardPose& pose,
-               const testing::BoardPictureOptions& options) {
+               const testing::BoardImageOptions& options) {
   return testing::render_board(striper.camera, striper.board, testing::T_cam_board(striper, pose),
                                options);
 }
@@ -43,7 +43,7 @@ Eigen::Vector4d margins_in(const cv::Mat& picture, const SyntheticStriper& strip
   return margins / striper.board.square_m;
 }
 
-Eigen::Vector4d margins_of(const testing::BoardPictureOptions& options) {
+Eigen::Vector4d margins_of(const testing::BoardImageOptions& options) {
   const SyntheticStriper striper;
   return margins_in(render(striper, kPose, options), striper, kPose);
 }
@@ -63,7 +63,7 @@ std::vector<double> brightest_rows(const cv::Mat& lit, const cv::Mat& dark) {
 class FindPaper : public ::testing::TestWithParam<double> {};
 
 TEST_P(FindPaper, FollowsItToItsEnd) {
-  testing::BoardPictureOptions options = paper_of(GetParam());
+  testing::BoardImageOptions options = paper_of(GetParam());
   options.noise_dn = 2.0;
   const Eigen::Vector4d margins = margins_of(options);
   EXPECT_LE(margins.maxCoeff(), GetParam()) << margins.transpose();
@@ -77,7 +77,7 @@ TEST(FindPaperAround, SeesNoneWhereThePrintEndsAtTheEdge) {
 }
 
 TEST(FindPaperAround, GoesNoFurtherThanThreeSquaresOnAWhiteWall) {
-  testing::BoardPictureOptions options = paper_of(1.0);
+  testing::BoardImageOptions options = paper_of(1.0);
   options.background_dn = options.white_dn;
   const Eigen::Vector4d margins = margins_of(options);
   EXPECT_TRUE(margins.isApproxToConstant(detail::kMarginSquares, 1e-9)) << margins.transpose();
@@ -86,7 +86,7 @@ TEST(FindPaperAround, GoesNoFurtherThanThreeSquaresOnAWhiteWall) {
 TEST(FindPaperAround, DoesNotTakeTheLasersLightForThePapersEnd) {
   const SyntheticStriper striper;
   constexpr testing::BoardPose kStripeBelowPrint{320, 245, 1.0, 20, 0, 0};
-  testing::BoardPictureOptions options = paper_of(2.0);
+  testing::BoardImageOptions options = paper_of(2.0);
   options.white_dn = 150.0;
   options.samples = 2;
   const cv::Mat dark = render(striper, kStripeBelowPrint, options);

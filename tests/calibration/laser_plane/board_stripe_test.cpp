@@ -36,8 +36,8 @@ SyntheticStriper small_striper(StripeAxis axis = StripeAxis::kColumns) {
 }
 
 // The light of a board picture, as these tests have it.
-testing::BoardPictureOptions lit_board(StripeAxis axis = StripeAxis::kColumns) {
-  testing::BoardPictureOptions options;
+testing::BoardImageOptions lit_board(StripeAxis axis = StripeAxis::kColumns) {
+  testing::BoardImageOptions options;
   options.samples = 3;
   options.noise_dn = 2.0;
   options.white_dn = 120.0;
@@ -47,7 +47,7 @@ testing::BoardPictureOptions lit_board(StripeAxis axis = StripeAxis::kColumns) {
 }
 
 LaserPicture picture_of(const SyntheticStriper& striper, const testing::BoardPose& pose,
-                        bool with_off, testing::BoardPictureOptions options = lit_board()) {
+                        bool with_off, testing::BoardImageOptions options = lit_board()) {
   LaserPicture picture;
   picture.name = "picture";
   picture.T_cam_board = testing::T_cam_board(striper, pose);
@@ -155,7 +155,7 @@ TEST(FindBoardStripe, OfUnknownNoiseHasErrorBarsOnTheSafeSide) {
 // The print above the stripe, which lies on two squares of white paper below it.
 LaserPicture margin_picture(const SyntheticStriper& striper, double laser_dn, double tilt_deg) {
   const testing::BoardPose kStripeBelowPrint{240, 185, 1.0, tilt_deg, 0, 0};
-  testing::BoardPictureOptions options = lit_board();
+  testing::BoardImageOptions options = lit_board();
   options.margin_squares = 2.0;
   options.laser_dn = laser_dn;
   return picture_of(striper, kStripeBelowPrint, false, options);

@@ -104,7 +104,7 @@ TEST(Guards, NamesAStripeThatIsClipped) {
   const SyntheticStriper striper = small_striper();
   CalibrationInput input;
   input.board = striper.board;
-  testing::BoardPictureOptions options = session_options(striper.plane);
+  testing::BoardImageOptions options = session_options(striper.plane);
   options.laser_dn = 240.0;
   input.lasers.push_back({render_session(striper, "clipped ", options), {}});
   const Calibration c = calibrate(input, {});

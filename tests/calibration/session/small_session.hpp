@@ -36,8 +36,8 @@ inline std::vector<Eigen::Isometry3d> session_poses(const SyntheticStriper& stri
 }
 
 /// What the pictures of a session hold where nothing else is said.
-inline BoardPictureOptions session_options(const std::optional<LaserPlane>& laser) {
-  BoardPictureOptions options;
+inline BoardImageOptions session_options(const std::optional<LaserPlane>& laser) {
+  BoardImageOptions options;
   options.samples = 3;
   options.noise_dn = 1.5;
   options.white_dn = 130.0;
@@ -49,7 +49,7 @@ inline BoardPictureOptions session_options(const std::optional<LaserPlane>& lase
 /// The pictures of a session, named `NAME0`, `NAME1`, ...
 inline std::vector<SessionPicture> render_session(const SyntheticStriper& striper,
                                                   const std::string& name,
-                                                  const BoardPictureOptions& options) {
+                                                  const BoardImageOptions& options) {
   std::vector<SessionPicture> pictures;
   for (const Eigen::Isometry3d& T : session_poses(striper))
     pictures.emplace_back(name + std::to_string(pictures.size()),

@@ -21,7 +21,7 @@ using testing::SyntheticStriper;
 
 // The pictures in colour: the ground grey, what the laser adds divided among the channels.
 std::vector<SessionPicture> in_colour(const SyntheticStriper& striper, const std::string& name,
-                                      testing::BoardPictureOptions options,
+                                      testing::BoardImageOptions options,
                                       const std::array<double, 3>& shares) {
   std::vector<std::vector<SessionPicture>> channels;
   const double laser_dn = options.laser_dn;
@@ -56,7 +56,7 @@ void print(const Calibration& c) {
 TEST(StripeLook, HasTheWidthThatWasRendered) {
   const SyntheticStriper striper = small_striper();
   for (const double width_px : {1.0, 1.8}) {
-    testing::BoardPictureOptions options = session_options(striper.plane);
+    testing::BoardImageOptions options = session_options(striper.plane);
     options.laser_width_px = width_px;
     const Calibration c = calibrate(session_of(striper, render_session(striper, "", options)), {});
     const StripeLook& look = c.model.lasers.at(0).look;
@@ -88,7 +88,7 @@ TEST(StripeLook, HasTheAmplitudeOverTheCosineOfIncidence) {
 
 TEST(StripeLook, HasTheColourOfTheLight) {
   const SyntheticStriper striper = small_striper();
-  testing::BoardPictureOptions options = session_options(striper.plane);
+  testing::BoardImageOptions options = session_options(striper.plane);
   for (const double laser_dn : {150.0, 420.0}) {  // The second is clipped in two channels.
     options.laser_dn = laser_dn;
     const std::array<double, 3> shares{0.1, 0.3, 0.6};
@@ -102,7 +102,7 @@ TEST(StripeLook, HasTheColourOfTheLight) {
 
 TEST(StripeLook, LeavesTheAmplitudeOfAClippedStripeOut) {
   const SyntheticStriper striper = small_striper();
-  testing::BoardPictureOptions options = session_options(striper.plane);
+  testing::BoardImageOptions options = session_options(striper.plane);
   options.laser_dn = 300.0;
   const Calibration c = calibrate(session_of(striper, render_session(striper, "", options)), {});
   const StripeLook& look = c.model.lasers.at(0).look;
@@ -115,7 +115,7 @@ TEST(StripeLook, LeavesTheAmplitudeOfAClippedStripeOut) {
 // reflection does; in red it is faint and noisy and is the laser's.
 TEST(ChosenSettings, IsTheOneWhoseStripesLieOnAPlane) {
   const SyntheticStriper striper = small_striper();
-  testing::BoardPictureOptions red = session_options(striper.plane);
+  testing::BoardImageOptions red = session_options(striper.plane);
   red.noise_dn = 2.5;
   red.laser_dn = 100.0;
   const auto red_pictures = render_session(striper, "", red);
@@ -123,7 +123,7 @@ TEST(ChosenSettings, IsTheOneWhoseStripesLieOnAPlane) {
   const auto poses = testing::session_poses(striper);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double tilt = 0.02 * static_cast<double>(i % 4);
-    testing::BoardPictureOptions green = session_options(
+    testing::BoardImageOptions green = session_options(
         LaserPlane((striper.plane.normal() + Eigen::Vector3d(tilt, 0.0, -tilt)).normalized(),
                    striper.plane.distance_m()));
     green.noise_dn = 0.5;
@@ -152,7 +152,7 @@ TEST(ChosenSettings, IsTheOneWhoseStripesLieOnAPlane) {
 // laser is brightest in green; single frames show it best in red.
 TEST(ChosenSettings, OfPairsKeepsTheChannelForSingleFramesApart) {
   const SyntheticStriper striper = small_striper();
-  testing::BoardPictureOptions options = session_options(striper.plane);
+  testing::BoardImageOptions options = session_options(striper.plane);
   const auto lit = in_colour(striper, "", options, {0.05, 0.6, 0.35});
   options.laser_dn = 0.0;
   const auto unlit = in_colour(striper, "", options, {0.05, 0.6, 0.35});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the ambient stage says what it chose and what is wrong with what was asked of it:
-// nothing subtracted, always lit, whole or interlaced pictures, rows that are never dark, a scene
+// nothing subtracted, always lit, whole or interlaced frames, rows that are never dark, a scene
 // that moves. What it says of a pattern that was given is in given_pattern_test.cpp.
 #include <functional>
 #include <vector>
@@ -47,14 +47,14 @@ TEST(Advice, LaserThatIsPlainlyAlwaysOnNeedsNone) {
   EXPECT_THAT(events_on(street, with_method(AmbientMethod::kAlternate)), has_event("always_lit"));
 }
 
-TEST(Advice, FieldsOfWholePicturesAreMissed) {
+TEST(Advice, FieldsOfWholeFramesAreMissed) {
   Street street;
   const std::vector<Event> said = events_on(street, with_method(AmbientMethod::kFields));
   EXPECT_THAT(said, has_event("not_two_fields"));
   EXPECT_THAT(said, Not(has_event("woven_fields")));
 }
 
-TEST(Advice, InterlacedPicturesTakenForWholeOnesAreRecognised) {
+TEST(Advice, InterlacedFramesTakenForWholeOnesAreRecognised) {
   Street street;
   street.texture_dn = 8.0;
   street.field = Field::kInterlacedBottomFirst;

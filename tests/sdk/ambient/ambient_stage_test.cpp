@@ -74,7 +74,7 @@ TEST(AmbientStage, AlwaysOnIsHandedThroughAtOnce) {
   EXPECT_EQ(pairs, (Pairs{{5, 0, -1}}));
 }
 
-// Every picture that is lost must leave only pairs of true neighbours: `tagged` tells.
+// Every frame that is lost must leave only pairs of true neighbours: `tagged` tells.
 TEST(AmbientStage, NeverPairsAcrossALoss) {
   testing::reseed();
   for (const char* const text : {"0,dark", "dark,0", "0,0,dark", "0,1,2,dark", "0,dark,dark"}) {
@@ -101,7 +101,7 @@ TEST(AmbientStage, NeverPairsAcrossALoss) {
     for (const Pair& pair : pairs) {
       EXPECT_TRUE(pattern.at(pair.lit).is_lit()) << text << ' ' << pair.lit;
       EXPECT_EQ(pair.laser, pattern.at(pair.lit).laser_index()) << text << ' ' << pair.lit;
-      // Dark pictures hold their number, so a mean in time is the lit one's number, and one side
+      // Dark exposures hold their number, so a mean in time is the lit one's number, and one side
       // alone is at most three off.
       EXPECT_NEAR(pair.dark_value, static_cast<double>(pair.lit), 3.0) << text << ' ' << pair.lit;
     }
@@ -194,7 +194,7 @@ TEST(AmbientStage, BuffersThatNobodyKeepsAreCopied) {
 
 // ---- Channels.
 
-// The first pixel of the first exposure that comes out, of pictures of blue 10, green 20, red 30.
+// The first pixel of the first exposure that comes out, of images of blue 10, green 20, red 30.
 std::pair<int, int> first_lit_and_dark(const char* pattern, AmbientOptions options) {
   options.pattern = IlluminationPattern::parse(pattern);
   AmbientStage stage(options);
@@ -240,24 +240,24 @@ TEST_P(WarmStage, AllocatesNothing) {
     street.speed_px = 5.0;
     street.light_sources = {{250.0, 60.0, 5.0}};
     street.build();
-    std::vector<Frame> pictures;
+    std::vector<Frame> exposures;
     for (std::uint64_t sequence = 0; sequence < 30; ++sequence) {
-      Frame picture = street.picture(sequence);
-      cv::merge(std::vector<cv::Mat>(static_cast<std::size_t>(GetParam()), picture.image),
-                picture.image);
-      for_each_exposure(picture, [&](const Frame& exposure) { pictures.push_back(exposure); });
+      Frame frame = street.frame(sequence);
+      cv::merge(std::vector<cv::Mat>(static_cast<std::size_t>(GetParam()), frame.image),
+                frame.image);
+      for_each_exposure(frame, [&](const Frame& exposure) { exposures.push_back(exposure); });
     }
-    // The source knows: nothing is to be looked for in the pictures.
-    for (Frame& picture : pictures) {
-      picture.illumination = street.pattern.at(picture.exposure_number());
+    // The source knows: nothing is to be looked for in the images.
+    for (Frame& exposure : exposures) {
+      exposure.illumination = street.pattern.at(exposure.exposure_number());
     }
     AmbientOptions options = with_pattern("0,dark");
     options.channel = GetParam() == 3 ? Channel::kGreen : Channel::kAuto;
     AmbientStage stage(options);
     std::uint64_t allocations = 0;
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
+    for (std::size_t i = 0; i < exposures.size(); ++i) {
       const testing::AllocationCounter counter;
-      stage.push(pictures[i]);
+      stage.push(exposures[i]);
       while (stage.next() != nullptr) {
       }
       if (i >= 20) allocations += counter.count();
@@ -271,8 +271,8 @@ INSTANTIATE_TEST_SUITE_P(AmbientStage, WarmStage, ::testing::Values(1, 3),
                            return channels.param == 1 ? "Grey" : "Colour";
                          });
 
-// An empty street: pictures neither confirm nor refute what was given, and are asked again.
-TEST(AmbientStage, AsksThePicturesAgainWithoutAllocating) {
+// An empty street: images neither confirm nor refute what was given, and are asked again.
+TEST(AmbientStage, AsksTheImagesAgainWithoutAllocating) {
   for (const Field order : {Field::kProgressive, Field::kInterlacedTopFirst}) {
     testing::reseed();
     Street street;
@@ -284,9 +284,9 @@ TEST(AmbientStage, AsksThePicturesAgainWithoutAllocating) {
     AmbientStage stage(with_pattern("0"));
     std::uint64_t allocations = 0;
     for (std::uint64_t sequence = 0; sequence < 100; ++sequence) {
-      const Frame picture = street.picture(sequence);
+      const Frame frame = street.frame(sequence);
       const testing::AllocationCounter counter;
-      stage.push(picture);
+      stage.push(frame);
       while (stage.next() != nullptr) {
       }
       if (sequence >= 30) allocations += counter.count();

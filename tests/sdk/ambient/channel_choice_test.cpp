@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves which channel of a colour picture is searched: synthetic traps, then the two real ones (a
-// line clipped to white on one set, a white board that is almost as bright as the line on the
-// other), and that a difference shows a clipped line where its own colour does.
+// Proves which channel of a colour image is searched: synthetic traps, then the two real ones (a
+// stripe clipped to white on one set, a white board that is almost as bright as the stripe on the
+// other), and that a difference shows a clipped stripe where its own colour does.
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -26,7 +26,7 @@ cv::Mat scene(const cv::Scalar& background, const cv::Scalar& line) {
   return image + noise;
 }
 
-TEST(ChooseChannel, GreyPictureIsGrey) {
+TEST(ChooseChannel, GreyImageIsGrey) {
   EXPECT_EQ(choose_channel(cv::Mat::zeros(40, 40, CV_8UC1), StripeAxis::kColumns), Channel::kGrey);
 }
 
@@ -42,7 +42,7 @@ TEST(ChooseChannel, GreenLineOnAWhiteSheetNeedsTheDifference) {
   EXPECT_EQ(choose_channel(image, StripeAxis::kColumns), Channel::kGreenMinusRed);
 }
 
-TEST(SelectChannel, GreyPictureIsNotCopied) {
+TEST(SelectChannel, GreyImageIsNotCopied) {
   const cv::Mat image(4, 4, CV_16UC1, cv::Scalar(7));
   ChannelImages channel;
   select_channel(image, Channel::kGreenMinusRed, channel);
@@ -61,7 +61,7 @@ TEST(SelectChannel, DifferenceKeepsBothChannelsApart) {
   EXPECT_TRUE(channel.dark.empty());
 }
 
-TEST(SelectChannel, NeverWritesIntoAPictureItHandedThrough) {
+TEST(SelectChannel, NeverWritesIntoAnImageItHandedThrough) {
   const cv::Mat grey(4, 4, CV_8UC1, cv::Scalar(7));
   ChannelImages channel;
   select_channel(grey, Channel::kGrey, channel);
@@ -98,7 +98,7 @@ TEST(ChooseChannel, RealRedLineClippedToWhiteKeepsItsCore) {
   EXPECT_EQ(hollow, 0) << "of " << all;
 }
 
-// Where green - red places the line of the same rows that green alone shows. Before it was
+// Where green - red places the stripe of the same rows that green alone shows. Before it was
 // corrected, 15 % of the rows were 4 px beside it, on a flank.
 TEST(ColourDifference, PlacesARealLineClippedToWhiteWhereItsOwnColourDoes) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("srv-green-laser-turntable");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a colour difference shows a line that is clipped to white where it is, as well as the
-// line's own colour does: down columns and along rows, in 8, 10 and 16 bits, green and red. And
-// that it still leaves out what a difference is for: white surfaces, markings and specular
+// Proves that a colour difference shows a stripe that is clipped to white where it is, as well as
+// the stripe's own colour does: down columns and along rows, in 8, 10 and 16 bits, green and red.
+// And that it still leaves out what a difference is for: white surfaces, markings and specular
 // highlights, on grey and on coloured ground; those that are clipped are masked.
 #include "ambient/pixels/colour_difference.hpp"
 
@@ -26,7 +26,7 @@ using detail::ColourDifference;
 const cv::Size kSize(240, 160);
 constexpr double kSigma_px = 1.3;
 
-// Where the line is in a column.
+// Where the stripe is in a column.
 double truth_px(int column) { return 70.0 + 0.1 * column; }
 
 struct Laser {
@@ -41,8 +41,8 @@ constexpr Laser kClipped{2000.0, 0.4};
 const cv::Vec3d kGrey(60.0, 60.0, 60.0);
 const cv::Vec3d kGrass(60.0, 110.0, 70.0);
 
-// A line across a ground, in 8 bits: B, G, R, the laser of colour number `colour`.
-cv::Mat picture_of(const Laser& laser, const cv::Vec3d& ground_dn = kGrey, int colour = 1) {
+// A stripe across a ground, in 8 bits: B, G, R, the laser of colour number `colour`.
+cv::Mat image_of(const Laser& laser, const cv::Vec3d& ground_dn = kGrey, int colour = 1) {
   cv::Mat image(kSize, CV_8UC3);
   for (int v = 0; v < image.rows; ++v) {
     for (int u = 0; u < image.cols; ++u) {
@@ -141,7 +141,7 @@ class ClippedLine : public ::testing::TestWithParam<ExtractMethod> {
 TEST_P(ClippedLine, IsWhereItIs) {
   Way way;
   way.method = GetParam();
-  const cv::Mat image = picture_of(kClipped);
+  const cv::Mat image = image_of(kClipped);
   expect_found(image, way);
 
   cv::Mat deep;
@@ -158,21 +158,21 @@ TEST_P(ClippedLine, IsWhereItIs) {
 
   way.axis = StripeAxis::kColumns;
   way.channel = Channel::kRedMinusGreen;
-  expect_found(picture_of(kClipped, kGrey, 2), way);
+  expect_found(image_of(kClipped, kGrey, 2), way);
 }
 
-// White markings, wide and narrow, that run as a laser's line might; the laser is off, or elsewhere
-// and not clipped.
+// White markings, wide and narrow, that run as a laser's stripe might; the laser is off, or
+// elsewhere and not clipped.
 TEST_P(ClippedLine, IsNoMarkingOnColouredGround) {
   Way way;
   way.method = GetParam();
   for (const cv::Vec3d& ground_dn : {kGrey, kGrass, cv::Vec3d(60.0, 85.0, 70.0)}) {
     for (const int height : {2, 3, 5, 9, 20}) {
       for (const double laser_dn : {0.0, 70.0}) {
-        // Without a line the noise of the ground passes paper's threshold now and then.
+        // Without a stripe the noise of the ground passes paper's threshold now and then.
         if (laser_dn == 0.0 && GetParam() == ExtractMethod::kPaper) continue;
         SCOPED_TRACE(::testing::Message() << ground_dn << " " << height << " " << laser_dn);
-        cv::Mat image = picture_of({laser_dn, 0.1}, ground_dn);
+        cv::Mat image = image_of({laser_dn, 0.1}, ground_dn);
         image.rowRange(30, 30 + height).setTo(cv::Scalar(255, 255, 255));
         const Found found = found_in(stripe_of(image, way));
         EXPECT_LE(found.wrong, kSize.width / 100);
@@ -214,7 +214,7 @@ LitFrame difference_of(const cv::Mat& image) {
 }
 
 // Most of what was taken from the colour that is subtracted.
-double most_mended_dn(const cv::Mat& image) {
+double most_corrected_dn(const cv::Mat& image) {
   LitFrame frame = difference_of(image);
   const cv::Mat before = frame.dark;
   ColourDifference difference;
@@ -222,21 +222,21 @@ double most_mended_dn(const cv::Mat& image) {
   return cv::norm(before, frame.dark, cv::NORM_INF);
 }
 
-TEST(ColourDifference, IsMendedOnlyWhereItIsHollow) {
-  EXPECT_GT(most_mended_dn(picture_of(kClipped)), 100.0);
-  EXPECT_EQ(most_mended_dn(picture_of({180.0, 0.4})), 0.0) << "not clipped";
-  EXPECT_EQ(most_mended_dn(picture_of({300.0, 0.1})), 0.0) << "clipped in green alone";
+TEST(ColourDifference, IsCorrectedOnlyWhereItIsHollow) {
+  EXPECT_GT(most_corrected_dn(image_of(kClipped)), 100.0);
+  EXPECT_EQ(most_corrected_dn(image_of({180.0, 0.4})), 0.0) << "not clipped";
+  EXPECT_EQ(most_corrected_dn(image_of({300.0, 0.1})), 0.0) << "clipped in green alone";
 }
 
-TEST(ColourDifference, IsNotMendedAtWhiteThings) {
-  cv::Mat image = picture_of({180.0, 0.2});
+TEST(ColourDifference, IsNotCorrectedAtWhiteThings) {
+  cv::Mat image = image_of({180.0, 0.2});
   image(cv::Rect(10, 20, 60, 50)).setTo(cv::Scalar(255, 255, 255));
   image(cv::Rect(90, 40, 7, 7)).setTo(cv::Scalar(255, 255, 255));
-  EXPECT_EQ(most_mended_dn(image), 0.0);
+  EXPECT_EQ(most_corrected_dn(image), 0.0);
 }
 
-TEST(ColourDifference, WritesIntoNoPicture) {
-  const cv::Mat image = picture_of(kClipped);
+TEST(ColourDifference, WritesIntoNoImage) {
+  const cv::Mat image = image_of(kClipped);
   LitFrame frame = difference_of(image);
   const LitFrame before = frame;
   const cv::Mat lit = frame.lit.clone();
@@ -248,14 +248,14 @@ TEST(ColourDifference, WritesIntoNoPicture) {
   EXPECT_NE(frame.dark.data, before.dark.data);
 }
 
-// The line becomes clipped late in a stream.
+// The stripe becomes clipped late in a stream.
 TEST(ColourDifference, AllocatesNothingAfterTheFirstFrame) {
-  LitFrame plain = difference_of(picture_of({100.0, 0.4}));
-  cv::Mat image = picture_of(kClipped);
+  LitFrame plain = difference_of(image_of({100.0, 0.4}));
+  cv::Mat image = image_of(kClipped);
   image(cv::Rect(90, 20, 7, 7)).setTo(cv::Scalar(255, 255, 255));
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
     LitFrame clipped = difference_of(axis == StripeAxis::kColumns ? image : cv::Mat(image.t()));
-    if (axis == StripeAxis::kRows) plain = difference_of(picture_of({100.0, 0.4}).t());
+    if (axis == StripeAxis::kRows) plain = difference_of(image_of({100.0, 0.4}).t());
     ColourDifference difference;
     difference.correct(plain, axis);
     const testing::AllocationCounter counter;
@@ -265,7 +265,7 @@ TEST(ColourDifference, AllocatesNothingAfterTheFirstFrame) {
   }
 }
 
-TEST(ColourDifference, OfTinyPicturesIsTakenAsItIs) {
+TEST(ColourDifference, OfTinyImagesIsTakenAsItIs) {
   for (const StripeAxis axis : {StripeAxis::kColumns, StripeAxis::kRows}) {
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(3, 1), cv::Size(1, 3), cv::Size(2, 2)}) {
       LitFrame frame = difference_of(cv::Mat(size, CV_8UC3, cv::Scalar(255, 255, 255)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that an interlaced picture becomes two fields with the right rows, grids, times and order,
-// without a copy and without tying the fields' life to the picture's.
+// Proves that an interlaced frame becomes two fields with the right rows, grids, times and order,
+// without a copy and without tying the fields' life to the frame's.
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(SplitFields, BottomFirstGivesOddRowsFirst) {
   EXPECT_EQ(second.time.monotonic_ns, 1500);
 }
 
-TEST(SplitFields, SharesThePixelsAndOutlivesThePicture) {
+TEST(SplitFields, SharesThePixelsAndOutlivesTheFrame) {
   Frame frame = interlaced(Field::kInterlacedTopFirst);
   const uchar* const pixels = frame.image.data;
   std::array<Frame, 2> fields = split_fields(frame);
@@ -57,7 +57,7 @@ TEST(SplitFields, SharesThePixelsAndOutlivesThePicture) {
   EXPECT_EQ(copy.at<std::uint8_t>(1, 1), 30);
 }
 
-TEST(ForEachExposure, GivesThePictureOrItsFieldsThatHaveRows) {
+TEST(ForEachExposure, GivesTheFrameOrItsFieldsThatHaveRows) {
   const auto fields_of = [](const Frame& frame) {
     std::vector<Field> fields;
     for_each_exposure(frame, [&](const Frame& exposure) { fields.push_back(exposure.field); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that a stage that was not told the pattern holds what comes until it has found it, scans
-// all of it then, and doubts and finds it again where the pictures show another one. The scenes are
+// all of it then, and doubts and finds it again where the images show another one. The scenes are
 // synthetic.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using testing::take;
 using testing::with_pattern;
 using Pairs = testing::StagePairs;
 
-TEST(FoundPattern, HeldPicturesAreAllScannedOnceThePatternIsFound) {
+TEST(FoundPattern, HeldFramesAreAllScannedOnceThePatternIsFound) {
   testing::reseed();
   Street street;
   street.pattern = IlluminationPattern::parse("dark,0");
@@ -29,12 +29,12 @@ TEST(FoundPattern, HeldPicturesAreAllScannedOnceThePatternIsFound) {
   AmbientStage stage{AmbientOptions{}};
   Pairs pairs;
   for (std::uint64_t sequence = 0; sequence < 5; ++sequence) {
-    stage.push(street.picture(sequence));
+    stage.push(street.frame(sequence));
     take(stage, pairs);
   }
   EXPECT_TRUE(pairs.empty());
   EXPECT_EQ(stage.status().phase, TrackingPhase::kSearching);
-  stage.push(street.picture(5));
+  stage.push(street.frame(5));
   take(stage, pairs);
   stage.finish();
   take(stage, pairs);
@@ -55,7 +55,7 @@ TEST(FoundPattern, EmptySceneIsScannedAndThePatternFoundWhenThereIsSomethingToSe
   Pairs pairs;
   for (std::uint64_t sequence = 0; sequence < 80; ++sequence) {
     street.amplitude_dn = sequence < 20 ? 0.0 : 40.0;
-    stage.push(street.picture(sequence));
+    stage.push(street.frame(sequence));
     take(stage, pairs);
     if (sequence == 19) {
       EXPECT_EQ(pairs.size(), 20U);
@@ -73,14 +73,14 @@ TEST(FoundPattern, RestartOfTheSourceFindsThePatternAgain) {
   AmbientStage stage{AmbientOptions{}};
   Pairs pairs;
   for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
-    stage.push(street.picture(sequence));
+    stage.push(street.frame(sequence));
     take(stage, pairs);
   }
   const std::size_t before = pairs.size();
   EXPECT_EQ(before, 4U);
   street.pattern = IlluminationPattern::parse("dark,0");
   for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
-    stage.push(street.picture(sequence));
+    stage.push(street.frame(sequence));
     take(stage, pairs);
   }
   stage.finish();
@@ -98,7 +98,7 @@ TEST(FoundPattern, WrongPatternIsReported) {
   options.events = heard.port();
   AmbientStage stage(options);
   for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
-    stage.push(street.picture(sequence));
+    stage.push(street.frame(sequence));
     while (stage.next() != nullptr) {
     }
   }
@@ -118,9 +118,9 @@ TEST(FoundPattern, WrongFieldOrderIsReported) {
     options.events = heard.port();
     AmbientStage stage{options};
     for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
-      Frame picture = street.picture(sequence);
-      if (is_wrong) picture.field = Field::kInterlacedBottomFirst;
-      stage.push(picture);
+      Frame frame = street.frame(sequence);
+      if (is_wrong) frame.field = Field::kInterlacedBottomFirst;
+      stage.push(frame);
       while (stage.next() != nullptr) {
       }
     }
@@ -132,7 +132,7 @@ TEST(FoundPattern, WrongFieldOrderIsReported) {
   }
 }
 
-// Pictures whose source does not count those that it loses.
+// Frames whose source does not count those that it loses.
 struct SilentLoss {
   std::vector<std::uint64_t> scanned;  // True numbers.
   std::vector<Event> events;
@@ -159,7 +159,7 @@ SilentLoss scan_with_loss(const char* pattern, std::uint64_t lost, std::uint64_t
   };
   for (std::uint64_t number = 0; number < count; ++number) {
     if (number == lost) continue;
-    Frame frame = street.picture(number);
+    Frame frame = street.frame(number);
     frame.sequence = true_number.size();
     true_number.push_back(number);
     stage.push(frame);
@@ -190,8 +190,8 @@ TEST(FoundPattern, LossThatNobodyCountsIsNoticedBeforeAScanIsMadeOfIt) {
   }
 }
 
-// A laser that is switched from every other picture to always on while the stripe wanders: what
-// was found is refuted, and the pictures show no exposure that is dark.
+// A laser that is switched from every other frame to always on while the stripe wanders: what
+// was found is refuted, and the images show no exposure that is dark.
 TEST(FoundPattern, RefutedPatternGivesWayToALaserThatIsAlwaysOn) {
   constexpr std::uint64_t kSwitched = 12;
   constexpr std::uint64_t kCount = 30;
@@ -205,7 +205,7 @@ TEST(FoundPattern, RefutedPatternGivesWayToALaserThatIsAlwaysOn) {
   std::vector<std::uint64_t> scanned;
   for (now = 0; now < kCount; ++now) {
     street.pattern = IlluminationPattern::parse(now < kSwitched ? "0,dark" : "0");
-    stage.push(street.picture(now));
+    stage.push(street.frame(now));
     while (const LitFrame* const lit = stage.next()) scanned.push_back(lit->sequence);
   }
   stage.finish();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a pattern that was given and is wrong is reported, on whole pictures as on fields,
+// Proves that a pattern that was given and is wrong is reported, on whole frames as on fields,
 // whatever else passes by, and that a right one never is. The scenes are synthetic.
 #include <functional>
 #include <string>
@@ -26,11 +26,11 @@ auto complaint() {
 }
 
 std::vector<Event> events_on(
-    const Street& street, const char* given, std::uint64_t pictures = 8,
+    const Street& street, const char* given, std::uint64_t frames = 8,
     const std::function<void(Frame&)>& change = [](Frame&) {}) {
   AmbientOptions options;
   options.pattern = IlluminationPattern::parse(given);
-  return testing::account_of(street, options, pictures, change).events;
+  return testing::account_of(street, options, frames, change).events;
 }
 
 // Past boxes, and at so many pixels an exposure that nothing is where it was.
@@ -97,21 +97,21 @@ TEST(GivenPattern, DarkExposuresThatNothingTellsFromLitOnesAreReported) {
   EXPECT_THAT(events_on(street, "0", 24), Not(complaint()));
 }
 
-// Six pictures are one look, and so are eight.
-TEST(GivenPattern, OneLookMustDoForAFewPictures) {
-  for (const std::uint64_t pictures : {6U, 8U, 12U}) {
+// Six frames are one look, and so are eight.
+TEST(GivenPattern, OneLookMustDoForAFewFrames) {
+  for (const std::uint64_t frames : {6U, 8U, 12U}) {
     testing::reseed();
     Street street;
     street.amplitude_dn = 0.0;
     street.build();
-    EXPECT_THAT(events_on(street, "0,dark", pictures), has_event("pattern_unseen"));
-    EXPECT_THAT(events_on(street, "0", pictures), Not(complaint()));
+    EXPECT_THAT(events_on(street, "0,dark", frames), has_event("pattern_unseen"));
+    EXPECT_THAT(events_on(street, "0", frames), Not(complaint()));
     street.amplitude_dn = 4.0;  // Too faint to be plain.
     street.pattern = IlluminationPattern::parse("0,0,dark");
     for (const char* const given : {"0,dark", "0", "dark,0,0"}) {
-      EXPECT_THAT(events_on(street, given, pictures), complaint()) << given << ' ' << pictures;
+      EXPECT_THAT(events_on(street, given, frames), complaint()) << given << ' ' << frames;
     }
-    EXPECT_THAT(events_on(street, "0,0,dark", pictures), Not(complaint()));
+    EXPECT_THAT(events_on(street, "0,0,dark", frames), Not(complaint()));
   }
 }
 
@@ -128,7 +128,7 @@ TEST(GivenPattern, IsAskedForUntilThereIsSomethingToSee) {
     AmbientStage stage(options);
     for (std::uint64_t sequence = 0; sequence < 60; ++sequence) {
       street.amplitude_dn = sequence < 20 ? 0.0 : 40.0;
-      stage.push(street.picture(sequence));
+      stage.push(street.frame(sequence));
       while (stage.next() != nullptr) {
       }
     }
@@ -136,14 +136,14 @@ TEST(GivenPattern, IsAskedForUntilThereIsSomethingToSee) {
   }
 }
 
-// A picture that is lost without being counted makes a right pattern a wrong one.
+// A frame that is lost without being counted makes a right pattern a wrong one.
 TEST(GivenPattern, ThatSlipsIsReported) {
   testing::reseed();
   Street street;
   street.build();
   const auto lose_one = [&](Frame& frame) {
     if (frame.sequence < 20) return;
-    frame = street.picture(frame.sequence + 1);
+    frame = street.frame(frame.sequence + 1);
     --frame.sequence;
   };
   EXPECT_THAT(events_on(street, "0,dark", 40), Not(complaint()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that the kernels of the search for a line do what their plain loops do, on every
+// Proves that the kernels of the search for a stripe do what their plain loops do, on every
 // instruction set of this machine and for every length that fills a vector or not. What they are
 // good for is proven in pattern_finder_test.cpp.
 #include "ambient/pixels/line_kernels.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that the pattern is found from six pictures for every usual pattern and phase, with weak
-// stripes, motion, texture, lost pictures and interlaced fields, and that an empty scene or a laser
+// Proves that the pattern is found from six frames for every usual pattern and phase, with weak
+// stripes, motion, texture, lost frames and interlaced fields, and that an empty scene or a laser
 // that is always on is not mistaken for a pattern. The scenes are synthetic; what a real street
 // does is measured on simulated frames elsewhere.
 #include "ambient/illumination/pattern_finder.hpp"
@@ -18,24 +18,24 @@ using detail::PatternFinder;
 
 using testing::Street;
 
-void show(PatternFinder& finder, const Frame& picture) {
-  if (!picture.is_interlaced()) {
-    finder.add(picture, picture.exposure_number());
+void show(PatternFinder& finder, const Frame& frame) {
+  if (!frame.is_interlaced()) {
+    finder.add(frame, frame.exposure_number());
     return;
   }
-  for (const Frame& field : split_fields(picture)) finder.add(field, field.exposure_number());
+  for (const Frame& field : split_fields(frame)) finder.add(field, field.exposure_number());
 }
 
-PatternFinder::Finding find_in(Street& street, const std::vector<std::uint64_t>& pictures,
+PatternFinder::Finding find_in(Street& street, const std::vector<std::uint64_t>& frames,
                                int lasers = 1) {
   testing::reseed();
   street.build();
   PatternFinder finder(StripeAxis::kColumns, lasers);
-  for (const std::uint64_t sequence : pictures) show(finder, street.picture(sequence));
+  for (const std::uint64_t sequence : frames) show(finder, street.frame(sequence));
   return finder.find();
 }
 
-const std::vector<std::uint64_t> kSixPictures{0, 1, 2, 3, 4, 5};
+const std::vector<std::uint64_t> kSixFrames{0, 1, 2, 3, 4, 5};
 
 // The pattern that a person would write, turned so that exposure 0 comes first.
 std::string darkness(const IlluminationPattern& pattern, std::uint64_t exposures = 12) {
@@ -46,10 +46,10 @@ std::string darkness(const IlluminationPattern& pattern, std::uint64_t exposures
 
 class EveryPattern : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(EveryPattern, IsFoundInSixPictures) {
+TEST_P(EveryPattern, IsFoundInSixFrames) {
   Street street;
   street.pattern = IlluminationPattern::parse(GetParam());
-  EXPECT_EQ(darkness(find_in(street, kSixPictures).pattern), darkness(street.pattern));
+  EXPECT_EQ(darkness(find_in(street, kSixFrames).pattern), darkness(street.pattern));
 }
 
 TEST_P(EveryPattern, IsFoundWhileEverythingMoves) {
@@ -59,7 +59,7 @@ TEST_P(EveryPattern, IsFoundWhileEverythingMoves) {
   street.amplitude_dn = 80.0;  // Boxes as bright as the stripe jump about.
   street.texture_dn = 10.0;
   street.edge_dn = 60.0;
-  EXPECT_EQ(darkness(find_in(street, kSixPictures).pattern), darkness(street.pattern));
+  EXPECT_EQ(darkness(find_in(street, kSixFrames).pattern), darkness(street.pattern));
 }
 
 TEST_P(EveryPattern, IsFoundInInterlacedFields) {
@@ -68,10 +68,10 @@ TEST_P(EveryPattern, IsFoundInInterlacedFields) {
   street.field = Field::kInterlacedTopFirst;
   street.edge_dn = 60.0;
   street.speed_px = 3.0;
-  EXPECT_EQ(darkness(find_in(street, kSixPictures).pattern), darkness(street.pattern));
+  EXPECT_EQ(darkness(find_in(street, kSixFrames).pattern), darkness(street.pattern));
 }
 
-TEST_P(EveryPattern, IsFoundWithPicturesLost) {
+TEST_P(EveryPattern, IsFoundWithFramesLost) {
   Street street;
   street.pattern = IlluminationPattern::parse(GetParam());
   // A third of them gone, then a burst.
@@ -83,7 +83,7 @@ TEST_P(EveryPattern, IsFoundForAWeakStripe) {
   Street street;
   street.pattern = IlluminationPattern::parse(GetParam());
   street.amplitude_dn = 6.0;  // Three sigmas a pixel.
-  EXPECT_EQ(darkness(find_in(street, kSixPictures).pattern), darkness(street.pattern));
+  EXPECT_EQ(darkness(find_in(street, kSixFrames).pattern), darkness(street.pattern));
 }
 
 INSTANTIATE_TEST_SUITE_P(PatternFinder, EveryPattern,
@@ -93,13 +93,13 @@ INSTANTIATE_TEST_SUITE_P(PatternFinder, EveryPattern,
 TEST(PatternFinder, SeveralLasersAreNumberedAfterTheDarkExposure) {
   Street street;
   street.pattern = IlluminationPattern::parse("0,1,2,dark");
-  EXPECT_EQ(find_in(street, kSixPictures, 3).pattern, street.pattern);
+  EXPECT_EQ(find_in(street, kSixFrames, 3).pattern, street.pattern);
 }
 
 TEST(PatternFinder, LaserThatFiresTwiceKeepsItsNumber) {
   Street street;
   street.pattern = IlluminationPattern::parse("0,0,1,dark");
-  EXPECT_EQ(find_in(street, kSixPictures, 2).pattern, street.pattern);
+  EXPECT_EQ(find_in(street, kSixFrames, 2).pattern, street.pattern);
 }
 
 TEST(PatternFinder, EmptySceneShowsNoPattern) {
@@ -108,7 +108,7 @@ TEST(PatternFinder, EmptySceneShowsNoPattern) {
     street.amplitude_dn = 0.0;
     street.speed_px = speed;
     street.edge_dn = 60.0;
-    const auto finding = find_in(street, kSixPictures);
+    const auto finding = find_in(street, kSixFrames);
     EXPECT_TRUE(finding.pattern.is_automatic())
         << finding.pattern.to_string() << ' ' << finding.surplus << " at " << speed;
     EXPECT_FALSE(finding.always_lit);
@@ -122,7 +122,7 @@ TEST(PatternFinder, EmptyFieldsShowNoPattern) {
     street.speed_px = speed;
     street.edge_dn = 60.0;
     street.field = Field::kInterlacedBottomFirst;
-    const auto finding = find_in(street, kSixPictures);
+    const auto finding = find_in(street, kSixFrames);
     EXPECT_TRUE(finding.pattern.is_automatic())
         << finding.pattern.to_string() << ' ' << finding.surplus << " at " << speed;
   }
@@ -132,7 +132,7 @@ TEST(PatternFinder, LaserThatIsAlwaysOnIsNoPattern) {
   Street street;
   street.pattern = IlluminationPattern::parse("0");
   street.texture_dn = 2.0;
-  const auto finding = find_in(street, kSixPictures);
+  const auto finding = find_in(street, kSixFrames);
   EXPECT_TRUE(finding.pattern.is_automatic());
   EXPECT_TRUE(finding.always_lit);
 }
@@ -147,9 +147,9 @@ TEST(PatternFinder, StripeThatJumpsIsNoPattern) {
     double row = 0.0;
     street.row = [&row](int, int) { return row; };
     PatternFinder finder(StripeAxis::kColumns, 1);
-    for (const std::uint64_t sequence : kSixPictures) {
+    for (const std::uint64_t sequence : kSixFrames) {
       row = 20.0 + 13.0 * static_cast<double>(sequence);
-      show(finder, street.picture(sequence));
+      show(finder, street.frame(sequence));
     }
     EXPECT_EQ(finder.find().pattern.is_automatic(), is_always_lit);
     EXPECT_EQ(finder.shows_lines_in_dark(IlluminationPattern::parse("0,dark")), is_always_lit);
@@ -157,7 +157,7 @@ TEST(PatternFinder, StripeThatJumpsIsNoPattern) {
   }
 }
 
-TEST(PatternFinder, OneInterlacedPictureIsEnough) {
+TEST(PatternFinder, OneInterlacedFrameIsEnough) {
   Street street;
   street.pattern = IlluminationPattern::parse("dark,0");
   street.field = Field::kInterlacedTopFirst;
@@ -177,10 +177,10 @@ std::optional<double> disorder(Field true_order, Field given_order, double speed
   street.edge_dn = 60.0;
   street.build();
   PatternFinder finder(StripeAxis::kColumns);
-  for (const std::uint64_t sequence : kSixPictures) {
-    Frame picture = street.picture(sequence);
-    picture.field = given_order;
-    show(finder, picture);
+  for (const std::uint64_t sequence : kSixFrames) {
+    Frame frame = street.frame(sequence);
+    frame.field = given_order;
+    show(finder, frame);
   }
   return finder.field_disorder();
 }

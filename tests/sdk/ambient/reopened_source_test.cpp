@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that a source that is lost and opened again, and goes on anywhere in the pattern, is
-// scanned once the pictures show where, and that it is said where they do not. The scenes are
+// scanned once the images show where, and that it is said where they do not. The scenes are
 // synthetic.
 #include <functional>
 #include <string>
@@ -48,7 +48,7 @@ Reopened reopen(
                             bool is_told) {
     street.pattern = IlluminationPattern::parse(lit);
     for (std::uint64_t sequence = first; sequence < first + count; ++sequence) {
-      Frame frame = street.picture(sequence);
+      Frame frame = street.frame(sequence);
       frame.illumination = is_told ? street.pattern.at(sequence) : Illumination::unknown();
       if (!is_told) change(frame);
       stage.push(frame);
@@ -95,7 +95,7 @@ TEST(ReopenedSource, PhaseOfAnotherEpochIsFoundAgain) {
     Pairs pairs;
     for (std::uint64_t sequence = 0; sequence < 40; ++sequence) {
       if (sequence == 20) street.pattern = IlluminationPattern::parse("dark,0");
-      Frame frame = street.picture(sequence);
+      Frame frame = street.frame(sequence);
       frame.epoch = sequence < 20 ? 0 : 1;
       stage.push(frame);
       take(stage, pairs);

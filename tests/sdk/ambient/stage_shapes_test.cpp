@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that pictures of any size, down to a single pixel, grey or in colour, whole or of two
+// Proves that images of any size, down to a single pixel, grey or in colour, whole or of two
 // fields, go through the ambient stage and the methods that find the stripe; and that what a lit
 // frame consists of is of one size. Built with a sanitizer it proves that they read nothing else.
 // Does not prove that the answers are right: see the other tests of this folder.
@@ -63,23 +63,23 @@ Shape any_shape() {
   return s;
 }
 
-// Noise, light sources, and every other exposure a bright line across.
-Frame picture(const Shape& s, std::uint64_t sequence) {
+// Noise, light sources, and every other exposure a bright stripe across.
+Frame frame_of(const Shape& s, std::uint64_t sequence) {
   Frame frame;
   frame.image = cv::Mat(s.rows, s.cols, s.type);
   frame.bit_depth = s.bit_depth;
   frame.sensor_size = frame.image.size();
   frame.sequence = sequence;
   frame.field = s.field;
-  const int per_picture = frame.is_interlaced() ? 2 : 1;
-  frame.exposures_per_picture = per_picture;
+  const int per_frame = frame.is_interlaced() ? 2 : 1;
+  frame.exposures_per_picture = per_frame;
   const double full = frame.full_scale_dn();
   const int channels = frame.image.channels();
   for (int row = 0; row < s.rows; ++row) {
     for (int i = 0; i < s.cols * channels; ++i) {
       const int across = s.ambient.axis == StripeAxis::kColumns ? row : i / channels;
       const int length = s.ambient.axis == StripeAxis::kColumns ? s.rows : s.cols;
-      const bool is_lit = (static_cast<int>(sequence) * per_picture + row % per_picture) % 2 == 0;
+      const bool is_lit = (static_cast<int>(sequence) * per_frame + row % per_frame) % 2 == 0;
       double dn = 0.2 * full + testing::normal(0.0, 0.02 * full);
       if (is_lit && across / 3 == length / 6) dn += 0.6 * full;
       if (any_of(150) == 0) dn = full;
@@ -115,7 +115,7 @@ void run(const Shape& s) {
   };
   std::uint64_t sequence = 0;
   for (int n = 0; n < 9; ++n) {
-    stage.push(picture(s, sequence));
+    stage.push(frame_of(s, sequence));
     sequence += any_of(6) == 0 ? 2 : 1;
     take_all();
   }

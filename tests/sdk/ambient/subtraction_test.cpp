@@ -20,12 +20,12 @@ using testing::Street;
 
 // All lit frames of a street.
 template <typename Action>
-void for_each_lit(const Street& street, int pictures, const Action& action) {
+void for_each_lit(const Street& street, int frames, const Action& action) {
   AmbientOptions options;
   options.pattern = street.pattern;
   AmbientStage stage(options);
-  for (int sequence = 0; sequence < pictures; ++sequence) {
-    stage.push(street.picture(static_cast<std::uint64_t>(sequence)));
+  for (int sequence = 0; sequence < frames; ++sequence) {
+    stage.push(street.frame(static_cast<std::uint64_t>(sequence)));
     while (const LitFrame* const lit = stage.next()) action(*lit);
   }
 }
@@ -98,7 +98,7 @@ TEST(Subtraction, FieldsAreInterpolatedBetweenTheDarkRows) {
       street.field = order;
       street.amplitude_dn = 0.0;
       street.noise_dn = 0.5;
-      street.grain_px = 16.0;  // 1/16 cycles per field line and less.
+      street.grain_px = 16.0;  // 1/16 cycles per row of a field and less.
       street.build();
       int frames = 0;
       for_each_lit(street, 4, [&](const LitFrame& lit) {
@@ -106,7 +106,7 @@ TEST(Subtraction, FieldsAreInterpolatedBetweenTheDarkRows) {
         cv::Scalar mean;
         cv::Scalar deviation;
         cv::meanStdDev(residual_of(lit).rowRange(3, 117), mean, deviation);
-        // The nearest line would leave several DN.
+        // The nearest row would leave several DN.
         EXPECT_LT(deviation[0], 0.8) << pattern;
         EXPECT_NEAR(mean[0], 0.0, 0.1) << pattern;
         EXPECT_NEAR(lit.dark_noise_gain, lit.sequence == 0 && lit.dark_noise_gain > 0.5 ? .64 : .32,
@@ -241,7 +241,7 @@ TEST(Temporal, TakesOffWhatStandsStillAndKeepsWhatMoves) {
   AmbientStage stage(options);
   int frames = 0;
   for (now = 0; now < 12; ++now) {
-    stage.push(street.picture(now));
+    stage.push(street.frame(now));
     while (const LitFrame* const lit = stage.next()) {
       const cv::Mat residual = residual_of(*lit);
       const int row = 40 + 12 * static_cast<int>(lit->sequence);

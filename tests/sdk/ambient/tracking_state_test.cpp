@@ -10,7 +10,7 @@ namespace {
 using enum TrackingSignal;
 
 TEST(TrackingState, SearchesThenLocks) {
-  TrackingState state(Teller::kPictures);
+  TrackingState state(Teller::kImages);
   EXPECT_EQ(state.phase(), TrackingPhase::kSearching);
   EXPECT_FALSE(state.is_settled());
   state.on(kSettled);
@@ -21,7 +21,7 @@ TEST(TrackingState, SearchesThenLocks) {
 }
 
 TEST(TrackingState, SuspectsOnlyWhatItHadLocked) {
-  TrackingState state(Teller::kPictures);
+  TrackingState state(Teller::kImages);
   state.on(kRefuted);
   EXPECT_EQ(state.phase(), TrackingPhase::kSearching);
   state.on(kSettled);

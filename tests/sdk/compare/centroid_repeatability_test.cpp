@@ -101,12 +101,12 @@ struct Measured {
 };
 
 double change_of(Simulator& simulator, ScannerOptions options) {
-  constexpr std::uint64_t kPictures = 120;
+  constexpr std::uint64_t kImages = 120;
   options.ambient.pattern = simulator.scene().timing.pattern;
   Scanner scanner(simulator.model(), options);
   std::vector<PolarScan> scans;
   int seen = 0;
-  for (std::uint64_t n = 0; n < kPictures; ++n) {
+  for (std::uint64_t n = 0; n < kImages; ++n) {
     for (const PolarScan& scan : scanner.process(simulator.render(n))) {
       // Lit exposures that follow each other share the dark one between them.
       if (seen++ % 2 == 0) scans.push_back(scan);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that every channel has a word of its own, that the words are those of the model file and
-// the command line, and that nothing else is one. What a channel does to a picture is proved with
+// the command line, and that nothing else is one. What a channel does to an image is proved with
 // the ambient stage.
 #include <string>
 #include <string_view>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what a frame's time is in seconds, with and without a clock, and that a double holds the
-// time of day to a quarter of a microsecond: fields and pictures stay apart.
+// time of day to a quarter of a microsecond: fields and frames stay apart.
 #include <cmath>
 #include <cstdint>
 #include <ctime>
@@ -50,7 +50,7 @@ TEST(FrameTime, OffsetMayBeNegative) {
 
 // Each is within a quarter of a microsecond: half a step of a double in 2026, once of nanoseconds
 // (256) and once of seconds (2^-22).
-TEST(FrameTime, PicturesThatFollowEachOtherStayApart) {
+TEST(FrameTime, FramesThatFollowEachOtherStayApart) {
   for (const std::int64_t period_ns : {16'683'333, 4'000, 1'000}) {
     double last = (FrameTime{kBoot_ns, kToUtc_ns}).seconds();
     for (int n = 1; n <= 100; ++n) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves the photon-transfer line against pixels that are drawn electron by electron, and what
-// becomes of it in pictures of another bit depth. That it is found again from pictures is proved
+// becomes of it in images of another bit depth. That it is found again from images is proved
 // with `PhotonTransfer`.
 #include <cmath>
 #include <limits>
@@ -80,12 +80,12 @@ TEST(NoiseModel, LikelyDepthIsTheOneWhoseVarianceIsNearer) {
 
 TEST(NoiseModel, LikelyDepthIsItsOwnWhereNothingSpeaksForAnother) {
   const NoiseModel unsaid{1.5, 0.06, 6.0};
-  EXPECT_EQ(unsaid.at_likely_depth(8, 1e6, 100.0), unsaid) << "as deep as pictures can be at least";
+  EXPECT_EQ(unsaid.at_likely_depth(8, 1e6, 100.0), unsaid) << "as deep as images can be at least";
   for (const double unknown :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(unsaid.at_likely_depth(12, unknown, 400.0), unsaid);
   }
-  // What is said is believed, whatever the pictures show.
+  // What is said is believed, whatever the images show.
   EXPECT_EQ(kOf8Bits.at_likely_depth(12, 0.0, 400.0), kOf8Bits.at_bit_depth(12));
   EXPECT_EQ((NoiseModel{1.5, 0.06, 6.0, 12}).at_likely_depth(12, 1e6, 400.0),
             (NoiseModel{1.5, 0.06, 6.0, 12}));

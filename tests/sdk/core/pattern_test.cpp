@@ -23,7 +23,7 @@ TEST(IlluminationPattern, RepeatsItsPatternOverExposureNumbers) {
   EXPECT_TRUE(pattern.has_dark());
 }
 
-TEST(IlluminationPattern, LostPictureDoesNotFlipTheParityOfFields) {
+TEST(IlluminationPattern, LostFrameDoesNotFlipTheParityOfFields) {
   const IlluminationPattern pattern = IlluminationPattern::parse("0,dark");
   Frame second_field;
   second_field.sequence = 41;  // Whatever was lost before it.

@@ -97,7 +97,7 @@ TEST(DesignFigures, FarLimitOfALevelCameraIsTheHorizon) {
   const DesignFigures figures(place_laser(equiangular_camera(640, 480, 55.0 * kDegree), 0.5, 0.0));
   EXPECT_TRUE(std::isinf(figures.far_m()));
   EXPECT_NEAR(figures.near_m(), 0.5 / std::tan(0.5 * 0.75 * 55.0 * kDegree), 1e-6);
-  EXPECT_TRUE(std::isnan(figures.at(1.0).signal_dn));  // Nearer than the picture shows.
+  EXPECT_TRUE(std::isnan(figures.at(1.0).signal_dn));  // Nearer than the image shows.
 }
 
 TEST(DesignFigures, TiltedCameraHasBothLimits) {
@@ -108,7 +108,7 @@ TEST(DesignFigures, TiltedCameraHasBothLimits) {
   EXPECT_NEAR(figures.far_m(), 0.5 / std::tan(tilt - half), 1e-6);
 }
 
-TEST(DesignFigures, CoverageIsThePictureOrTheFan) {
+TEST(DesignFigures, CoverageIsTheImageOrTheFan) {
   StriperDesign design = place_laser(equiangular_camera(640, 480, 55.0 * kDegree), 0.5, 0.0);
   design.laser.fan_rad = 40.0 * kDegree;
   EXPECT_NEAR(DesignFigures(design).coverage_rad(2.0), 40.0 * kDegree, 1e-6);

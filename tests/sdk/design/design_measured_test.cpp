@@ -90,8 +90,8 @@ struct Comparison {
 };
 
 double background_dn(Simulator& simulator) {
-  const cv::Mat picture = simulator.expected_dn(0);  // A corner of it, away from the stripe.
-  return static_cast<double>(picture.at<float>(2, 2)) - simulator.scene().imager.black_level_dn;
+  const cv::Mat image = simulator.expected_dn(0);  // A corner of it, away from the stripe.
+  return static_cast<double>(image.at<float>(2, 2)) - simulator.scene().imager.black_level_dn;
 }
 
 Comparison compare(Simulator& simulator, const DesignFigures& figures) {
@@ -120,7 +120,7 @@ Comparison compare(Simulator& simulator, const DesignFigures& figures) {
   return result;
 }
 
-// The dimmest wall whose stripe is found in this part of the lines, as predicted.
+// The dimmest wall whose stripe is found in this part of the scan lines, as predicted.
 double reflectance_found(double fov_deg, double range_m, double detection) {
   double low = 1e-4;
   double high = 1.0;
@@ -133,7 +133,7 @@ double reflectance_found(double fov_deg, double range_m, double detection) {
   return high;
 }
 
-// Part of the lines in which the pipeline finds the stripe where it is.
+// Part of the scan lines in which the pipeline finds the stripe where it is.
 double found_part(double fov_deg, double range_m, double reflectance) {
   Simulator simulator(sunlit_wall(fov_deg, range_m, reflectance));
   const StriperModel model = simulator.model();
@@ -154,7 +154,7 @@ double found_part(double fov_deg, double range_m, double reflectance) {
 }
 
 // The prediction is on the safe side: where half is predicted, up to a fifth more is found. Through
-// 30 degrees, where this stripe is level and narrow, whole pictures lose a part of it: not proved.
+// 30 degrees, where this stripe is level and narrow, whole frames lose a part of it: not proved.
 TEST(PredictedAndMeasured, DetectionOfADimStripe) {
   for (const double fov_deg : {55.0, 105.0}) {
     for (const double detection : {0.5, 0.9}) {

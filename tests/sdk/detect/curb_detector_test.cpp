@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves, on exact geometry plus the noise of docs/accuracy.md, over 5 m of way at 5 m/s and 20 Hz:
 // curbs are found and what is none is not, with confidences that are true; a curb's place is
-// followed with true error bars, through what hides it too. Single scans are in
+// tracked with true error bars, through what hides it too. Single scans are in
 // curb_finder_test.cpp; rendered frames and real streets are not here.
 #include <algorithm>
 #include <cmath>

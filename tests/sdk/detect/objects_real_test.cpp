@@ -132,7 +132,7 @@ Relative relative_at(const Recording& r, double time_s) {
   return {closest_at(r, time_s), (before - after) / (2.0 * kStep_s)};
 }
 
-/// How well the other vehicle was followed.
+/// How well the other vehicle was tracked.
 struct Closing {
   std::vector<double> errors;  // Absolute, m/s, from the third scan of a track on.
   std::vector<double> pulls;

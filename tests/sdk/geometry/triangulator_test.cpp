@@ -93,13 +93,13 @@ TEST(Triangulator, RayAwayFromThePlaneIsBehindNotZero) {
   EXPECT_TRUE(std::isnan(point.x_m));
 }
 
-TEST(Triangulator, LeftInThePictureIsPositiveBearing) {
+TEST(Triangulator, LeftInTheImageIsPositiveBearing) {
   const Triangulator triangulator(testing::typical_model(), 0);
   EXPECT_GT(triangulator.triangulate({100.0, 470.0}).bearing_rad(), 0.0);
   EXPECT_LT(triangulator.triangulate({540.0, 470.0}).bearing_rad(), 0.0);
 }
 
-TEST(Triangulator, WithRowsUpInThePictureIsPositiveBearing) {
+TEST(Triangulator, WithRowsUpInTheImageIsPositiveBearing) {
   const Triangulator triangulator(testing::typical_model(StripeAxis::kRows), 0);
   const double above = triangulator.triangulate({200.0, 100.0}).bearing_rad();
   const double below = triangulator.triangulate({200.0, 400.0}).bearing_rad();

@@ -289,7 +289,7 @@ TEST(ParseModel, WarnsOfAPlaneThatNoPixelSees) {
   };
   const testing::Heard heard;
   parse_model(with_plane("[1, 0, 0]"), "m.yaml",
-              heard.port());  // Beside the camera: half the picture sees it.
+              heard.port());  // Beside the camera: half the image sees it.
   parse_model(with_plane("[0.8, 0, 0.6]"), "m.yaml", heard.port());
   EXPECT_THAT(messages_of(heard), IsEmpty());
   parse_model(with_plane("[0.6, 0, -0.8]"), "m.yaml",

@@ -87,13 +87,13 @@ class LinearCamera {
   static constexpr double kStripe = 70.3;
 
  private:
-  std::deque<double> told_;  // What holds for the next picture first.
+  std::deque<double> told_;  // What holds for the next frame first.
   std::array<double, kColumns> texture_{};
   Controls controls_;
   std::uint64_t sequence_ = 0;
 };
 
-/// The camera, its scanner and the control, picture by picture.
+/// The camera, its scanner and the control, frame by frame.
 class Drive {
  public:
   Drive(double exposure_us, int delay, const char* pattern)
@@ -106,7 +106,7 @@ class Drive {
   }
 
   void step(LinearCamera::Light light) {
-    if (pattern_.at(pictures_++).is_dark()) light.laser = 0.0;
+    if (pattern_.at(frames_++).is_dark()) light.laser = 0.0;
     const Frame frame = camera_.take(light);
     const ScanSpan scans = scanner_->process(frame);
     for (const PolarScan& scan : scans) {
@@ -144,7 +144,7 @@ class Drive {
   IlluminationPattern pattern_;
   ExposureControl control_;
   std::optional<Scanner> scanner_;
-  std::uint64_t pictures_ = 0;
+  std::uint64_t frames_ = 0;
   long clipped_ = 0;
   std::vector<double> parts_;  // Of the columns, with the stripe, scan by scan.
 };

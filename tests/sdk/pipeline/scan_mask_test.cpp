@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a region is scanned as that part of the whole picture is, fields and binned pixels
+// Proves that a region is scanned as that part of the whole image is, fields and binned pixels
 // included, and that what a mask covers is never the stripe while the rest of its column is.
 #include <cmath>
 #include <fstream>
@@ -28,7 +28,7 @@ double row_of(const StriperModel& model, double range_m) {
 }
 
 // A wall at so many metres, its noise always the same.
-Frame picture_of_wall(const StriperModel& model, double range_m) {
+Frame frame_of_wall(const StriperModel& model, double range_m) {
   testing::reseed();
   testing::SyntheticStripe stripe;
   stripe.lines = 640;
@@ -53,9 +53,9 @@ ScannerOptions with_mask(ScanMask mask) {
   return options;
 }
 
-TEST(Region, IsScannedAsThatPartOfThePicture) {
+TEST(Region, IsScannedAsThatPartOfTheImage) {
   const StriperModel model = testing::paper_model();
-  const Frame frame = picture_of_wall(model, 2.0);
+  const Frame frame = frame_of_wall(model, 2.0);
   const cv::Rect region(100, 300, 200, 150);
   ASSERT_TRUE(region.contains(cv::Point(150, static_cast<int>(row_of(model, 2.0)))));
   Scanner all(model, always_on());
@@ -87,7 +87,7 @@ TEST(Region, OutsideOfTheSensorIsRefused) {
 // Of a camera that sends a region of its own, which may be elsewhere.
 TEST(Region, ThatAFrameDoesNotShowRefusesTheFrame) {
   const StriperModel model = testing::paper_model();
-  Frame frame = picture_of_wall(model, 2.0);
+  Frame frame = frame_of_wall(model, 2.0);
   frame.image = frame.image.colRange(320, 640);
   frame.grid = PixelGrid::region(320, 0);
   ScannerOptions options = always_on();
@@ -108,7 +108,7 @@ TEST(FramePart, HasThePixelsWhoseCentresAreInTheRegion) {
   EXPECT_EQ(part.grid.sensor_v(9), 68.5);
 }
 
-TEST(FramePart, OfAnInterlacedPictureBeginsWithTheSameField) {
+TEST(FramePart, OfAnInterlacedFrameBeginsWithTheSameField) {
   Frame frame;
   frame.image = cv::Mat::zeros(480, 640, CV_8UC1);
   frame.field = Field::kInterlacedTopFirst;
@@ -120,7 +120,7 @@ TEST(FramePart, OfAnInterlacedPictureBeginsWithTheSameField) {
 // A brighter and longer line above the stripe, of a reflection: masked, the stripe is what is left.
 class MaskedScene : public ::testing::TestWithParam<ExtractMethod> {
  protected:
-  MaskedScene() : model_(testing::paper_model()), frame_(picture_of_wall(model_, 2.0)) {
+  MaskedScene() : model_(testing::paper_model()), frame_(frame_of_wall(model_, 2.0)) {
     testing::SyntheticStripe reflection;
     reflection.lines = 600;
     reflection.length = 480;
@@ -166,18 +166,18 @@ TEST_P(MaskedScene, PolygonInMetres) {
   EXPECT_EQ(stripes_found(with_mask(mask)), 180);
 }
 
-TEST_P(MaskedScene, Picture) {
+TEST_P(MaskedScene, Image) {
   ScanMask mask;
-  mask.picture = cv::Mat(480, 640, CV_8UC1, cv::Scalar(255));
-  mask.picture.rowRange(kRow - 8, kRow + 10).setTo(0);
+  mask.image = cv::Mat(480, 640, CV_8UC1, cv::Scalar(255));
+  mask.image.rowRange(kRow - 8, kRow + 10).setTo(0);
   EXPECT_EQ(stripes_found(with_mask(mask)), 180);
 }
 
 // A mask is of the sensor: the region moves nothing of it.
 TEST_P(MaskedScene, MaskAndRegion) {
   ScanMask mask;
-  mask.picture = cv::Mat(480, 640, CV_8UC1, cv::Scalar(255));
-  mask.picture.rowRange(kRow - 8, kRow + 10).setTo(0);
+  mask.image = cv::Mat(480, 640, CV_8UC1, cv::Scalar(255));
+  mask.image.rowRange(kRow - 8, kRow + 10).setTo(0);
   ScannerOptions options = with_mask(mask);
   options.region = cv::Rect(0, kRow - 50, 640, 250);
   EXPECT_EQ(stripes_found(options), 180);
@@ -192,7 +192,7 @@ TEST(ScanMask, StripeItselfIsIgnored) {
   ScanMask mask;
   mask.metres = {{{1, -5}, {3, -5}, {3, 0}, {1, 0}}};  // The right half of the wall.
   Scanner scanner(model, with_mask(mask));
-  const auto scans = scanner.process(picture_of_wall(model, 2.0));
+  const auto scans = scanner.process(frame_of_wall(model, 2.0));
   for (std::size_t i = 0; i < 640; ++i) {
     const bool is_right = i > 320;
     if (std::abs(static_cast<int>(i) - 320) < 3) continue;
@@ -209,10 +209,10 @@ TEST(ScanMask, MetresNeedAModel) {
                "'bumper.yaml': metres: polygons of the scan plane need a model");
 }
 
-TEST(ScanMask, PictureOfAnotherSizeIsRefused) {
+TEST(ScanMask, ImageOfAnotherSizeIsRefused) {
   ScanMask mask;
   mask.name = "mask.png";
-  mask.picture = cv::Mat(240, 320, CV_8UC1, cv::Scalar(255));
+  mask.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(255));
   const ScannerOptions options = with_mask(mask);
   EXPECT_STREQ(testing::error_of([&] { Scanner(testing::paper_model(), options); }).what(),
                "'mask.png' has 320x240 pixels, and the model's sensor 640x480");
@@ -256,10 +256,10 @@ TEST_F(MaskFile, ThatIsNoneIsRefusedByLineAndField) {
               HasSubstr("mask.yaml:2: pixels"));
 }
 
-TEST_F(MaskFile, MayBeAPicture) {
-  const std::filesystem::path picture = scratch_ / "mask.png";
-  cv::imwrite(picture, cv::Mat(48, 64, CV_8UC1, cv::Scalar(255)));
-  EXPECT_EQ(load_mask(picture).picture.size(), cv::Size(64, 48));
+TEST_F(MaskFile, MayBeAnImage) {
+  const std::filesystem::path image = scratch_ / "mask.png";
+  cv::imwrite(image, cv::Mat(48, 64, CV_8UC1, cv::Scalar(255)));
+  EXPECT_EQ(load_mask(image).image.size(), cv::Size(64, 48));
   const std::filesystem::path none = scratch_ / "none.png";
   EXPECT_EQ(testing::error_of([&] { load_mask(none); }).kind(), ErrorKind::kNotFound);
 }

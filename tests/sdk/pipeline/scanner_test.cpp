@@ -21,8 +21,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// The picture of a wall at `range_m` straight ahead, without noise.
-Frame picture_of_wall(const StriperModel& model, double range_m) {
+// The frame of a wall at `range_m` straight ahead, without noise.
+Frame frame_of_wall(const StriperModel& model, double range_m) {
   const Triangulator exact(model, 0);
   testing::SyntheticStripe stripe;
   stripe.lines = 640;
@@ -44,7 +44,7 @@ ScannerOptions paper_options() {
 TEST(Scanner, GivesTheRangeOfAWall) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, paper_options());
-  const auto scans = scanner.process(picture_of_wall(model, 2.0));
+  const auto scans = scanner.process(frame_of_wall(model, 2.0));
   ASSERT_EQ(scans.size(), 1U);
   ASSERT_EQ(scans[0].returns.size(), 640U);
   const Return& ahead = scans[0].returns[320];
@@ -56,7 +56,7 @@ TEST(Scanner, GivesTheRangeOfAWall) {
 TEST(Scanner, DarkExposureGivesNoScanAndIsCounted) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, paper_options());
-  Frame frame = picture_of_wall(model, 2.0);
+  Frame frame = frame_of_wall(model, 2.0);
   frame.illumination = Illumination::dark();
   EXPECT_TRUE(scanner.process(frame).empty());
   EXPECT_EQ(scanner.statistics().dark, 1U);
@@ -67,7 +67,7 @@ TEST(Scanner, PatternDecidesWhichExposuresAreLit) {
   ScannerOptions options = paper_options();
   options.ambient.pattern = IlluminationPattern::parse("0,dark");
   Scanner scanner(model, options);
-  Frame frame = picture_of_wall(model, 2.0);
+  Frame frame = frame_of_wall(model, 2.0);
   std::size_t scans = 0;
   for (const std::uint64_t sequence : {0U, 1U, 2U, 5U, 7U, 8U}) {
     frame.sequence = sequence;
@@ -84,7 +84,7 @@ TEST(Scanner, FrameOfAnotherSizeIsRefusedWithBothSizes) {
   ScannerOptions options = paper_options();
   options.events = heard.port();
   Scanner scanner(model, options);
-  Frame frame = picture_of_wall(model, 2.0);
+  Frame frame = frame_of_wall(model, 2.0);
   frame.sensor_size = {320, 240};
   EXPECT_TRUE(scanner.process(frame).empty());
   EXPECT_EQ(scanner.statistics().refused, 1U);
@@ -120,7 +120,7 @@ std::string refusal_of(const Frame& frame) {
   return heard.events().empty() ? "" : heard.events().front().message;
 }
 
-TEST(Scanner, WhatIsNoPictureIsRefusedSayingWhatIsExpected) {
+TEST(Scanner, WhatIsNoImageIsRefusedSayingWhatIsExpected) {
   Frame frame;
   EXPECT_THAT(refusal_of(frame), HasSubstr("the frame has no pixels"));
   for (const int type : {CV_32FC1, CV_8SC1, CV_8UC4, CV_16UC2}) {
@@ -140,7 +140,7 @@ TEST(Scanner, SingleRowIsNotTwoFields) {
   EXPECT_THAT(refusal_of(frame), HasSubstr("one row is not two fields"));
 }
 
-TEST(Scanner, PictureThatChangesItsSizeIsScannedAsItIs) {
+TEST(Scanner, FrameThatChangesItsSizeIsScannedAsItIs) {
   ScannerOptions options = paper_options();
   options.ambient.pattern = IlluminationPattern::parse("0,dark");
   Scanner scanner(options);
@@ -249,12 +249,12 @@ TEST(Scanner, WithOptionsThatSayNothingIsAsTheModelSays) {
   EXPECT_NEAR(scans[0].returns[300].u_px, 500.0, 0.5);
 }
 
-TEST(Scanner, InterlacedPictureGivesOneScanPerLitField) {
+TEST(Scanner, InterlacedFrameGivesOneScanPerLitField) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
   options.ambient.pattern = IlluminationPattern::parse("0,dark");
   Scanner scanner(model, options);
-  Frame frame = picture_of_wall(model, 1.6);
+  Frame frame = frame_of_wall(model, 1.6);
   frame.field = Field::kInterlacedBottomFirst;
   frame.exposures_per_picture = 2;
   for (int row = 0; row < frame.image.rows; row += 2) frame.image.row(row).setTo(10);
@@ -267,11 +267,11 @@ TEST(Scanner, InterlacedPictureGivesOneScanPerLitField) {
 }
 
 // Nobody says that the laser is always on; whether it is goes on being looked for.
-TEST(Scanner, FirstPictureOfALaserThatIsAlwaysOnGivesTheFirstScan) {
+TEST(Scanner, FirstFrameOfALaserThatIsAlwaysOnGivesTheFirstScan) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, ScannerOptions());
   for (std::uint64_t sequence = 0; sequence < 14; ++sequence) {
-    Frame frame = picture_of_wall(model, 2.0);
+    Frame frame = frame_of_wall(model, 2.0);
     frame.sequence = sequence;
     const auto scans = scanner.process(frame);
     ASSERT_EQ(scans.size(), 1U) << sequence;
@@ -282,13 +282,13 @@ TEST(Scanner, FirstPictureOfALaserThatIsAlwaysOnGivesTheFirstScan) {
   EXPECT_TRUE(scanner.finish().empty());
 }
 
-// The second picture is dark: what follows is held until the pattern is known.
+// The second frame is dark: what follows is held until the pattern is known.
 TEST(Scanner, FirstScanDoesNotSettleThePattern) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, ScannerOptions());
   std::vector<std::size_t> scans;
   for (std::uint64_t sequence = 0; sequence < 8; ++sequence) {
-    Frame frame = picture_of_wall(model, 2.0);
+    Frame frame = frame_of_wall(model, 2.0);
     if (sequence % 2 == 1) frame.image.setTo(10);
     frame.sequence = sequence;
     scans.push_back(scanner.process(frame).size());
@@ -297,13 +297,13 @@ TEST(Scanner, FirstScanDoesNotSettleThePattern) {
   EXPECT_EQ(scanner.status().ambient.pattern, IlluminationPattern::parse("0,dark"));
 }
 
-TEST(Scanner, PicturesHeldForThePatternComeOutAtTheEnd) {
+TEST(Scanner, FramesHeldForThePatternComeOutAtTheEnd) {
   const StriperModel model = testing::paper_model();
   ScannerOptions options = paper_options();
   options.ambient.pattern = {};
-  options.ambient.lasers = 2;  // Which of them it is the first picture does not show.
+  options.ambient.lasers = 2;  // Which of them it is the first frame does not show.
   Scanner scanner(model, options);
-  EXPECT_TRUE(scanner.process(picture_of_wall(model, 2.0)).empty());
+  EXPECT_TRUE(scanner.process(frame_of_wall(model, 2.0)).empty());
   const auto scans = scanner.finish();
   ASSERT_EQ(scans.size(), 1U);
   EXPECT_EQ(scans[0].returns[320].status, ReturnStatus::kOk);
@@ -312,13 +312,13 @@ TEST(Scanner, PicturesHeldForThePatternComeOutAtTheEnd) {
   EXPECT_EQ(scanner.status().ambient.origin, PatternOrigin::kAssumed);
 }
 
-// What 8-bit pictures say of a camera's noise serves its 12-bit pictures: in those without a stripe
-// nothing is found, whether the model says of which depth it speaks or the pictures show it.
+// What 8-bit images say of a camera's noise serves its 12-bit images: in those without a stripe
+// nothing is found, whether the model says of which depth it speaks or the images show it.
 TEST(Scanner, NoiseOfAnotherBitDepthMakesNoStripes) {
   testing::reseed();
   const NoiseModel of_12_bits{12.0, 0.4, 0.0, 12};
   StriperModel model = testing::paper_model();
-  Frame frame = picture_of_wall(model, 2.0);
+  Frame frame = frame_of_wall(model, 2.0);
   frame.bit_depth = 12;
   frame.image = cv::Mat(frame.image.size(), CV_16UC1);
   const double noise_dn = std::sqrt(of_12_bits.variance_dn2(400.0));
@@ -346,7 +346,7 @@ TEST(Scanner, NoiseOfAnotherBitDepthMakesNoStripes) {
 
 TEST(Scanner, MovesWithoutLosingItsState) {
   Scanner first(paper_options());
-  first.process(picture_of_wall(testing::paper_model(), 2.0));
+  first.process(frame_of_wall(testing::paper_model(), 2.0));
   const Scanner second = std::move(first);
   EXPECT_EQ(second.statistics().frames, 1U);
 }
@@ -354,7 +354,7 @@ TEST(Scanner, MovesWithoutLosingItsState) {
 TEST(Scanner, AllocatesNothingOnceWarm) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, paper_options());
-  const Frame frame = picture_of_wall(model, 2.0);
+  const Frame frame = frame_of_wall(model, 2.0);
   for (int i = 0; i < 6; ++i) scanner.process(frame);  // The pattern is looked at in so many.
   const testing::AllocationCounter counter;
   for (int i = 0; i < 10; ++i) scanner.process(frame);
@@ -367,7 +367,7 @@ TEST(Scanner, ScansSayWhoseTheyAreAndWhere) {
   std::shared_ptr<const PolarScan> kept;
   {
     Scanner scanner(testing::paper_model(), options);
-    kept = scanner.process(picture_of_wall(testing::paper_model(), 2.0)).shared(0);
+    kept = scanner.process(frame_of_wall(testing::paper_model(), 2.0)).shared(0);
   }
   EXPECT_EQ(kept->head(), "left");
   EXPECT_EQ(kept->frame->frame_id, "left_scan0");
@@ -380,16 +380,16 @@ TEST(Scanner, ScansSayWhoseTheyAreAndWhere) {
 TEST(Scanner, ScanThatIsKeptStaysAsItIs) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, paper_options());
-  const auto kept = scanner.process(picture_of_wall(model, 2.0)).shared(0);
+  const auto kept = scanner.process(frame_of_wall(model, 2.0)).shared(0);
   const double range_m = kept->returns[320].range_m;
-  for (int i = 0; i < 4; ++i) scanner.process(picture_of_wall(model, 1.5));
+  for (int i = 0; i < 4; ++i) scanner.process(frame_of_wall(model, 1.5));
   EXPECT_EQ(kept->returns[320].range_m, range_m);
 }
 
 TEST(Scanner, AllocatesNothingOnceWarmWhereScansAreKeptAWhile) {
   const StriperModel model = testing::paper_model();
   Scanner scanner(model, paper_options());
-  const Frame frame = picture_of_wall(model, 2.0);
+  const Frame frame = frame_of_wall(model, 2.0);
   std::array<std::shared_ptr<const PolarScan>, 5> kept;
   std::size_t n = 0;
   const auto scan = [&] { kept[n++ % kept.size()] = scanner.process(frame).shared(0); };

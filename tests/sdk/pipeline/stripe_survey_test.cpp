@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a survey finds along which axis and in which channel pictures show a stripe, with and
+// Proves that a survey finds along which axis and in which channel images show a stripe, with and
 // without dark exposures, and that it says of plain noise that there is none. Does not prove that a
 // textured scene has none: that is the extractor's business.
 #include <gmock/gmock.h>
@@ -44,12 +44,12 @@ Frame coloured(int channel, bool is_along_rows) {
   return frame_of(is_along_rows ? cv::Mat(image.t()) : image);
 }
 
-TEST(SurveyStripes, FindsTheAxisOfAGreyPicture) {
+TEST(SurveyStripes, FindsTheAxisOfAGreyImage) {
   for (const bool is_along_rows : {false, true}) {
     const cv::Mat image = stripe_along_columns();
     const std::vector<Frame> frames{frame_of(is_along_rows ? cv::Mat(image.t()) : image)};
     const auto sightings = survey_stripes(frames, {});
-    ASSERT_EQ(sightings.size(), 2U) << "a grey picture has one channel";
+    ASSERT_EQ(sightings.size(), 2U) << "a grey image has one channel";
     EXPECT_TRUE(sightings[0].is_seen());
     EXPECT_EQ(sightings[0].axis, is_along_rows ? StripeAxis::kRows : StripeAxis::kColumns);
     EXPECT_EQ(sightings[0].channel, Channel::kGrey);

@@ -2,7 +2,7 @@
 // Proves, on exact geometry plus the noise of docs/accuracy.md: pieces, steps and ends are found,
 // where they are and with true error bars (corners: corner_test.cpp); speckle is left out and
 // corners are not; rough surfaces and textures are known for what they are; nothing is allocated in
-// a stream. Rendered pictures and real ones are not here.
+// a stream. Rendered images and real ones are not here.
 #include <algorithm>
 #include <cmath>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves, on exact geometry seen by stripers drawn from their calibration's covariance, that every
 // tool measures what it says with true error bars: random ones alone, and with the calibration's.
-// And that what cannot be measured says why. Rendered pictures are in tests/end_to_end.
+// And that what cannot be measured says why. Rendered images are in tests/end_to_end.
 #include <cmath>
 #include <functional>
 #include <map>

@@ -101,10 +101,10 @@ TEST(ScanProjector, IsTheExactTriangulationOfFieldsAndRegions) {
   expect_scan_is_exact(testing::typical_model(), PixelGrid::region(64, 100));
 }
 
-// A batch that is not full still holds places of the picture before, which must not be read in a
+// A batch that is not full still holds places of the image before, which must not be read in a
 // smaller table. Only a sanitizer sees it, once the large table's memory is gone; that the returns
 // are right is seen here.
-TEST(ScanProjector, SmallPicturesAfterALargeOneAreExactToo) {
+TEST(ScanProjector, SmallImagesAfterALargeOneAreExactToo) {
   const StriperModel model = testing::typical_model();
   const Triangulator exact(model, 0);
   ScanProjector projector(model, {});
@@ -130,8 +130,8 @@ TEST(ScanProjector, RegionsThatWanderAreExactEachTimeTheyComeBack) {
   const Triangulator exact(model, 0);
   ScanProjector projector(model, {});
   PolarScan scan;
-  for (int picture = 0; picture < 40; ++picture) {
-    const int left = picture % 20 * 16;
+  for (int image = 0; image < 40; ++image) {
+    const int left = image % 20 * 16;
     Stripe stripe;
     stripe.grid = PixelGrid::region(left, 0);
     stripe.reset(4);

@@ -25,7 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 
-Frame picture_of_wall() {
+Frame frame_of_wall() {
   testing::SyntheticStripe stripe;
   stripe.lines = 640;
   stripe.length = 480;
@@ -80,7 +80,7 @@ class FakeSource : public FrameSource {
     controls_ = Controls("fake", {{"laser", ControlType::kSwitch, "", read, write}});
   }
 
-  /// A number that is not 1 has pictures missing between those that come.
+  /// A number that is not 1 has frames missing between those that come.
   void set_numbers_apart(std::uint64_t numbers) { numbers_apart_ = numbers; }
 
   static constexpr std::uint64_t kSilent = ~std::uint64_t{0};
@@ -91,7 +91,7 @@ class FakeSource : public FrameSource {
   std::uint64_t given_ = 0;
   std::uint64_t numbers_apart_ = 1;
   Controls controls_;
-  Frame frame_ = picture_of_wall();
+  Frame frame_ = frame_of_wall();
 };
 
 // A head with a fake source, one sink that keeps the scans, and what was said.
@@ -316,7 +316,7 @@ TEST_F(HeadTest, StopsWhileItIsPaused) {
 }
 
 // At once, and then what came since as one: of a camera, since a file's numbers are its own.
-TEST_F(HeadTest, PicturesThatAreMissingAreSaid) {
+TEST_F(HeadTest, FramesThatAreMissingAreSaid) {
   for (const bool is_live : {true, false}) {
     said_.clear();
     open_ = [&] {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves what a recording holds: models that come back, a topic per message and head, a picture in
+// Proves what a recording holds: models that come back, a topic per message and head, an image in
 // front of what it is, each file of a series standing alone, events kept until the file is there.
 // That the same scans come back is scan_files_test's business, that frames do mcap_source_test's.
 #include <map>
@@ -104,7 +104,7 @@ TEST(McapRecording, FileWithoutScansIsNoneOfScans) {
             ErrorKind::kNotFound);
 }
 
-TEST(McapRecording, PictureStandsInFrontOfItsInfo) {
+TEST(McapRecording, ImageStandsInFrontOfItsInfo) {
   const testing::ScratchDirectory scratch;
   McapRecording recording(scratch / "a.mcap");
   recording.open(head_of("striper"));

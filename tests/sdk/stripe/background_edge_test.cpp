@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves what becomes of the background's edges where no dark picture takes them away: none is
+// Proves what becomes of the background's edges where no dark exposure is subtracted: none is
 // reported as a stripe, whatever the rule and however sharp it is, none teaches the stripe's width,
 // and stripes are found about them, fainter ones too where they are not right beside. And that a
 // brighter stripe beside a fainter one is no edge.
@@ -97,8 +97,8 @@ TEST_P(BackgroundEdge, IsNoStripe) {
       for (const int brighter_dn : {8, 20, 60, -20}) {
         const Stripe stripe =
             extract(with_edge(stripe_of(0.0, kLines), brighter_dn, blur_px), found);
-        // A straight background alone finds a stripe in 29 % of the lines at least, and in all at
-        // most.
+        // A straight background alone finds a stripe in 29 % of the scan lines at least, and in all
+        // at most.
         EXPECT_LE(count_good(stripe), kLines / 100)
             << brighter_dn << " DN, blurred by " << blur_px << ", rule " << static_cast<int>(rule);
       }
@@ -121,7 +121,7 @@ TEST_P(BackgroundEdge, LeavesStripesAboutItAlone) {
   }
 }
 
-// The brightest that there is are the edges, at first in all lines.
+// The brightest that there is are the edges, at first in all scan lines.
 TEST_P(BackgroundEdge, TeachesNoWidth) {
   for (const int brighter_dn : {10, 20, 30, 50}) {
     for (const double amplitude_dn : {15.0, 25.0, 40.0}) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the one-pass search gives, on every instruction set of this machine, exactly what a
-// plain loop gives: every width from 1 to 200 at odd strides, rows of up to 8197 pixels, lines of
-// more than 256 blocks, 8 and 16 bit, both axes, with and without a dark image and a mask;
-// and that ranking a few blocks finds the rivals that ranking all of them does. Does not prove that
-// it is fast (tests/bench does).
+// plain loop gives: every width from 1 to 200 at odd strides, rows of up to 8197 pixels, scan lines
+// of more than 256 blocks, 8 and 16 bit, both axes, with and without a dark image and a mask; and
+// that ranking a few blocks finds the rivals that ranking all of them does. Does not prove that it
+// is fast (tests/bench does).
 #include <algorithm>
 #include <array>
 #include <cstdint>

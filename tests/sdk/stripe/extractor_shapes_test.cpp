@@ -79,10 +79,10 @@ Shape any_shape() {
 }
 
 // The images of a shape, each against a guard.
-struct Pictures {
+struct Images {
   GuardedImage lit, dark, masked, variance;
 
-  explicit Pictures(const Shape& s) {
+  explicit Images(const Shape& s) {
     const int type = s.is_16_bit ? CV_16UC1 : CV_8UC1;
     lit = guarded(s, type);
     if (s.has_dark) dark = guarded(s, type);
@@ -194,13 +194,13 @@ void expect_sound(const Shape& s, const Stripe& stripe) {
 }
 
 // Two frames, so that what was learnt of the first one is used as well.
-void extract_all(const Shape& s, Pictures& pictures) {
+void extract_all(const Shape& s, Images& images) {
   std::array<Stripe, 2> stripes;
   for (const int run : {0, 1}) {
-    pictures.fill_gaps(run == 0 ? 0 : 255);
+    images.fill_gaps(run == 0 ? 0 : 255);
     const auto extractor = make_extractor(s.options);
     for (int frame = 0; frame < 2; ++frame) {
-      extractor->extract(pictures.frame(s), stripes[static_cast<std::size_t>(run)]);
+      extractor->extract(images.frame(s), stripes[static_cast<std::size_t>(run)]);
     }
   }
   expect_sound(s, stripes[0]);
@@ -210,9 +210,9 @@ void extract_all(const Shape& s, Pictures& pictures) {
 TEST(ExtractorShapes, ReadNothingButTheirPixels) {
   for (int n = 0; n < 200; ++n) {
     const Shape s = any_shape();
-    Pictures pictures(s);
-    pictures.draw(s);
-    testing::for_each_instruction_set([&] { extract_all(s, pictures); });
+    Images images(s);
+    images.draw(s);
+    testing::for_each_instruction_set([&] { extract_all(s, images); });
     if (HasFatalFailure()) FAIL() << n << ": " << ::testing::PrintToString(s);
   }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the method `paper` is the paper's: the brightest pixel above a threshold, then the
-// weighted mean of three; that every line says why it has no return; that axes, depths, grids and
-// dark images are handled. It does not prove that the method is accurate: it is not (pixel locking,
-// background).
+// weighted mean of three; that every scan line says why it has no return; that axes, depths, grids
+// and dark images are handled. It does not prove that the method is accurate: it is not (pixel
+// locking, background).
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ TEST(PaperExtractor, PositionIsTheWeightedMeanOfThreePixels) {
   EXPECT_FLOAT_EQ(stripe.amplitude_dn[0], 100.0F);
 }
 
-TEST(PaperExtractor, AgreesWithThePlainSearchOnRandomPictures) {
+TEST(PaperExtractor, AgreesWithThePlainSearchOnRandomImages) {
   for (int trial = 0; trial < 20; ++trial) {
     LitFrame frame;
     frame.full_scale_dn = 255;
@@ -150,7 +150,7 @@ TEST(PaperExtractor, LineWhoseOnlyPeakIsMaskededIsMasked) {
   EXPECT_EQ(extract(frame, 10.0).status[0], ReturnStatus::kBlind);
 }
 
-TEST(PaperExtractor, RowsAreColumnsOfTheTransposedPicture) {
+TEST(PaperExtractor, RowsAreColumnsOfTheTransposedImage) {
   SyntheticStripe synthetic;
   synthetic.noise_dn = 5.0;
   synthetic.position = [](int line) { return 20.0 + 0.31 * line; };
@@ -186,7 +186,7 @@ TEST(PaperExtractor, FieldLinesAreMappedToTheFullSensor) {
   EXPECT_FLOAT_EQ(field.width_px[5], 2.0F * plain.width_px[5]);
 }
 
-TEST(PaperExtractor, SixteenBitPicturesGiveTheSamePlace) {
+TEST(PaperExtractor, SixteenBitImagesGiveTheSamePlace) {
   SyntheticStripe synthetic;
   const Stripe eight = extract(testing::render(synthetic));
   synthetic.bit_depth = 16;
@@ -200,7 +200,7 @@ TEST(PaperExtractor, SaturatedLineIsMasked) {
   EXPECT_EQ(extract(one_column({255, 255, 255, 255, 255}), 10.0).status[0], ReturnStatus::kBlind);
 }
 
-TEST(PaperExtractor, PictureTooSmallForThreePixelsHasNoStripe) {
+TEST(PaperExtractor, ImageTooSmallForThreePixelsHasNoStripe) {
   EXPECT_EQ(extract(one_column({200, 10}), 10.0).status[0], ReturnStatus::kNoStripe);
 }
 

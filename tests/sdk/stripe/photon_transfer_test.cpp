@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that the photon-transfer line is found to a few percent in pictures whose noise is known,
+// Proves that the photon-transfer line is found to a few percent in images whose noise is known,
 // at 8 and 12 bits, that its error bars are true, with something moving and the light changing, and
-// that pictures which do not tell are refused with the reason. Real cameras' lines are not
+// that images which do not tell are refused with the reason. Real cameras' lines are not
 // perfectly straight; this does not say how far.
 #include <cmath>
 #include <cstdint>
@@ -35,7 +35,7 @@ struct Camera {
 
   int full_scale_dn() const { return striper::full_scale_dn(bit_depth); }
 
-  cv::Mat picture() const {
+  cv::Mat image() const {
     cv::Mat image(size, bit_depth > 8 ? CV_16UC1 : CV_8UC1);
     for (int v = 0; v < size.height; ++v) {
       for (int u = 0; u < size.width; ++u) {
@@ -54,9 +54,9 @@ struct Camera {
   }
 };
 
-PhotonTransferFit measure(const Camera& camera, int pictures) {
+PhotonTransferFit measure(const Camera& camera, int images) {
   PhotonTransfer transfer;
-  for (int n = 0; n < pictures; ++n) transfer.add(camera.picture(), camera.full_scale_dn());
+  for (int n = 0; n < images; ++n) transfer.add(camera.image(), camera.full_scale_dn());
   return transfer.fit(camera.noise.black_level_dn);
 }
 
@@ -105,7 +105,7 @@ struct Pulls {
   double sd() const { return std::sqrt(squares / count - mean() * mean()); }
 };
 
-// Most of a room is of one brightness. Levels told by the compared pictures themselves are drawn
+// Most of a room is of one brightness. Levels told by the compared images themselves are drawn
 // towards it: in the simulated room the slope was 3 % off, sixteen times its bar.
 TEST(PhotonTransfer, BarsAreTrueForASceneThatIsMostlyOfOneBrightness) {
   Camera camera;
@@ -145,7 +145,7 @@ TEST(PhotonTransfer, BearsWhatMovesAndChangingLight) {
   PhotonTransfer transfer;
   for (int n = 0; n < 12; ++n) {
     camera.light = n % 2 == 0 ? 1.0 : 1.03;
-    cv::Mat image = camera.picture();
+    cv::Mat image = camera.image();
     image(cv::Rect(5 + 10 * n, 60, 12, 40)) = cv::Scalar(180);  // Somebody walks by.
     transfer.add(image, 255);
   }
@@ -158,8 +158,8 @@ TEST(PhotonTransfer, KeepsStreamsApart) {
   odd.high_dn = 120.0;
   PhotonTransfer transfer;
   for (int n = 0; n < 8; ++n) {
-    transfer.add(even.picture(), 255, 0);
-    transfer.add(odd.picture(), 255, 1);
+    transfer.add(even.image(), 255, 0);
+    transfer.add(odd.image(), 255, 1);
   }
   expect_truth(transfer.fit(even.noise.black_level_dn), even.noise);
 }
@@ -179,10 +179,10 @@ TEST(PhotonTransfer, RefusesWhatDoesNotTell) {
     expect_refused([&] { transfer.fit(black_dn); }, ErrorKind::kUntrustworthy, why);
   };
   const Camera camera;
-  refuses([&](auto& t) { t.add(camera.picture(), 255); }, 8.0, "1 dark pictures; at least 4");
+  refuses([&](auto& t) { t.add(camera.image(), 255); }, 8.0, "1 dark images; at least 4");
   refuses(
       [&](auto& t) {
-        const cv::Mat copy = camera.picture();
+        const cv::Mat copy = camera.image();
         for (int n = 0; n < 8; ++n) t.add(copy, 255);
       },
       8.0, "all the same");
@@ -196,20 +196,20 @@ TEST(PhotonTransfer, RefusesWhatDoesNotTell) {
         Camera even = camera;
         even.low_dn = 60.0;
         even.high_dn = 61.0;
-        for (int n = 0; n < 8; ++n) t.add(even.picture(), 255);
+        for (int n = 0; n < 8; ++n) t.add(even.image(), 255);
       },
       8.0, "too even");
   refuses(
       [&](auto& t) {
         Camera shot = camera;
         shot.noise = {0.5, 0.2, 16.0};
-        for (int n = 0; n < 8; ++n) t.add(shot.picture(), 255);
+        for (int n = 0; n < 8; ++n) t.add(shot.image(), 255);
       },
       0.0, "black level is higher");
   refuses(
       [&](auto& t) {
         for (int n = 0; n < 8; ++n) {
-          cv::Mat image = camera.picture();
+          cv::Mat image = camera.image();
           for (int v = 0; v < image.rows; ++v) {
             for (int u = 0; u < image.cols; ++u) {  // Gamma correction.
               auto& dn = image.at<std::uint8_t>(v, u);
@@ -222,7 +222,7 @@ TEST(PhotonTransfer, RefusesWhatDoesNotTell) {
       0.0, "off its line");
 }
 
-TEST(PhotonTransfer, RefusesAPictureOfAnotherSize) {
+TEST(PhotonTransfer, RefusesAnImageOfAnotherSize) {
   PhotonTransfer transfer;
   transfer.add(cv::Mat(10, 20, CV_8UC1, cv::Scalar(1)), 255);
   expect_refused([&] { transfer.add(cv::Mat(11, 20, CV_8UC1, cv::Scalar(1)), 255); },

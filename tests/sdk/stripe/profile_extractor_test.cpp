@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what the methods `fast` and `refined` promise of single frames: positions to a hundredth
-// of a pixel, widths, amplitudes, both axes, both depths, grids, a dark image, why a line has no
-// return, which peak is chosen, and that no memory is allocated per frame. Accuracy against the
+// of a pixel, widths, amplitudes, both axes, both depths, grids, a dark image, why a scan line has
+// no return, which peak is chosen, and that no memory is allocated per frame. Accuracy against the
 // physical limit is proven in stripe_accuracy_test.cpp.
 #include <algorithm>
 #include <cmath>
@@ -102,8 +102,8 @@ TEST_P(BothMethods, RowsAreColumnsTransposed) {
 }
 
 // Its block rises above neither of those next to it, which a bright wall crosses, while the wall's
-// own border is the most prominent thing of the line. Not always: noise on that border, where the
-// background is no straight line, can be a higher peak.
+// own border is the most prominent thing of the scan line. Not always: noise on that border, where
+// the background is no straight line, can be a higher peak.
 TEST_P(BothMethods, FindAWeakStripeBetweenBrightSurfaces) {
   SyntheticStripe s = typical();
   s.length = 320;
@@ -167,7 +167,7 @@ TEST_P(BothMethods, DarkImageIsTakenOff) {
   EXPECT_LT(rms_error(stripe, s), 0.03);
 }
 
-// A dark picture whose rows were interpolated halfway between those of the other field.
+// A dark exposure whose rows were interpolated halfway between those of the other field.
 void interpolate_dark(const SyntheticStripe& lit, LitFrame& frame) {
   SyntheticStripe other = lit;
   other.amplitude_dn = 0.0;
@@ -234,7 +234,7 @@ TEST_P(BothMethods, EmptyLinesAreNoStripe) {
   EXPECT_LE(s.lines - count_of(stripe, ReturnStatus::kNoStripe), 6) << "of 2000, 2 expected";
 }
 
-TEST_P(BothMethods, ConstantPicturesOfEverySizeHaveNoStripe) {
+TEST_P(BothMethods, ConstantImagesOfEverySizeHaveNoStripe) {
   for (const int rows : {1, 2, 3, 4, 7, 31, 33}) {
     for (const int cols : {1, 2, 5, 16, 17}) {
       LitFrame frame;
@@ -277,8 +277,8 @@ TEST_P(BothMethods, LightSourceIsWideHotPixelIsNarrowBorderIsEdge) {
   EXPECT_EQ(count_of(stripe, ReturnStatus::kOk), s.lines - 3);
 }
 
-// The width is the stripe's, which shows in many lines faintly, not that of what shows in a few
-// brightly.
+// The width is the stripe's, which shows in many scan lines faintly, not that of what shows in a
+// few brightly.
 TEST_P(BothMethods, LightSourcesBesideAFaintStripeDoNotWidenIt) {
   SyntheticStripe s = typical();
   s.amplitude_dn = 18.0;
@@ -304,8 +304,8 @@ TEST_P(BothMethods, LightSourcesBesideAFaintStripeDoNotWidenIt) {
   EXPECT_GE(good, s.lines * 95 / 100) << "their own light sources are too wide to be the stripe";
 }
 
-// A fifth of the lines show something brighter, high above the stripe, some of it about as narrow:
-// no slope of the stripe's width, which would let the rest of it pass, the more the longer.
+// A fifth of the scan lines show something brighter, high above the stripe, some of it about as
+// narrow: no slope of the stripe's width, which would let the rest of it pass, the more the longer.
 TEST_P(BothMethods, EdgesFarFromALevelStripeDoNotTiltItsWidth) {
   SyntheticStripe s;
   s.lines = 320;
@@ -316,7 +316,7 @@ TEST_P(BothMethods, EdgesFarFromALevelStripeDoNotTiltItsWidth) {
   s.position = [](int line) { return 165.0 + 0.03 * line; };
   const std::unique_ptr<StripeExtractor> extractor = make_extractor(options());
   Stripe stripe;
-  for (int picture = 0; picture < 10; ++picture) {
+  for (int image = 0; image < 10; ++image) {
     LitFrame frame = testing::render(s);
     for (int u = 0; u < s.lines; u += 5) {
       const double sigma = testing::uniform(2.0, 4.5);
@@ -452,8 +452,8 @@ TEST(ExtractOptions, RefusesValuesOutOfBoundsNamingThem) {
   refuses([](ExtractOptions& o) { o.speckle_contrast = -0.1; }, "speckle_contrast");
 }
 
-// What no line shows by itself is followed to the border, and said to be cut off there.
-TEST(ProfileExtractor, ContinuousStripeThatLeavesThePictureIsAtItsEdge) {
+// What no scan line shows by itself is tracked to the border, and said to be cut off there.
+TEST(ProfileExtractor, ContinuousStripeThatLeavesTheImageIsAtItsEdge) {
   testing::reseed();
   SyntheticStripe s = typical();
   s.position = [](int line) { return 228.0 + 0.05 * line; };
@@ -473,7 +473,7 @@ TEST(ProfileExtractor, ContinuousStripeThatLeavesThePictureIsAtItsEdge) {
   EXPECT_GT(at_edge, 100);
 }
 
-// Bridged lines, too, which show next to nothing themselves: the chain knows where they are.
+// Bridged scan lines, too, which show next to nothing themselves: the chain knows where they are.
 TEST(ProfileExtractor, ContinuousStripeKnowsItsErrorWhereNoLineShowsIt) {
   SyntheticStripe s = typical();
   s.amplitude_dn = 3.0;  // 1.5 sigmas a pixel.

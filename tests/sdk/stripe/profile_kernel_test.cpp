@@ -24,7 +24,7 @@ namespace striper::detail {
 namespace {
 
 using testing::PlainProfile;
-using Pictures = PlainProfile::Pictures;
+using Images = PlainProfile::Images;
 
 struct Case {
   std::string name;
@@ -44,7 +44,7 @@ constexpr int kRows = 61;
 double centre_of(const Case& c, int column) { return 9.0 + std::fmod(c.slope * column, 44.0); }
 
 // A noisy stripe on a ramp, inside a larger buffer so that rows do not follow one another.
-cv::Mat picture(const Case& c, int columns, double stripe_dn, double background_dn) {
+cv::Mat noisy_image(const Case& c, int columns, double stripe_dn, double background_dn) {
   const double scale = c.type == CV_8UC1 ? 1.0 : 16.0;
   const double full = c.type == CV_8UC1 ? 255.0 : 4095.0;
   cv::Mat buffer(kRows, columns + 7, c.type, cv::Scalar(full));
@@ -64,11 +64,11 @@ cv::Mat picture(const Case& c, int columns, double stripe_dn, double background_
   return image;
 }
 
-Pictures pictures_of(const Case& c, int columns) {
-  Pictures p;
+Images images_of(const Case& c, int columns) {
+  Images p;
   p.full_scale_dn = c.type == CV_8UC1 ? 255 : 4095;
-  p.lit = picture(c, columns, c.is_clipped ? 500.0 : 120.0, 40.0);
-  if (c.has_dark) p.dark = picture(c, columns, 0.0, 20.0);
+  p.lit = noisy_image(c, columns, c.is_clipped ? 500.0 : 120.0, 40.0);
+  if (c.has_dark) p.dark = noisy_image(c, columns, 0.0, 20.0);
   if (c.has_masked) {
     p.masked = cv::Mat::zeros(kRows, columns, CV_8UC1);
     for (int n = 0; n < columns; ++n) {
@@ -127,7 +127,7 @@ struct Measured {
   std::vector<std::vector<float>> values;
 };
 
-Measured measure(const Case& c, const Pictures& p, const ProfilePlan& plan,
+Measured measure(const Case& c, const Images& p, const ProfilePlan& plan,
                  const std::vector<PeakSeed>& seeds) {
   ProfileImages images;
   cv::Mat lit;
@@ -172,7 +172,7 @@ bool agrees(const PlainProfile& plain, const Measured& m, std::size_t i, const P
   return false;
 }
 
-void expect_equal_to_oracle(const Case& c, const Pictures& p, const ProfilePlan& plan,
+void expect_equal_to_oracle(const Case& c, const Images& p, const ProfilePlan& plan,
                             const std::vector<PeakSeed>& seeds) {
   const Measured m = measure(c, p, plan, seeds);
   for (std::size_t i = 0; i < seeds.size(); ++i) {
@@ -205,7 +205,7 @@ TEST_P(ProfileKernel, EqualsThePlainLoopOnEveryInstructionSet) {
   for (int columns = 1; columns <= 70; columns += columns < 18 ? 1 : 13) {
     const auto reach = static_cast<BackgroundReach>(columns % 3);
     const ProfilePlan plan = plan_profile(WidthModel{c.width, 0.002, 20.0}, noise, c.refine, reach);
-    const Pictures p = pictures_of(c, columns);
+    const Images p = images_of(c, columns);
     const std::vector<PeakSeed> seeds = seeds_of(c, columns);
     testing::for_each_instruction_set([&] { expect_equal_to_oracle(c, p, plan, seeds); });
     if (HasFatalFailure()) FAIL() << columns << " columns";

@@ -185,15 +185,15 @@ Scene wandering_stripe(double snr) {
 }
 
 struct Detections {
-  double found = 0.0;         // Of the lines with a stripe, within 2.5 pixels.
-  double false_points = 0.0;  // Of the lines without.
+  double found = 0.0;         // Of the scan lines with a stripe, within 2.5 pixels.
+  double false_points = 0.0;  // Of the scan lines without.
 };
 
-Detections detect(double snr, PeakRule rule, int pictures) {
+Detections detect(double snr, PeakRule rule, int images) {
   double with = 0.0;
   double without = 0.0;
   Detections d;
-  for (int n = 0; n < pictures; ++n) {
+  for (int n = 0; n < images; ++n) {
     const Scene scene = wandering_stripe(snr);
     ExtractOptions options;
     options.peak = rule;

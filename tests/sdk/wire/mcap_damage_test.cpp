@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a file cut at any byte gives all of its whole chunks; no bit of a file can be flipped
-// unnoticed; absurd lengths take no memory; what is damaged is mended into a whole file with
+// unnoticed; absurd lengths take no memory; what is damaged is repaired into a whole file with
 // everything that is not.
 #include <algorithm>
 #include <cstring>
@@ -169,26 +169,26 @@ TEST(DamagedMcap, FilesOfOtherKindsAreNone) {
   }
 }
 
-TEST(MendMcap, GivesAWholeFileOfACutOne) {
+TEST(RepairMcap, GivesAWholeFileOfACutOne) {
   const ScratchDirectory scratch;
   const auto written = write_mcap(scratch / "a.mcap", 60, 120, kSmall);
   const std::string bytes = read_bytes(scratch / "a.mcap");
   write_bytes(scratch / "cut.mcap", bytes.substr(0, bytes.size() / 2));
-  const McapCopied mended = copy_mcap(scratch / "cut.mcap", scratch / "b.mcap");
-  EXPECT_TRUE(mended.was_cut);
-  EXPECT_EQ(mended.attachments, 1U);
-  EXPECT_EQ(mended.metadata, 1U);
-  ASSERT_EQ(mended.damages.size(), 1U);
-  EXPECT_LE(mended.damages[0].offset + mended.damages[0].bytes, bytes.size() / 2);
+  const McapCopied repaired = copy_mcap(scratch / "cut.mcap", scratch / "b.mcap");
+  EXPECT_TRUE(repaired.was_cut);
+  EXPECT_EQ(repaired.attachments, 1U);
+  EXPECT_EQ(repaired.metadata, 1U);
+  ASSERT_EQ(repaired.damages.size(), 1U);
+  EXPECT_LE(repaired.damages[0].offset + repaired.damages[0].bytes, bytes.size() / 2);
   const auto read = read_mcap(scratch / "b.mcap");
   EXPECT_EQ(read.end, McapEnd::kWhole);
   EXPECT_GT(read.messages.size(), 10U);
-  EXPECT_EQ(read.messages.size(), mended.messages);
-  EXPECT_EQ(McapReader(scratch / "b.mcap").statistics()->messages, mended.messages);
+  EXPECT_EQ(read.messages.size(), repaired.messages);
+  EXPECT_EQ(McapReader(scratch / "b.mcap").statistics()->messages, repaired.messages);
   EXPECT_TRUE(std::equal(read.messages.begin(), read.messages.end(), written.begin()));
 }
 
-TEST(MendMcap, LeavesOutADamagedChunkAlone) {
+TEST(RepairMcap, LeavesOutADamagedChunkAlone) {
   const ScratchDirectory scratch;
   const auto written = write_mcap(scratch / "a.mcap", 60, 120, kSmall);
   std::string bytes = read_bytes(scratch / "a.mcap");
@@ -198,12 +198,12 @@ TEST(MendMcap, LeavesOutADamagedChunkAlone) {
   }
   bytes[chunks[3] + 100] ^= 1;
   write_bytes(scratch / "b.mcap", bytes);
-  const McapCopied mended = copy_mcap(scratch / "b.mcap", scratch / "c.mcap");
-  ASSERT_EQ(mended.damages.size(), 1U);
-  EXPECT_EQ(mended.damages[0].offset, chunks[3]);
-  EXPECT_GT(mended.damages[0].bytes, 100U);
-  EXPECT_LE(mended.damages[0].bytes, chunks[4] - chunks[3]);
-  EXPECT_THAT(mended.damages[0].reason, HasSubstr("b.mcap: the chunk at byte"));
+  const McapCopied repaired = copy_mcap(scratch / "b.mcap", scratch / "c.mcap");
+  ASSERT_EQ(repaired.damages.size(), 1U);
+  EXPECT_EQ(repaired.damages[0].offset, chunks[3]);
+  EXPECT_GT(repaired.damages[0].bytes, 100U);
+  EXPECT_LE(repaired.damages[0].bytes, chunks[4] - chunks[3]);
+  EXPECT_THAT(repaired.damages[0].reason, HasSubstr("b.mcap: the chunk at byte"));
   const auto read = read_mcap(scratch / "c.mcap");
   EXPECT_EQ(read.end, McapEnd::kWhole);
   EXPECT_GT(read.messages.size(), 40U);
@@ -213,7 +213,7 @@ TEST(MendMcap, LeavesOutADamagedChunkAlone) {
   }
 }
 
-TEST(MendMcap, AMendedFileStaysAsItIs) {
+TEST(RepairMcap, ARepairedFileStaysAsItIs) {
   const ScratchDirectory scratch;
   write_mcap(scratch / "a.mcap", 60, 120);
   copy_mcap(scratch / "a.mcap", scratch / "b.mcap");
@@ -223,7 +223,7 @@ TEST(MendMcap, AMendedFileStaysAsItIs) {
             ErrorKind::kUsage);
 }
 
-TEST(MendMcap, ADamagedSummaryIsMadeAnew) {
+TEST(RepairMcap, ADamagedSummaryIsMadeAnew) {
   const ScratchDirectory scratch;
   const auto written = write_mcap(scratch / "a.mcap", 60, 120);
   std::string bytes = read_bytes(scratch / "a.mcap");

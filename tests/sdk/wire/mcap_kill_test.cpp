@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a writer that is killed at any moment leaves a file that reads to its last whole chunk,
-// of which at most 1 s is missing, and that can be mended. Not what a computer without power
+// of which at most 1 s is missing, and that can be repaired. Not what a computer without power
 // leaves: that is the file system's.
 #include <csignal>
 #include <ctime>

@@ -17,7 +17,7 @@ namespace striper {
 enum class AmbientMethod {
   kAuto,       ///< kFields or kAlternate where there are dark exposures, else kNone.
   kNone,       ///< Nothing is subtracted.
-  kAlternate,  ///< Lit minus dark pictures, or dark fields of the same rows.
+  kAlternate,  ///< Lit minus dark exposures, or dark fields of the same rows.
   kFields,     ///< Lit minus dark fields, interpolated where their rows lie between the lit ones.
   kTemporal,   ///< A static sensor: minus what does not change over time, a standing stripe
                ///< included. Never chosen by kAuto.
@@ -44,7 +44,7 @@ struct AmbientOptions {
   Asked<Channel> channel = Asked<Channel>::otherwise(Channel::kAuto);
   /// Where a dark exposure, or what stands, is subtracted; empty: `channel`, a difference of
   /// colours as the colour that the stripe has. White light is gone then, and the stripe may be
-  /// clearest in another channel than in a single picture.
+  /// clearest in another channel than in a single image.
   std::optional<Channel> difference_channel;
   /// How the stripe runs. A Scanner takes it from its ExtractOptions.
   StripeAxis axis = StripeAxis::kColumns;

@@ -16,8 +16,8 @@ enum class PatternOrigin : std::uint8_t {
   kNone,     ///< It is not known yet.
   kGiven,    ///< By the source's address or the options.
   kFrames,   ///< The frames say themselves what lights them.
-  kFound,    ///< The pictures show it.
-  kPhase,    ///< Given, and the pictures show where in it they are.
+  kFound,    ///< The images show it.
+  kPhase,    ///< Given, and the images show where in it they are.
   kAssumed,  ///< No dark exposure is seen: every one is taken as lit.
 };
 
@@ -45,7 +45,7 @@ struct AmbientStatus {
   AmbientMethod method = AmbientMethod::kNone;  ///< What is subtracted; never kAuto.
   std::uint64_t dark = 0;                       ///< Exposures without a laser.
   /// Lit exposures that could not be given because no dark neighbour was left: lost, or, as the
-  /// pictures show, not dark.
+  /// images show, not dark.
   std::uint64_t unpaired = 0;
 
   /// Whether pattern and channel are decided.

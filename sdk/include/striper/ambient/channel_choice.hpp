@@ -9,13 +9,13 @@
 
 namespace striper {
 
-/// One channel of a picture, as what is lit and what is subtracted from it.
+/// One channel of an image, as what is lit and what is subtracted from it.
 struct ChannelImages {
   cv::Mat lit;
   cv::Mat dark;  ///< The other channel of a colour difference; else empty.
 };
 
-/// Takes one channel out of a picture. A grey picture is handed through without a copy, whatever
+/// Takes one channel out of an image. A grey image is handed through without a copy, whatever
 /// the channel.
 ///
 /// @param image CV_8UC1, CV_16UC1, CV_8UC3 or CV_16UC3 (B, G, R). @param channel anything but
@@ -23,16 +23,16 @@ struct ChannelImages {
 /// @param reuse its matrices are written into where they fit, so that a stream allocates once.
 void select_channel(const cv::Mat& image, Channel channel, ChannelImages& reuse);
 
-/// One channel of a picture as a frame of its own. A colour difference is corrected where the
+/// One channel of a frame as a frame of its own. A colour difference is corrected where the
 /// stripe is clipped to white: both of its flanks would be read as stripes, and nothing between
 /// them. Allocates. @param channel anything but kAuto.
 LitFrame lit_frame_of_channel(const cv::Mat& image, Channel channel, StripeAxis axis,
                               int full_scale_dn);
 
-/// Returns the channel in which the laser's line stands out best: the one with most lines (columns
-/// or rows) whose brightest spot is narrow, above the noise, and beside that of the next line.
-/// White light near the line favours the differences, a core clipped to white the single channels.
-/// A grey picture gives kGrey.
+/// Returns the channel in which the laser's stripe stands out best: the one with most scan lines
+/// (columns or rows) whose brightest spot is narrow, above the noise, and beside that of the next
+/// scan line. White light near the stripe favours the differences, a core clipped to white the
+/// single channels. A grey image gives kGrey.
 Channel choose_channel(const cv::Mat& image, StripeAxis axis);
 
 }  // namespace striper

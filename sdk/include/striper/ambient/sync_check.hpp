@@ -10,13 +10,13 @@
 
 namespace striper {
 
-/// Whether a laser's trigger and a camera's shutter run together, as the pictures show it.
+/// Whether a laser's trigger and a camera's shutter run together, as the images show it.
 enum class SyncVerdict {
   kLocked,        ///< The same exposures of every few are lit, all the time.
   kSlipping,      ///< Sometimes the ones, sometimes others: the trigger runs free or exposures get
                   ///< lost.
   kNoDifference,  ///< No exposure shows more of a stripe than another: laser off, or on in all.
-  kTooFew,        ///< Not enough good pictures to tell.
+  kTooFew,        ///< Not enough good frames to tell.
 };
 
 /// What a sync check found.
@@ -28,18 +28,18 @@ struct SyncReport {
   /// Where exposures are fields and only those of one parity are lit: kTop or kBottom.
   Field lit_field = Field::kProgressive;
 
-  static constexpr int kWindowPictures = 6;
+  static constexpr int kWindowFrames = 6;
 
-  // So many pictures at a time were looked at. How many of these windows
+  // So many frames at a time were looked at. How many of these windows
   std::uint64_t windows = 0;   ///< there were,
   std::uint64_t agreeing = 0;  ///< showed the pattern that most of them show,
   std::uint64_t others = 0;    ///< showed another one, or lit exposures in no order,
   std::uint64_t unclear = 0;   ///< showed no difference between exposures.
-  /// How much more line lit exposures show than dark ones, of what a clear line gives: 0 to 1. The
-  /// mean of the windows that agree.
+  /// How much more of a stripe lit exposures show than dark ones, of what a clear stripe gives: 0
+  /// to 1. The mean of the windows that agree.
   double surplus = 0.0;
 
-  double rate_hz = 0.0;               ///< Pictures, measured by the source's own times.
+  double rate_hz = 0.0;               ///< Frames, measured by the source's own times.
   double nominal_rate_hz = 0.0;       ///< 0 if unknown.
   double jitter_ms = 0.0;             ///< RMS deviation of the times from an even beat.
   Field field = Field::kProgressive;  ///< As the source gives them.
@@ -56,8 +56,8 @@ struct SyncCheckOptions {
 /// Watches a source and tells whether the laser fires in step with the shutter, and in which
 /// exposures.
 ///
-/// It looks at six pictures after the other, as a Scanner does that was not told the
-/// pattern, in whatever daylight it sees the line. The source is started and stopped.
+/// It looks at six frames after the other, as a Scanner does that was not told the
+/// pattern, in whatever daylight it sees the stripe. The source is started and stopped.
 ///
 /// @throws Error what the source's `start` throws.
 SyncReport check_sync(FrameSource& source, const SyncCheckOptions& options = {});

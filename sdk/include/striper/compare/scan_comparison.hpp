@@ -122,7 +122,7 @@ ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& 
 /// How much the same scene's returns change from scan to scan.
 struct ScanRepeatability {
   int changes = 0;              ///< Columns compared.
-  double mean_change_px = 0.0;  ///< Of the position in the picture, across the stripe.
+  double mean_change_px = 0.0;  ///< Of the position in the image, across the stripe.
   double mean_change_m = 0.0;   ///< Of the range: the paper's Delta_d_t.
   double mean_pixel_m = 0.0;    ///< What one pixel is in range: its Delta_d_p.
   double ratio = 0.0;           ///< mean_change_m / mean_pixel_m; the paper finds about .3.

@@ -6,7 +6,7 @@
 
 namespace striper {
 
-/// What of a colour picture is searched for the stripe. On grey pictures all of them are the grey
+/// What of a colour image is searched for the stripe. On grey images all of them are the grey
 /// value.
 ///
 /// The differences subtract white light. A stripe that is bright enough to clip to white they

@@ -14,10 +14,10 @@
 
 namespace striper {
 
-/// Which lines of the picture an image holds. The top field is rows 0, 2, 4, ... of the full
-/// picture.
+/// Which rows of the frame an image holds. The top field is rows 0, 2, 4, ... of the full
+/// frame.
 enum class Field : std::uint8_t {
-  kProgressive,            ///< All lines, exposed together.
+  kProgressive,            ///< All rows, exposed together.
   kTop,                    ///< One field alone: rows 0, 2, 4, ...
   kBottom,                 ///< One field alone: rows 1, 3, 5, ...
   kInterlacedTopFirst,     ///< Two fields in one image, the top one exposed first.
@@ -31,7 +31,7 @@ constexpr int full_scale_dn(int bit_depth) noexcept { return (1 << bit_depth) - 
 /// `status_detail` may be relied on, and the image may be empty.
 enum class FrameStatus : std::uint8_t {
   kOk,
-  kCorrupt,  ///< Damaged data: an error-flagged buffer, a picture that does not decode to its end.
+  kCorrupt,  ///< Damaged data: an error-flagged buffer, an image that does not decode to its end.
   kIncomplete,  ///< Parts never arrived (lost packets).
   kWrongSize,   ///< Not the size or pixel type of the stream that it belongs to.
 };
@@ -48,12 +48,12 @@ struct Frame {
   PixelGrid grid;
   std::string head;  ///< Which striper's; filled in where frames of several meet (ScanBus).
 
-  /// The source's number of the picture; a gap is a lost picture. Two fields of a picture share it.
+  /// The source's number of the frame; a gap is a lost frame. Two fields of a frame share it.
   std::uint64_t sequence = 0;
   /// How often the source began anew before this frame, each time anywhere in the illumination
   /// pattern: a camera that was opened again and does not switch the laser itself.
   std::uint32_t epoch = 0;
-  int exposure_in_picture = 0;  ///< 0 or 1: which of the picture's exposures in time this is.
+  int exposure_in_picture = 0;  ///< 0 or 1: which of the frame's exposures in time this is.
   int exposures_per_picture =
       1;  ///< 2 for interlaced sources, whether interlaced or field by field.
 

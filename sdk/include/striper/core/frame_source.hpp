@@ -17,8 +17,8 @@ namespace striper {
 /// What a source is and gives, known once it is open.
 struct SourceInfo {
   std::string uri;          ///< The URI that opens it again.
-  std::string description;  ///< For people: make and model, or directory and number of pictures.
-  cv::Size image_size;      ///< Of the images that it gives (an interlaced picture: both fields).
+  std::string description;  ///< For people: make and model, or directory and number of frames.
+  cv::Size image_size;      ///< Of the images that it gives (an interlaced frame: both fields).
   cv::Size sensor_size;     ///< What `Frame::grid` maps to.
   int bit_depth = 8;
   int channels = 1;
@@ -30,7 +30,7 @@ struct SourceInfo {
   IlluminationPattern pattern;            ///< From the URI's `laser=`; automatic if not given.
 
   /// What a frame is lit by, as far as its source knows or the pattern says; unknown where the two
-  /// fields of an interlaced picture are lit differently.
+  /// fields of an interlaced frame are lit differently.
   Illumination illumination_of(const Frame& frame) const noexcept {
     if (!frame.illumination.is_unknown()) return frame.illumination;
     const Illumination first = pattern.at(frame.exposure_number());
@@ -42,7 +42,7 @@ struct SourceInfo {
 /// Counts since `start`; never reset by reconnection.
 struct SourceStatistics {
   std::uint64_t delivered = 0;  ///< Frames handed out by `next`, whatever their status.
-  std::uint64_t dropped = 0;    ///< Pictures that the sequence shows to be missing.
+  std::uint64_t dropped = 0;    ///< Frames that the sequence shows to be missing.
   std::uint64_t overrun =
       0;  ///< Frames discarded here because nobody asked in time (oldest first).
   std::uint64_t corrupt = 0;     ///< Delivered with FrameStatus::kCorrupt.

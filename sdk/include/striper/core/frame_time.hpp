@@ -7,10 +7,10 @@
 
 namespace striper {
 
-/// When a picture was exposed: the midpoint of its exposure on CLOCK_MONOTONIC, with the offset to
+/// When a frame was exposed: the midpoint of its exposure on CLOCK_MONOTONIC, with the offset to
 /// UTC.
 ///
-/// A source without a clock (pictures of a directory, the simulator) counts from its first frame
+/// A source without a clock (image files of a directory, the simulator) counts from its first frame
 /// and has no offset.
 struct FrameTime {
   std::int64_t monotonic_ns = 0;

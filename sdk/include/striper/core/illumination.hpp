@@ -3,7 +3,7 @@
 
 namespace striper {
 
-/// Which light a picture was exposed with: unknown, dark (no laser), or the index of the laser that
+/// Which light an exposure was made with: unknown, dark (no laser), or the index of the laser that
 /// fired.
 class Illumination {
  public:

@@ -18,9 +18,9 @@ struct NoiseModel {
   double dn_per_electron = 0.0;  ///< 0: no shot noise.
   double black_level_dn = 0.0;
   std::optional<int> bit_depth =
-      std::nullopt;  ///< Of the pictures it was measured on, where that is known.
+      std::nullopt;  ///< Of the images it was measured on, where that is known.
 
-  /// The same camera's noise in pictures of another bit depth: a DN is another part of full scale.
+  /// The same camera's noise in images of another bit depth: a DN is another part of full scale.
   /// As it is where its own depth is not known.
   NoiseModel at_bit_depth(int depth) const noexcept {
     if (!bit_depth || *bit_depth == depth) return *this;
@@ -29,7 +29,7 @@ struct NoiseModel {
   }
 
   /// The same where the model does not say its own depth: as it is, or as of 8 bits where that is
-  /// nearer to the variance that pictures of `depth` show at `value_dn`.
+  /// nearer to the variance that images of `depth` show at `value_dn`.
   NoiseModel at_likely_depth(int depth, double shown_dn2, double value_dn) const noexcept {
     if (bit_depth) return at_bit_depth(depth);
     NoiseModel of_8_bits = *this;

@@ -19,7 +19,7 @@ struct AxisGrid {
 ///
 /// One concept for three things: a region of interest (offset = its corner, step 1), n x n binning
 /// (step n, offset (n - 1) / 2: the centre of the first bin), and one field of an interlaced
-/// picture (step 2 along v; offset 0 for the top field, 1 for the bottom field). They compose by
+/// frame (step 2 along v; offset 0 for the top field, 1 for the bottom field). They compose by
 /// `then`.
 struct PixelGrid {
   AxisGrid u;  ///< Along a row, to the right.
@@ -28,7 +28,7 @@ struct PixelGrid {
   double sensor_u(double column) const noexcept { return u.sensor(column); }
   double sensor_v(double row) const noexcept { return v.sensor(row); }
 
-  /// Returns the grid of a picture cut from this one: `inner` maps its indices to this picture's
+  /// Returns the grid of an image cut from this one: `inner` maps its indices to this image's
   /// indices.
   PixelGrid then(const PixelGrid& inner) const noexcept {
     return {{u.sensor(inner.u.offset), u.step * inner.u.step},

@@ -15,8 +15,9 @@ struct RangeFigures {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   double range_m = kNone;
-  double step_out_m = kNone;         ///< To the range one image line farther out; inf at a horizon.
-  double step_derivative_m = kNone;  ///< Of one image line, by the derivative.
+  double step_out_m =
+      kNone;  ///< To the range one pixel of the image farther out; inf at a horizon.
+  double step_derivative_m = kNone;  ///< Of one pixel of the image, by the derivative.
   double signal_dn = kNone;  ///< Height of the stripe's Gaussian before the pixels integrate it.
   double background_dn = kNone;  ///< Of the sun on the same surface, above the black level.
   double signal_to_background =
@@ -40,10 +41,10 @@ struct Requirement {
 /// The numbers of a striper before its parts are bought.
 ///
 /// Geometry is exact, through the design's lens (`Triangulator`). Light is a budget in closed form:
-/// fluence of the sheet on a surface that faces the laser, Lambert, lens, filter, photons, DN. The
-/// error is the Cramer-Rao bound of a Gaussian stripe over pixels (`crlb_sigma_px`), which the
-/// methods `fast` and `refined` reach within 4 %; the detection that of a matched filter over a
-/// line of the image. Not in it: speckle, the surface's texture, the calibration's error.
+/// fluence of the laser plane on a surface that faces the laser, Lambert, lens, filter, photons,
+/// DN. The error is the Cramer-Rao bound of a Gaussian stripe over pixels (`crlb_sigma_px`), which
+/// the methods `fast` and `refined` reach within 4 %; the detection that of a matched filter over a
+/// scan line of the image. Not in it: speckle, the surface's texture, the calibration's error.
 /// Immutable; thread-safe; some 10 us a range.
 class DesignFigures {
  public:
@@ -55,14 +56,14 @@ class DesignFigures {
   /// @param bearing_rad in the scan frame; 0 is straight ahead.
   RangeFigures at(double range_m, double bearing_rad = 0.0) const;
 
-  /// The angle of one pixel along the stripe, in the middle of the picture.
+  /// The angle of one pixel along the stripe, in the middle of the image.
   double angular_resolution_rad() const;
 
-  /// From the first to the last bearing that the picture shows and the fan lights at a range.
+  /// From the first to the last bearing that the image shows and the fan lights at a range.
   double coverage_rad(double range_m) const;
 
-  /// The nearest and farthest range in the picture straight ahead; the far one is infinite where
-  /// the picture reaches the horizon, both are NaN where nothing between 1 cm and 1 km is seen.
+  /// The nearest and farthest range in the image straight ahead; the far one is infinite where
+  /// the image reaches the horizon, both are NaN where nothing between 1 cm and 1 km is seen.
   double near_m() const noexcept { return near_m_; }
   double far_m() const noexcept { return far_m_; }
 
@@ -102,7 +103,7 @@ class DesignFigures {
 
   StriperDesign design_;
   Triangulator triangulator_;
-  double threshold_sigmas_;  // What noise in a line of the image exceeds with `false_alarm`.
+  double threshold_sigmas_;  // What noise in a scan line of the image exceeds with `false_alarm`.
   double near_m_ = RangeFigures::kNone;
   double far_m_ = RangeFigures::kNone;
 };

@@ -33,7 +33,7 @@ struct ContinuousEmission {
   std::optional<double> scan_speed_rad_s = std::nullopt;
 };
 
-/// A sheet of light from one point, even across both angles.
+/// The light of a laser plane, from one point, even across both angles.
 struct FanBeam {
   double fan_rad = 0.0;        ///< Above 0, at most pi.
   double thickness_rad = 0.0;  ///< Above 0, at most the fan.

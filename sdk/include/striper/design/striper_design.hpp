@@ -10,7 +10,7 @@
 
 namespace striper {
 
-/// The laser of a design: a fan of light, even across it, Gaussian across its sheet, as the
+/// The laser of a design: a fan of light, even across it, Gaussian across its plane, as the
 /// simulator's. What data sheets call thickness is taken as energy over peak: sqrt(2 pi) sigma.
 struct DesignLaser {
   Eigen::Vector3d origin_cam = {0.0, 0.5, 0.0};  ///< Where the fan begins, metres.
@@ -36,8 +36,8 @@ struct DesignCamera {
   double falloff_exponent = 0.0;  ///< Light falls with cos(theta)^this.
   double blur_sigma_px = 0.0;     ///< Lens blur, a Gaussian, sensor pixels.
   double shutter_s = 1.0 / 400000.0;
-  double rate_hz = 30.0;         ///< Pictures a second.
-  bool interlaced = false;       ///< Each picture is two fields of every other row, each a scan.
+  double rate_hz = 30.0;         ///< Frames a second.
+  bool interlaced = false;       ///< Each frame is two fields of every other row, each a scan.
   bool dark_subtracted = false;  ///< Every other exposure is dark and subtracted from the lit one.
   int bit_depth = 8;
   double dn_per_electron = 0.05;
@@ -65,16 +65,17 @@ struct StriperDesign {
   DesignLaser laser;
   DesignCamera camera;
   DesignSun sun;
-  double reflectance = 0.5;   ///< Of the target, Lambert; sun and laser meet it squarely.
-  double false_alarm = 1e-3;  ///< How often noise alone makes a return in a line without stripe.
-  double detection = 0.99;    ///< How often the stripe has to be found, for the maximum range.
+  double reflectance = 0.5;  ///< Of the target, Lambert; sun and laser meet it squarely.
+  double false_alarm =
+      1e-3;                 ///< How often noise alone makes a return in a scan line without stripe.
+  double detection = 0.99;  ///< How often the stripe has to be found, for the maximum range.
 
   /// @throws Error{kBadValue} naming the field, the value and the bound.
   void validate() const;
 };
 
 /// A camera with equal angles per pixel, which is how the paper's Table 1 comes out.
-/// @param fov_rad from the left edge of the picture to the right, above 0, below 3.1.
+/// @param fov_rad from the left edge of the image to the right, above 0, below 3.1.
 CameraModel equiangular_camera(int columns, int rows, double fov_rad);
 
 /// A pinhole camera. @param focal_m of the lens. @param sensor_width_m across the columns.

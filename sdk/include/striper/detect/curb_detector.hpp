@@ -16,7 +16,7 @@
 
 namespace striper {
 
-/// How curbs are followed along the way.
+/// How curbs are tracked along the way.
 struct CurbDetectorOptions {
   CurbOptions curb;  ///< Of one scan.
   /// How fast a curb's distance changes before it was seen to, one sigma: metres a metre of way.
@@ -31,7 +31,7 @@ struct CurbDetectorOptions {
   /// Mean length along the way of what stands on the road and is no curb, metres: boxes, wheels,
   /// people.
   double object_length_m = 0.5;
-  /// Taken for the vehicle's speed where there is no motion, m/s: it is then followed as well as
+  /// Taken for the vehicle's speed where there is no motion, m/s: it is then tracked as well as
   /// that is true.
   double speed_m_s = 5.0;
 
@@ -78,7 +78,7 @@ struct CurbTrack {
 /// Follows curbs along the way of a vehicle whose scan plane cuts the road.
 ///
 /// Each track is a Kalman filter of lateral distance and slope (white change of slope, so that
-/// bends are followed) and one of height. A finding belongs to a track where it is within four
+/// bends are tracked) and one of height. A finding belongs to a track where it is within four
 /// sigma of what the track foretells.
 ///
 /// Whether it is a curb is weighed against two others. What a single scan took for one by chance is

@@ -84,7 +84,7 @@ struct ObjectTrack {
   double closing_m_s = kUnknown;  ///< At which its distance shrinks: always relative.
   double sigma_closing_m_s = kUnknown;
   /// Distance over closing speed, with 95 % (Fieller 1954): high is infinite where it may not close
-  /// at all; all are NaN where it surely does not.
+  /// at all; all are NaN where it certainly does not.
   double time_to_contact_s = kUnknown;
   double ttc_low_s = kUnknown;
   double ttc_high_s = kUnknown;
@@ -103,7 +103,7 @@ struct ObjectTrack {
 /// Returns are grouped by their gaps; the face round the closest return is fitted by a line in
 /// 1/range. Along that face's normal motion is always observed; along the face only where both ends
 /// of the object are seen against something farther, for a wall looks alike wherever it is moved.
-/// What is followed is the middle between the ends, on that face, not the centroid, which moves
+/// What is tracked is the middle between the ends, on that face, not the centroid, which moves
 /// with what happens to be visible. A constant-velocity Kalman filter for each (position, velocity;
 /// white acceleration, which an innovation beyond two sigma raises to what explains it: Bar-Shalom,
 /// Li & Kirubarajan 2001, 11.2, in one step), the velocity known from the second scan on;

@@ -96,7 +96,7 @@ class CameraModel {
   /// pi/2 (exclusive) at most, since a ray is written (x, y, 1).
   double max_theta_rad() const noexcept;
 
-  /// True where some pixel of the image has no ray: the distortion folds back inside the picture.
+  /// True where some pixel of the image has no ray: the distortion folds back inside the image.
   bool folds_inside_image() const noexcept;
 
   friend bool operator==(const CameraModel&, const CameraModel&) = default;

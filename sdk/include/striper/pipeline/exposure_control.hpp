@@ -22,14 +22,14 @@ struct ExposureOptions {
   double tolerance = 1.25;
 };
 
-/// Automatic exposure by the stripe itself, whatever the rest of the picture shows: sets a source's
+/// Automatic exposure by the stripe itself, whatever the rest of the image shows: sets a source's
 /// `exposure_us` so that the stripe, with the light beside it, neither clips nor drowns in noise.
 ///
 /// Light is proportional to the exposure, and every frame says how long its own was: each frame,
 /// lit or dark, shows the light beside the stripe, and each scan what the laser adds, however late
 /// it comes. So one step goes to the exposure that would have been right. Where too much there is
-/// clipped, or there is no stripe in a picture that is clipped or dark, the exposure goes down or
-/// up by a factor, once for each picture that was taken with what was set last.
+/// clipped, or there is no stripe in an image that is clipped or dark, the exposure goes down or
+/// up by a factor, once for each frame that was taken with what was set last.
 ///
 /// Not thread-safe. 20 us a frame of any size; no allocation after the first scans.
 class ExposureControl {
@@ -48,8 +48,8 @@ class ExposureControl {
   std::uint64_t changes() const noexcept { return changes_; }
 
  private:
-  // Of one picture of late: how long it was exposed, and what most of its pixels show.
-  struct Picture {
+  // Of one frame of late: how long it was exposed, and what most of its pixels show.
+  struct Image {
     std::uint64_t sequence = 0;
     double exposure_us = 0.0;
     double brightness = 0.0;  // Of the full scale.
@@ -63,12 +63,12 @@ class ExposureControl {
     double stripe_dn_per_us;
   };
 
-  Picture look_at(const Frame& frame);
-  const Picture* picture_of(const PolarScan& scan) const noexcept;
-  bool is_as_set(const Picture& picture) const noexcept;
-  void remember(const PolarScan& scan, const Picture& picture);
-  double wanted_for(const Frame& frame, const Picture& picture);
-  double wanted_without_stripe(const Picture& picture) const;
+  Image look_at(const Frame& frame);
+  const Image* image_of(const PolarScan& scan) const noexcept;
+  bool is_as_set(const Image& image) const noexcept;
+  void remember(const PolarScan& scan, const Image& image);
+  double wanted_for(const Frame& frame, const Image& image);
+  double wanted_without_stripe(const Image& image) const;
   void set(double wanted_us);
 
   Controls& controls_;
@@ -77,7 +77,7 @@ class ExposureControl {
   double longest_us_ = 0.0;
   double exposure_us_ = 0.0;
   std::uint64_t changes_ = 0;
-  std::vector<Picture> pictures_;  // The latest, the newest last.
+  std::vector<Image> images_;  // The latest, the newest last.
   std::vector<Place> places_;
   bool is_clipped_ = false;    // Too much of the last scan, which has the present exposure.
   std::vector<double> rates_;  // Scratch.

@@ -8,8 +8,8 @@
 
 namespace striper {
 
-/// Why a line of the image gave its return: what was in it, what was chosen, and what a pixel or a
-/// degree means there.
+/// Why a scan line of the image gave its return: what was in it, what was chosen, and what a pixel
+/// or a degree means there.
 struct ScanExplanation {
   LineExplanation line;
   Return result;  ///< What the scan has; status says the reason where there is nothing.
@@ -20,7 +20,7 @@ struct ScanExplanation {
   double range_m_per_deg = range_m_per_px;
 };
 
-/// Puts them together. @param scan the scan that the line's frame gave.
+/// Puts them together. @param scan the scan that the scan line's frame gave.
 ScanExplanation explain_return(const LineExplanation& line, const PolarScan& scan);
 
 }  // namespace striper

@@ -12,7 +12,7 @@
 namespace striper {
 
 /// Where no stripe is looked for: a bumper, a window, the neighbour's laser. What lies in any of
-/// its polygons, or is black in its picture, is ignored as if no light came from there; the rest of
+/// its polygons, or is black in its image, is ignored as if no light came from there; the rest of
 /// its column (or row) is searched as ever.
 struct ScanMask {
   using Polygon = std::vector<cv::Point2d>;
@@ -20,10 +20,10 @@ struct ScanMask {
   std::string name;             ///< Its file, for messages.
   std::vector<Polygon> pixels;  ///< Of the full sensor.
   std::vector<Polygon> metres;  ///< Of the scan plane, x forward and y left: needs a model.
-  cv::Mat picture;              ///< CV_8UC1 of the full sensor: 0 is ignored. May be empty.
+  cv::Mat image;                ///< CV_8UC1 of the full sensor: 0 is ignored. May be empty.
 };
 
-/// Reads a mask: a picture, or a YAML file
+/// Reads a mask: an image file, or a YAML file
 ///
 ///     striper_mask: 1
 ///     pixels: [[[0, 400], [639, 400], [639, 479], [0, 479]]]
@@ -38,7 +38,7 @@ ScanMask load_mask(const std::filesystem::path& path);
 /// elsewhere, of the sensor's size; without a model of the size that the mask itself has. Once per
 /// mask: half a microsecond a pixel where there are polygons in metres.
 /// @param model may be null.
-/// @throws Error{kBadValue} where metres meet no model, or a picture is of another size.
+/// @throws Error{kBadValue} where metres meet no model, or an image is of another size.
 cv::Mat ignored_pixels(const ScanMask& mask, const StriperModel* model, int laser);
 
 }  // namespace striper

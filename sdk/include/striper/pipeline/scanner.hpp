@@ -47,7 +47,7 @@ struct ScannerOptions {
 /// Turns frames into polar scans: the whole pipeline, a stage a line (pipeline/scanner.cpp).
 ///
 /// Where the pattern is an exposure bracket, what one laser lights in a round of it is one scan: of
-/// each line the return with the smallest error bar of those that are not clipped: the short
+/// each scan line the return with the smallest error bar of those that are not clipped: the short
 /// exposure's on what is bright and the long one's on what is dark. `explain` tells of the last of
 /// its exposures.
 ///
@@ -83,10 +83,10 @@ class Scanner {
 
   const ScannerStatistics& statistics() const noexcept;
 
-  /// Why a line (column or row) of the image that the last scan came from gave what it gave. For
-  /// people: 50 us, allocates. Needs `options.stripe.can_explain`; of `peak = all` the element is
-  /// not told.
-  /// @throws Error{kBadValue} where there is no scan or no such line, Error{kUnsupported} for
+  /// Why a scan line (column or row) of the image that the last scan came from gave what it gave.
+  /// For people: 50 us, allocates. Needs `options.stripe.can_explain`; of `peak = all` the element
+  /// is not told.
+  /// @throws Error{kBadValue} where there is no scan or no such scan line, Error{kUnsupported} for
   /// method
   ///         `paper`.
   ScanExplanation explain(int line) const;

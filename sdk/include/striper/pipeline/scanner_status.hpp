@@ -19,11 +19,11 @@ struct ScannerStatistics {
   std::uint64_t dark = 0;            ///< Exposures without a laser.
   std::uint64_t unpaired =
       0;  ///< Lit exposures without a scan: no dark neighbour was left that fits.
-  /// Frames whose own status is not kOk, that are no picture (empty, or pixels that are not 1 or 3
+  /// Frames whose own status is not kOk, that are no image (empty, or pixels that are not 1 or 3
   /// channels of 8 or 16 bits), or that are of another sensor than the model's.
   std::uint64_t refused = 0;
   /// How long the shutter was open for the lit exposures that came, whether they gave a scan or
-  /// not: how long a laser that fires with it was on. Pictures that never came are not in it.
+  /// not: how long a laser that fires with it was on. Frames that never came are not in it.
   double lit_s = 0.0;
 
   ScannerStatistics& operator+=(const ScannerStatistics& other) noexcept {

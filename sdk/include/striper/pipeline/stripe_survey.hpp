@@ -18,16 +18,17 @@ struct StripeSighting {
   Channel channel = Channel::kGrey;
   std::uint64_t scans = 0;       ///< Lit exposures that were looked at.
   std::uint64_t scans_seen = 0;  ///< Of them, those with a stripe (`PolarScan::is_stripe_seen`).
-  double found = 0.0;  ///< Part of the lines of those scans whose return is kOk; 0 without any.
+  double found =
+      0.0;  ///< Part of the scan lines of those scans whose return is kOk; 0 without any.
 
   /// At least half of the exposures show a stripe.
   bool is_seen() const noexcept { return scans_seen > 0 && 2 * scans_seen >= scans; }
 };
 
-/// Looks for a stripe along both axes in every channel, for pictures in which none was found as
+/// Looks for a stripe along both axes in every channel, for images in which none was found as
 /// they were scanned.
 ///
-/// Each of the two axes with each channel (of grey pictures one, of colour pictures grey, red,
+/// Each of the two axes with each channel (of grey images one, of colour images grey, red,
 /// green, blue and their two differences) gets a Scanner of its own, without a model: what the
 /// model knows of place, width and colour does not limit the search.
 ///

@@ -19,7 +19,7 @@ namespace striper {
 /// thread to thread as `std::shared_ptr<const PolarScan>`.
 struct PolarScan {
   std::shared_ptr<const ScanFrame> frame;  ///< Whose, and where; null for one made by hand.
-  std::uint64_t sequence = 0;              ///< The source's number of the picture.
+  std::uint64_t sequence = 0;              ///< The source's number of the frame.
   FrameTime time;                          ///< Exposure midpoint.
   int laser = 0;                           ///< Which laser plane; 0 if unknown.
   Field field = Field::kProgressive;

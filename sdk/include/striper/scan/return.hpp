@@ -7,14 +7,14 @@
 
 namespace striper {
 
-/// One return: where the stripe is in the picture and, through the model, where the surface is in
+/// One return: where the stripe is in the image and, through the model, where the surface is in
 /// the scan frame (CONVENTIONS.md). A number that does not exist is NaN and `status` says why,
 /// never 0.
 struct Return {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
   double u_px =
-      kNone;  ///< Full-sensor pixel; the line's own coordinate is exact even without a stripe.
+      kNone;  ///< Full-sensor pixel; the scan line's own coordinate is exact even without a stripe.
   double v_px = kNone;
 
   double bearing_rad = kNone;  ///< Counter-clockwise from the scan frame's x about its z.

@@ -13,12 +13,12 @@ namespace striper {
 
 /// When to stop reading a source that would go on.
 struct FrameLimits {
-  std::optional<std::uint64_t> pictures;  ///< Two fields of a picture count as one.
+  std::optional<std::uint64_t> pictures;  ///< Two fields of a frame count as one.
   std::optional<double> seconds;  ///< Of a live source's clock on the wall, of any other's frame
                                   ///< times.
 };
 
-/// How many pictures there will be at most, where that is known.
+/// How many frames there will be at most, where that is known.
 std::optional<std::uint64_t> total_pictures(const FrameLimits& limits, const SourceInfo& source);
 
 /// How to read frames.
@@ -38,9 +38,9 @@ struct FrameReport {
   bool is_lost = false;      ///< A camera ended by itself; it was not stopped.
   SourceStatistics statistics;
 
-  /// Whether any picture was corrupt or of a wrong size.
-  bool has_bad_pictures() const noexcept { return statistics.corrupt + statistics.wrong_size > 0; }
-  bool has_failed() const noexcept { return is_lost || has_bad_pictures(); }
+  /// Whether any frame was corrupt or of a wrong size.
+  bool has_bad_frames() const noexcept { return statistics.corrupt + statistics.wrong_size > 0; }
+  bool has_failed() const noexcept { return is_lost || has_bad_frames(); }
 };
 
 /// Reads a source once: starts it and hands every frame, good or bad, on, until the source ends, a

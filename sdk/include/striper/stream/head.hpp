@@ -55,7 +55,7 @@ struct HeadHealth {
   std::uint64_t times_opened = 0;  ///< The source.
   FrameReport read;  ///< Of the source that is open, `elapsed_s` and `statistics` as of `time`.
   ScannerStatus scanner;
-  double rate_hz = 0.0;                        ///< Pictures a second, of late.
+  double rate_hz = 0.0;                        ///< Frames a second, of late.
   std::chrono::steady_clock::time_point time;  ///< When the head last knew how it is.
 };
 
@@ -106,7 +106,7 @@ class Head {
   /// @throws Error{kUsage} where the source has no such control.
   void switch_lasers(bool are_on);
 
-  /// Why a line of the picture that gives the next scan gives what it gives: waits for that one.
+  /// Why a scan line of the frame that gives the next scan gives what it gives: waits for that one.
   /// @throws Error{kDevice} where none comes in that time; as `Scanner::explain`, whose option
   ///         `can_explain` the scanner needs.
   ScanExplanation explain(int line,

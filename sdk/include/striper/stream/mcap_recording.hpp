@@ -26,7 +26,7 @@ inline constexpr std::string_view kModelAttachment = "/striper.yaml";
 /// HEAD/source.
 ///
 /// The file is made by the first `open`. A frame's Image stands in front of its FrameInfo, so that
-/// a file that was cut never gives a frame without its picture. Nothing is allocated per scan in
+/// a file that was cut never gives a frame without its image. Nothing is allocated per scan in
 /// steady state. Not thread-safe.
 class McapRecording {
  public:

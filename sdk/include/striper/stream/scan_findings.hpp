@@ -25,7 +25,7 @@ struct ScanStamp {
   explicit ScanStamp(const PolarScan& scan);
 };
 
-/// The curbs that are followed at one scan, for sinks: of each the line of `curbs.csv`. Without
+/// The curbs that are tracked at one scan, for sinks: of each the line of `curbs.csv`. Without
 /// lines it was looked for some and nothing is there.
 struct CurbsSeen {
   ScanStamp scan;

@@ -83,7 +83,7 @@ struct SinkServices {
   std::function<std::vector<ParameterForm>(std::string_view head)> parameter_forms;
   /// @param seconds of kRecord. @return what came of it, as a sentence.
   std::function<std::string(std::string_view head, HeadCommand command, double seconds)> command;
-  /// Why a line of the next picture gives what it gives, as JSON: that of `striper why --json`.
+  /// Why a scan line of the next frame gives what it gives, as JSON: that of `striper why --json`.
   std::function<std::string(std::string_view head, int line)> why;
   /// What is in a recording, as JSON: that of `striper info --json`. Reads all of it.
   std::function<std::string(std::string_view name)> recording_info;

@@ -5,7 +5,7 @@
 
 namespace striper {
 
-/// A stripe's profile along one line of pixels: pixel i holds
+/// A stripe's profile along one scan line: pixel i holds
 /// `background + slope * (i - centre) + amplitude * integral over the pixel of exp(-x^2 / 2
 /// sigma^2)`, x from `position`. DN and pixels.
 struct StripeProfile {

@@ -16,7 +16,7 @@
 
 namespace striper {
 
-/// How the stripe is found in a line of pixels.
+/// How the stripe is found in a scan line.
 enum class ExtractMethod {
   kPaper,  ///< Brightest pixel above a threshold, then its centroid with its two neighbours. Mertz
            ///< et al. 2002.
@@ -24,17 +24,17 @@ enum class ExtractMethod {
   kRefined,  ///< kFast, then Gauss-Newton with variance weights, clipped pixels masked.
 };
 
-/// Which of the peaks of a line is the stripe.
+/// Which of the peaks of a scan line is the stripe.
 enum class PeakRule {
   kBrightest,   ///< The one that rises highest; a rival about as high makes it kAmbiguous.
   kNearest,     ///< The one nearest to the sensor: behind glass, rain, leaves is not what counts.
   kFarthest,    ///< The one farthest from it: through glass, rain, leaves.
-  kContinuous,  ///< As kBrightest, and where a line alone cannot tell the one that continues its
-                ///< neighbours.
+  kContinuous,  ///< As kBrightest, and where a scan line alone cannot tell the one that continues
+                ///< its neighbours.
   kAll,         ///< Every one, in order across the stripe: a Stripe may then be of any size.
 };
 
-/// Which end of a line of pixels is near: the model knows (`Scanner` fills it in).
+/// Which end of a scan line is near: the model knows (`Scanner` fills it in).
 enum class NearEnd { kFirstPixel, kLastPixel };
 
 /// What `make_extractor` needs to know. Every default is here and nowhere else.
@@ -52,14 +52,14 @@ struct ExtractOptions {
 
   // What follows is for `fast` and `refined`.
 
-  /// docs/peaks.md has a table of the rules over all scenes and real pictures: kContinuous finds
+  /// docs/peaks.md has a table of the rules over all scenes and real images: kContinuous finds
   /// more, and more that is not the stripe where all of it is dim. It costs nothing where nothing
-  /// is subtracted from the image, nor of lines with one strong peak alone.
+  /// is subtracted from the image, nor of scan lines with one strong peak alone.
   PeakRule peak = PeakRule::kBrightest;
   /// For kNearest and kFarthest.
   Asked<NearEnd> near_end = Asked<NearEnd>::otherwise(NearEnd::kLastPixel);
 
-  /// How often noise alone may make a return in a line without stripe: below, kNoStripe.
+  /// How often noise alone may make a return in a scan line without stripe: below, kNoStripe.
   double false_alarm_rate = 1e-3;
   /// And how often one that is not reported as kWeak.
   double weak_false_alarm_rate = 1e-5;
@@ -69,7 +69,7 @@ struct ExtractOptions {
   /// Peaks narrower or wider than these multiples of the frame's stripe are kNarrow, kWide.
   double min_width_ratio = 0.6;
   double max_width_ratio = 1.7;
-  /// The stripe's Gaussian sigma in pixels of the image; empty: measured, and followed.
+  /// The stripe's Gaussian sigma in pixels of the image; empty: measured, and tracked.
   std::optional<double> stripe_sigma_px;
 
   /// Where each laser's stripe can be and how wide it is, element i that of laser i; `Scanner`
@@ -84,8 +84,8 @@ struct ExtractOptions {
 
   /// Contrast per pixel of noise proportional to the signal (speckle): it weights the fit.
   double speckle_contrast = 0.0;
-  /// Every line tells by itself which of its peaks is the stripe, whatever the rest of the image
-  /// shows: for who looks where nothing else is, or chooses along the stripe himself.
+  /// Every scan line tells by itself which of its peaks is the stripe, whatever the rest of the
+  /// image shows: for who looks where nothing else is, or chooses along the stripe himself.
   bool each_line_by_itself = false;
 
   /// Returns that are the stripe with a smaller probability than this are kOutlier.
@@ -117,9 +117,9 @@ class StripeExtractor {
   /// first frame of a size.
   virtual void extract(const LitFrame& frame, Stripe& stripe) = 0;
 
-  /// Why a line of the last frame gave the return that it gave. For people: 50 us, allocates.
+  /// Why a scan line of the last frame gave the return that it gave. For people: 50 us, allocates.
   /// @throws Error{kUnsupported} for method `paper`, Error{kBadValue} where `can_explain` was not
-  ///         asked for or there is no such line.
+  ///         asked for or there is no such scan line.
   virtual LineExplanation explain(int line) const;
 };
 

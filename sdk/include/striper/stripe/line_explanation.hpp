@@ -8,10 +8,10 @@
 
 namespace striper {
 
-/// What became of a candidate for a line's stripe.
+/// What became of a candidate for a scan line's stripe.
 enum class CandidateFate : std::uint8_t {
   kChosen,
-  kLessProbable,    ///< Another one of the line is more probably the stripe.
+  kLessProbable,    ///< Another one of the scan line is more probably the stripe.
   kOutside,         ///< It lies where the model, or a limit of range, has no stripe.
   kNotSignificant,  ///< It rises no more than noise may, or is an edge.
 };
@@ -19,7 +19,7 @@ enum class CandidateFate : std::uint8_t {
 /// `chosen`, `less_probable`, `outside` or `not_significant`.
 std::string_view to_string(CandidateFate fate) noexcept;
 
-/// Something in a line of pixels that was measured because it may be the stripe. Sensor pixels, DN.
+/// Something in a scan line that was measured because it may be the stripe. Sensor pixels, DN.
 struct LineCandidate {
   double across_px = 0.0;  ///< Position across the stripe.
   double sigma_px = 0.0;   ///< Its one-sigma error, from the noise of its pixels.
@@ -28,7 +28,7 @@ struct LineCandidate {
   double significance = 0.0;  ///< How far it rises above noise, in sigmas; 0: it was refused.
   double snr = 0.0;           ///< Amplitude over the noise of the peak pixel.
   double probability = 0.0;   ///< That it is the stripe.
-  int lines = 0;              ///< How many lines in a row show it,
+  int lines = 0;              ///< How many scan lines in a row show it,
   int support = 0;            ///< and with what goes on beyond gaps.
   CandidateFate fate = CandidateFate::kNotSignificant;
 };
@@ -44,12 +44,12 @@ struct SigmaCauses {
   double total = read;
 };
 
-/// Why a line of pixels gave the return that it gave.
+/// Why a scan line gave the return that it gave.
 struct LineExplanation {
   int line = 0;             ///< Column or row of the image.
   double first_px = 0.0;    ///< Sensor pixel of the profile's first value,
   double step_px = 1.0;     ///< and of one to the next.
-  std::vector<float> lit;   ///< The pixels of the line that were searched, DN;
+  std::vector<float> lit;   ///< The pixels of the scan line that were searched, DN;
   std::vector<float> dark;  ///< what was subtracted from them; empty where nothing was.
 
   double noise_dn = 0.0;                   ///< Of a dark pixel, one sigma.
@@ -57,8 +57,8 @@ struct LineExplanation {
   double expected_width_px = 0.0;          ///< As `LineCandidate::width_px`.
   double from_px = first_px, to_px = 0.0;  ///< Between which the stripe can be, by the model.
 
-  /// Whether lines were told apart by what goes on from line to line, since the background hides
-  /// the stripe; else a line's highest peak is the stripe.
+  /// Whether scan lines were told apart by what goes on from scan line to scan line, since the
+  /// background hides the stripe; else a scan line's highest peak is the stripe.
   bool is_chosen_over_lines = false;
   std::vector<LineCandidate> candidates;  ///< The chosen one first, then by significance.
   SigmaCauses sigma_px;                   ///< Of the chosen one.

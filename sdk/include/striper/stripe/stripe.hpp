@@ -15,10 +15,10 @@ namespace striper {
 /// The stripe of one frame: parallel arrays, one element per return. All lengths are in full-sensor
 /// pixels.
 ///
-/// With one return per line (every rule but `all`) element i belongs to line i of the image: column
-/// i with StripeAxis::kColumns, row i with kRows. Along the line the coordinate is exact;
-/// `across_px` is what was measured. An element whose status is kMissing by `verdict` has NaN in
-/// every number.
+/// With one return per scan line (every rule but `all`) element i belongs to scan line i of the
+/// image: column i with StripeAxis::kColumns, row i with kRows. Along the scan line the coordinate
+/// is exact; `across_px` is what was measured. An element whose status is kMissing by `verdict` has
+/// NaN in every number.
 struct Stripe {
   StripeAxis axis = StripeAxis::kColumns;
   PixelGrid grid;       ///< Of the image it came from.
@@ -61,10 +61,10 @@ struct Stripe {
   /// Makes room for so many elements.
   void reserve(std::size_t count);
 
-  /// Adds an element without values for a line and returns its index.
+  /// Adds an element without values for a scan line and returns its index.
   std::size_t append(int line_number);
 
-  /// Makes one element per line; no allocation once it was as large. Every number becomes NaN,
+  /// Makes one element per scan line; no allocation once it was as large. Every number becomes NaN,
   /// `line` counts up from 0 and every status becomes kNoStripe.
   void reset(int lines);
 

@@ -11,7 +11,7 @@
 // Striper's own messages. Their fields are frozen (CONVENTIONS.md, "Messages"): files hold them.
 namespace striper::wire {
 
-/// striper_msgs/msg/PolarScan: a scan as it is, an entry of each array per line of the image.
+/// striper_msgs/msg/PolarScan: a scan as it is, an entry of each array per scan line of the image.
 struct PolarScan {
   Header header;  ///< Exposure midpoint; the head's frame of this laser.
   std::uint64_t sequence = 0;
@@ -101,7 +101,7 @@ struct Curb {
   double confidence = 0.0;
 };
 
-/// striper_msgs/msg/Curbs: the curbs that are followed at one scan.
+/// striper_msgs/msg/Curbs: the curbs that are tracked at one scan.
 struct Curbs {
   Header header;  ///< The scan's.
   std::uint64_t sequence = 0;
@@ -132,7 +132,7 @@ struct Object {
   double confidence = 0.0;
 };
 
-/// striper_msgs/msg/Objects: the objects that are followed at one scan.
+/// striper_msgs/msg/Objects: the objects that are tracked at one scan.
 struct Objects {
   Header header;  ///< The scan's.
   std::uint64_t sequence = 0;

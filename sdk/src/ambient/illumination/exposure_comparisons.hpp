@@ -23,13 +23,13 @@ struct ProfiledExposure {
   BandProfiles bands;
 };
 
-/// The exposures of one look at the pictures, and how much of a line each shows over others.
+/// The exposures of one look at the images, and how much of a stripe each shows over others.
 ///
 /// Nothing is compared twice, and what is asked of every look can be compared as the exposures
-/// come. No allocation after the first look at pictures of a size. Not thread-safe.
+/// come. No allocation after the first look at images of a size. Not thread-safe.
 class ExposureComparisons {
  public:
-  /// Of a line, as a fraction of what a clear one gives.
+  /// Of a stripe, as a fraction of what a clear one gives.
   struct Strength {
     double forth = 0.0;  ///< In the first over the second.
     double back = 0.0;
@@ -56,7 +56,7 @@ class ExposureComparisons {
   /// Compares exposures i and j.
   Strength of_pair(std::size_t i, std::size_t j);
 
-  /// How strongly exposure i shows a line by itself.
+  /// How strongly exposure i shows a stripe by itself.
   double alone(std::size_t i);
 
   /// The variance of white noise in the difference of the plain profiles of i and j.

@@ -36,7 +36,7 @@ class ExposureNumbers {
   }
 
  private:
-  // A multiple of every period up to 16, and of two exposures a picture.
+  // A multiple of every period up to 16, and of two exposures a frame.
   static constexpr std::uint64_t kWhole = 720720;
 
   bool has_last_ = false;

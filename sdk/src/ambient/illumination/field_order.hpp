@@ -5,7 +5,7 @@
 
 namespace striper::detail {
 
-/// How many parts of a picture say that its fields are in the right order, and how many the
+/// How many parts of a frame say that its fields are in the right order, and how many the
 /// contrary.
 struct OrderVotes {
   int right = 0;
@@ -20,7 +20,7 @@ struct OrderSearch {
   int samples = 0;
 };
 
-/// Asks where things were in between: whatever has moved from the first field of a picture to the
+/// Asks where things were in between: whatever has moved from the first field of a frame to the
 /// first field of the next one was half-way in the second field, if that came between them. If it
 /// came before the first, things were as far on the other side.
 ///

@@ -17,7 +17,7 @@ constexpr int kMostDoublings = 16;
 constexpr std::size_t kLongestSeenInOneLook = 4;
 
 constexpr const char* kNothingTellsApart =
-    "nothing in the pictures tells its lit exposures from its dark ones: the laser is off, out of "
+    "nothing in the images tells its lit exposures from its dark ones: the laser is off, out of "
     "view, or on in all of them";
 
 }  // namespace
@@ -34,10 +34,10 @@ std::optional<int> GivenPatternCheck::judge(const PatternFinder::Finding& findin
       otherwise_ = finding.pattern;
     }
   } else if (finding.always_lit && given_.has_dark()) {
-    contradict("always_lit", "the laser shows in every picture");
+    contradict("always_lit", "the laser shows in every image");
   } else if (found || finding.always_lit) {
     is_judged_ = true;
-  } else if (finder.pictures() >= PatternFinder::kPictures) {
+  } else if (finder.frames() >= PatternFinder::kFrames) {
     if (++unclear_looks_ == 2) say_that_nothing_tells_apart();
     // An empty street is not worth a look again and again.
     return LookTimer::kBetweenLooks << std::min(unclear_looks_ - 1, kMostDoublings);
@@ -49,7 +49,7 @@ void GivenPatternCheck::judge_at_end(bool is_looking, PatternFinder& finder) {
   IlluminationPattern other = otherwise_;
   if (is_looking && finder.exposures() > 1) {
     judge(finder.find(), finder);
-    if (finder.pictures() >= PatternFinder::kPictures) other = otherwise_;
+    if (finder.frames() >= PatternFinder::kFrames) other = otherwise_;
   }
   if (is_judged_) return;
   if (!other.is_automatic()) return contradict(other);
@@ -63,10 +63,10 @@ void GivenPatternCheck::contradict(EventCode code, const std::string& what) {
 }
 
 void GivenPatternCheck::contradict(const IlluminationPattern& shown) {
-  contradict("pattern_contradicted", fmt::format("the pictures show '{}'", shown.to_string()));
+  contradict("pattern_contradicted", fmt::format("the images show '{}'", shown.to_string()));
 }
 
-// What a period is too long for, six pictures do not show either.
+// What a period is too long for, six frames do not show either.
 void GivenPatternCheck::say_that_nothing_tells_apart() {
   const bool is_short = given_.entries().size() <= kLongestSeenInOneLook;
   if (given_.has_dark() && is_short) contradict("pattern_unseen", kNothingTellsApart);

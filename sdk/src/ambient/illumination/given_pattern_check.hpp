@@ -12,7 +12,7 @@
 
 namespace striper::detail {
 
-/// Asks the pictures whether they show the pattern that was given, until they confirm or refute it:
+/// Asks the images whether they show the pattern that was given, until they confirm or refute it:
 /// at once where they do so plainly, else when they say the same twice. It is followed whatever
 /// they show; what they show is said.
 class GivenPatternCheck {
@@ -21,12 +21,12 @@ class GivenPatternCheck {
   GivenPatternCheck(const IlluminationPattern& given, OnceEvents& events)
       : given_(given), events_(events) {}
 
-  /// Takes what a look at the pictures found.
+  /// Takes what a look at the images found.
   /// @return exposures until the next look, where nothing was to be seen.
   std::optional<int> judge(const PatternFinder::Finding& finding, const PatternFinder& finder);
 
-  /// There may have been pictures for one look only, or for less.
-  /// @param is_looking whether pictures were collected that were not judged yet.
+  /// There may have been frames for one look only, or for less.
+  /// @param is_looking whether frames were collected that were not judged yet.
   void judge_at_end(bool is_looking, PatternFinder& finder);
 
   /// Less than plainly they showed another one, and are asked again.

@@ -11,11 +11,11 @@ namespace striper::detail {
 namespace {
 
 // A source that does not know what lights its exposures may have begun anew where so many are
-// missing: what a network loses of a picture or two is fewer.
+// missing: what a network loses of a frame or two is fewer.
 constexpr std::uint64_t kLongGap = 3;
 
-// Where pictures are lost, those that come tell less.
-constexpr std::size_t kMostPictures = 2 * PatternFinder::kPictures;
+// Where frames are lost, those that come tell less.
+constexpr std::size_t kMostFrames = 2 * PatternFinder::kFrames;
 
 // Fields in the right order give about 0, in the wrong one 2, or less where a lot moves.
 constexpr double kWrongFieldOrder = 0.35;
@@ -32,16 +32,16 @@ constexpr const char* kRowsNeverDark =
     "ambient alternate needs dark exposures of the same rows, and with the pattern '{}' a field "
     "that is lit is never dark: nothing is scanned; ambient fields takes the other field";
 constexpr const char* kSlipped =
-    "the pattern slipped and was found again: pictures were lost without being counted";
+    "the pattern slipped and was found again: frames were lost without being counted";
 constexpr const char* kPhaseUnknown =
     "the source no longer knows which exposures the laser lights (a camera that was opened again "
-    "begins anywhere in the pattern), and the pictures do not show it: they are not scanned until "
+    "begins anywhere in the pattern), and the images do not show it: they are not scanned until "
     "they do";
 constexpr const char* kWrongOrder =
     "the fields seem to be in the wrong order: in time, the second one comes first";
 
 Teller first_teller(const AmbientOptions& options) {
-  return options.pattern.is_automatic() ? Teller::kPictures : Teller::kGiven;
+  return options.pattern.is_automatic() ? Teller::kImages : Teller::kGiven;
 }
 
 }  // namespace
@@ -56,16 +56,16 @@ IlluminationTracker::IlluminationTracker(const AmbientOptions& options, OnceEven
   if (state_.is_given()) settle(options.pattern, PatternOrigin::kGiven);
 }
 
-void IlluminationTracker::push(const Frame& exposure, bool is_of_interlaced_picture) {
+void IlluminationTracker::push(const Frame& exposure, bool is_of_interlaced_frame) {
   const auto [number, is_restart, is_reopened] = numbers_.next(exposure);
   // The laser's phase may be another one now: hold what comes until it is known again.
-  if ((is_restart || is_reopened) && state_.is_of_pictures()) {
+  if ((is_restart || is_reopened) && state_.is_of_images()) {
     search_anew(TrackingSignal::kRestarted);
   }
   is_finished_ = false;
   if (!exposure.illumination.is_unknown()) {
     apply_stated_illumination(exposure, number);
-  } else if ((state_.was_of_frames() && !is_of_interlaced_picture) || is_reopened) {
+  } else if ((state_.was_of_frames() && !is_of_interlaced_frame) || is_reopened) {
     apply_unstated_illumination(number, is_reopened);
   }
   before_.number = number;
@@ -81,7 +81,7 @@ void IlluminationTracker::push(const Frame& exposure, bool is_of_interlaced_pict
 void IlluminationTracker::finish() {
   is_finished_ = true;
   if (state_.is_given()) given_.judge_at_end(looks_.is_looking(), finder_);
-  const bool is_any = queue_.size() != 0 || (state_.is_of_pictures() && finder_.exposures() != 0);
+  const bool is_any = queue_.size() != 0 || (state_.is_of_images() && finder_.exposures() != 0);
   if (state_.is_settled() || !is_any) return;
   if (state_.is_of_frames()) {
     conclude_from_labels();
@@ -116,7 +116,7 @@ void IlluminationTracker::apply_stated_illumination(const Frame& exposure, std::
 // A source that said what lights its exposures does not know any more, as after a camera was lost
 // and opened again: what comes is held until its place in the pattern is known.
 void IlluminationTracker::apply_unstated_illumination(std::uint64_t number, bool is_reopened) {
-  if (state_.is_of_pictures()) return;  // It was found, and will be.
+  if (state_.is_of_images()) return;  // It was found, and will be.
   if (state_.has_no_place()) {
     const bool is_gap = number > before_.number + kLongGap + 1;
     if (!is_gap && !is_reopened) return;
@@ -128,14 +128,14 @@ void IlluminationTracker::apply_unstated_illumination(std::uint64_t number, bool
   search_anew(TrackingSignal::kPlaceLost);
 }
 
-// A laser that is always on need not be waited for: while every exposure shows its line by itself,
-// each is scanned as it comes, and the first that does not is held with all that follow. Where dark
-// exposures are asked for, or are to tell lasers or colours apart, all are held.
+// A laser that is always on need not be waited for: while every exposure shows its stripe by
+// itself, each is scanned as it comes, and the first that does not is held with all that follow.
+// Where dark exposures are asked for, or are to tell lasers or colours apart, all are held.
 bool IlluminationTracker::is_given_at_once(const Frame& exposure) const noexcept {
   const bool needs_dark =
       options_.method != AmbientMethod::kAuto && options_.method != AmbientMethod::kNone;
   const bool is_colour_known = exposure.image.channels() == 1 || options_.channel != Channel::kAuto;
-  return state_.is_of_pictures() && state_.phase() == TrackingPhase::kSearching && !needs_dark &&
+  return state_.is_of_images() && state_.phase() == TrackingPhase::kSearching && !needs_dark &&
          options_.lasers <= 1 && is_colour_known && exposure.exposures_per_picture == 1;
 }
 
@@ -146,13 +146,13 @@ void IlluminationTracker::look(const Frame& exposure, std::uint64_t number) {
     if (are_all_lit_so_far_) queue_.take_newest_as_lit();
   }
   if (!state_.is_of_frames()) finder_.compare();
-  if (finder_.pictures() < PatternFinder::kPictures) return;
+  if (finder_.frames() < PatternFinder::kFrames) return;
   if (state_.is_of_frames()) {
     if (!state_.is_settled()) conclude_from_labels();
   } else {
     const PatternFinder::Finding finding = finder_.find();
     const bool is_unclear = finding.pattern.is_automatic() && !finding.always_lit;
-    const bool may_wait = finder_.has_gaps() && finder_.pictures() < kMostPictures;
+    const bool may_wait = finder_.has_gaps() && finder_.frames() < kMostFrames;
     if (is_unclear && may_wait) return;
     conclude(finding);
   }
@@ -175,7 +175,7 @@ void IlluminationTracker::conclude_found(const IlluminationPattern& found) {
   if (was_found && is_other && queue_.pattern().has_dark()) {
     events_.send("pattern_slipped", kSlipped);
   }
-  // What looked like a line was something else, and may again.
+  // What looked like a stripe was something else, and may again.
   if (state_.is_suspect() && !is_other) until_next_doubt_ = LookTimer::kBetweenChecks;
   if (!state_.is_settled() || is_other) settle(found, PatternOrigin::kFound);
   looks_.look_after(LookTimer::kBetweenChecks);
@@ -202,7 +202,7 @@ void IlluminationTracker::judge_given(const PatternFinder::Finding& finding) {
   if (until_next) looks_.look_after(*until_next);
 }
 
-// The pattern is known and where it began is not: where the pictures do not show it, none is
+// The pattern is known and where it began is not: where the images do not show it, none is
 // scanned.
 void IlluminationTracker::find_phase(const PatternFinder::Finding& finding) {
   const std::optional<IlluminationPattern> turned =
@@ -257,7 +257,7 @@ void IlluminationTracker::settle(const IlluminationPattern& pattern, PatternOrig
 }
 
 DarkChoice IlluminationTracker::dark_choice() const noexcept {
-  const bool is_searched = state_.is_of_pictures() && state_.phase() == TrackingPhase::kSearching;
+  const bool is_searched = state_.is_of_images() && state_.phase() == TrackingPhase::kSearching;
   if (is_searched && are_all_lit_so_far_) return DarkChoice::kNone;
   const IlluminationPattern& pattern = queue_.pattern();
   if (!pattern.is_automatic() && !pattern.has_dark()) return DarkChoice::kNone;
@@ -319,7 +319,7 @@ void IlluminationTracker::doubt_given() {
   looks_.look_now();
 }
 
-// Pictures were lost before it or with it: what follows is held until the pattern is known again,
+// Frames were lost before it or with it: what follows is held until the pattern is known again,
 // as after a restart.
 void IlluminationTracker::look_again_after(const HeldExposure& refuted) {
   ++unpaired_;

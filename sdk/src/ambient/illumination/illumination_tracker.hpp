@@ -22,7 +22,7 @@
 namespace striper::detail {
 
 /// Knows which exposures of a stream the laser lights: as it was given, as the frames say, or as
-/// the pictures show. Its phases and what leads from one to another are in tracking_state.cpp.
+/// the images show. Its phases and what leads from one to another are in tracking_state.cpp.
 class IlluminationTracker {
  public:
   /// Both outlive it.
@@ -30,8 +30,8 @@ class IlluminationTracker {
   IlluminationTracker(const IlluminationTracker&) = delete;
   IlluminationTracker& operator=(const IlluminationTracker&) = delete;
 
-  /// @param is_of_interlaced_picture it has no illumination of its own where the two fields differ.
-  void push(const Frame& exposure, bool is_of_interlaced_picture);
+  /// @param is_of_interlaced_frame it has no illumination of its own where the two fields differ.
+  void push(const Frame& exposure, bool is_of_interlaced_frame);
   void finish();
   bool is_finished() const noexcept { return is_finished_; }
 
@@ -93,7 +93,7 @@ class IlluminationTracker {
   GivenPatternCheck given_;
   LineWatch lines_;
   Before before_;
-  // While nobody says what is lit: every exposure so far showed the line, and was given.
+  // While nobody says what is lit: every exposure so far showed the stripe, and was given.
   bool are_all_lit_so_far_ = true;
   int until_next_doubt_ = 0;
   std::uint64_t unpaired_ = 0;

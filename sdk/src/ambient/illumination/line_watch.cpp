@@ -8,10 +8,10 @@
 namespace striper::detail {
 namespace {
 
-// A band costs as much as reading its lines; a stripe that is gone is gone from all.
+// A band costs as much as reading its scan lines; a stripe that is gone is gone from all.
 constexpr int kBands = 40;
-// Sigmas a band. Noise finds itself paths of .2 to .8, a clear line has up to 5; what moves makes a
-// bright line and a dark one (the streams of ambient_stage_test.cpp).
+// Sigmas a band. Noise finds itself paths of .2 to .8, a clear stripe has up to 5; what moves makes
+// a bright stripe and a dark one (the streams of ambient_stage_test.cpp).
 constexpr double kLine = 1.5;
 constexpr double kSurplus = 0.8;
 
@@ -39,7 +39,7 @@ LineWatch::Line LineWatch::line_of(const cv::Mat& over, const cv::Mat& under,
 }
 
 bool LineWatch::refutes(const LitFrame& lit, const Neighbours& darks) {
-  // Between rows edges leave a line of either sign, which the variance knows of.
+  // Between rows edges leave a stripe of either sign, which the variance knows of.
   const cv::Mat edges = darks.is_between_rows ? lit.variance : cv::Mat();
   const auto line = line_of(lit.lit, lit.dark, edges);
   const auto laser = static_cast<std::size_t>(lit.laser);

@@ -11,17 +11,17 @@
 
 namespace striper::detail {
 
-/// Watches whether the line of each laser shows where the pattern has it.
+/// Watches whether the stripe of each laser shows where the pattern has it.
 class LineWatch {
  public:
   explicit LineWatch(StripeAxis axis) noexcept;
 
-  /// Whether the pattern cannot be: the line is dark in `lit - dark`, or was plain and is gone, or
-  /// shows in one dark exposure and not in the other.
+  /// Whether the pattern cannot be: the stripe is dark in `lit - dark`, or was plain and is gone,
+  /// or shows in one dark exposure and not in the other.
   bool refutes(const LitFrame& lit, const Neighbours& darks);
 
  private:
-  // Of a bright line and of a dark one, as LineSearch has them.
+  // Of a bright stripe and of a dark one, as LineSearch has them.
   struct Line {
     double bright;
     double dark;
@@ -39,7 +39,7 @@ class LineWatch {
   LineSearch search_;
   BandProfiles over_;
   BandProfiles under_;
-  std::vector<bool> was_plain_;  // Per laser: its line, in the last exposure that it lit.
+  std::vector<bool> was_plain_;  // Per laser: its stripe, in the last exposure that it lit.
 };
 
 }  // namespace striper::detail

@@ -3,10 +3,10 @@
 
 namespace striper::detail {
 
-/// When the pictures are asked for the pattern: from now on, or after so many exposures.
+/// When the pattern is looked for in the images: from now on, or after so many exposures.
 class LookTimer {
  public:
-  // Exposures between two checks of a pattern that was found, or of a scene that showed no line:
+  // Exposures between two checks of a pattern that was found, or of a scene that showed no stripe:
   // 8 s and half a second of a camera at 30/s.
   static constexpr int kBetweenChecks = 250;
   static constexpr int kBetweenLooks = 12;

@@ -25,30 +25,31 @@ constexpr std::uint64_t kFarthestPair = 5;
 constexpr std::size_t kLongestPeriodOfTriples = 4;
 constexpr int kLeastTriples = 3;
 
-// How much more line there must be in lit exposures than in dark ones: of what a clear line gives,
-// and of what the period leaves unexplained, the more so the more freedom the period has.
+// How much more of a stripe there must be in lit exposures than in dark ones: of what a clear
+// stripe gives, and of what the period leaves unexplained, the more so the more freedom the period
+// has.
 constexpr double kLeastSurplus = 0.12;
 double clear_of_residual(std::size_t period) { return 0.5 + 0.5 * static_cast<double>(period); }
 
-// Where a laser's line comes and goes it explains the pictures to a few per cent, whatever passes
+// Where a laser's stripe comes and goes it explains the images to a few per cent, whatever passes
 // by: in simulated daylight at up to 100 km/h the surplus is 0.82 and more, the rest 0.07 of it.
 // Real stripes that move without ever being off leave 0.6 or less, and a third of it.
 constexpr double kPlainSurplus = 0.7;
 constexpr double kPlainRest = 0.15;
 constexpr std::size_t kLeastForPlain = 4;
 
-// Texture alone has lines too, if not as clear ones.
+// Texture alone has what looks like a stripe too, if not as clear.
 constexpr double kLineAlone = 0.85;
 
-// Exposures between which the same line would be found again, if it were the only one.
+// Exposures between which the same stripe would be found again, if it were the only one.
 constexpr std::uint64_t kFarthestDark = 2;
 
 // What an exposure without the laser shows over one with it is noise and what moves: in the hardest
-// of simulated daylight a quarter of a clear line, and a third of what the laser's line is.
+// of simulated daylight a quarter of a clear stripe, and a third of what the laser's stripe is.
 constexpr double kLineInDark = 0.35;
 constexpr double kLineInDarkOfLit = 0.55;
 
-// A longer period must explain the pictures this much better than a shorter one.
+// A longer period must explain the images this much better than a shorter one.
 constexpr double kBetterFit = 0.6;
 
 // White noise, once interpolated between rows, differs by up to 2.2 times what its second
@@ -94,7 +95,7 @@ void PatternFinder::add(const Frame& exposure, std::uint64_t number) {
 
 void PatternFinder::compare() { comparisons_->compare_triples(); }
 
-std::size_t PatternFinder::pictures() const noexcept {
+std::size_t PatternFinder::frames() const noexcept {
   const auto exposures = comparisons_->exposures();
   if (exposures.empty()) return 0;
   return exposures.size() / static_cast<std::size_t>(exposures.front().exposures_per_picture);
@@ -238,8 +239,8 @@ void PatternFinder::number_the_lasers(std::vector<Illumination>& entries, std::s
   }
 }
 
-// Whether the exposures at position p of the period have a line where those at q have none, and the
-// other way round: as strong as a line is over a dark exposure rather than as noise is.
+// Whether the exposures at position p of the period have a stripe where those at q have none, and
+// the other way round: as strong as a stripe is over a dark exposure rather than as noise is.
 bool PatternFinder::shows_another_line(std::size_t p, std::size_t q,
                                        const std::vector<Illumination>& entries) {
   const std::size_t period = entries.size();
@@ -295,8 +296,8 @@ std::optional<double> PatternFinder::field_disorder() {
   }
   if (disorders_.empty()) return std::nullopt;
   if (votes.all() >= kLeastVotes) return 2.0 * votes.wrong / votes.all();
-  // Of a picture in which something comes into view, the second field is no more like one
-  // neighbour than like the other: it takes most of the pictures.
+  // Of a frame in which something comes into view, the second field is no more like one
+  // neighbour than like the other: it takes most of the frames.
   return upper_median(disorders_);
 }
 

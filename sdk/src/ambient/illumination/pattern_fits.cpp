@@ -11,7 +11,7 @@ namespace {
 constexpr int kMost = static_cast<int>(kLongestPeriod);
 using NormalMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
 
-// How much more line there is than in the exposures before and after it: 1, 0 or -1 lines.
+// How much more of a stripe there is than in the exposures before and after it: 1, 0 or -1 stripes.
 double expected(const Triple& triple, const Pattern& pattern) {
   const bool are_lit = pattern.is_lit(triple.before) && pattern.is_lit(triple.after);
   const bool are_dark = !pattern.is_lit(triple.before) && !pattern.is_lit(triple.after);

@@ -9,8 +9,8 @@
 
 namespace striper::detail {
 
-/// How much more line exposure `first` shows over `second` than `second` over `first`, as a
-/// fraction of what a clear line gives. Exposures by their numbers.
+/// How much more of a stripe exposure `first` shows over `second` than `second` over `first`, as a
+/// fraction of what a clear stripe gives. Exposures by their numbers.
 struct Surplus {
   std::uint64_t first;
   std::uint64_t second;
@@ -30,7 +30,8 @@ struct Triple {
 inline constexpr std::size_t kLongestPeriod = 6;
 using Levels = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kLongestPeriod, 1>;
 
-/// How much each position of a period shows the line, relative to the position that shows it least.
+/// How much each position of a period shows the stripe, relative to the position that shows it
+/// least.
 struct PeriodFit {
   std::size_t period = 0;
   Levels level;
@@ -54,10 +55,10 @@ struct PatternFit {
   Pattern pattern;
   double surplus = 0.0;
   double residual = 0.0;  ///< Mean square.
-  int explained = 0;      ///< Triples in which the pattern expects a line.
+  int explained = 0;      ///< Triples in which the pattern expects a stripe.
 };
 
-/// Explains the triples by one line that the pattern lights. No allocation.
+/// Explains the triples by one stripe that the pattern lights. No allocation.
 PatternFit fit_pattern(const Pattern& pattern, std::span<const Triple> triples);
 
 }  // namespace striper::detail

@@ -18,16 +18,16 @@ using detail::PatternFinder;
 
 using std::chrono::milliseconds;
 
-static_assert(SyncReport::kWindowPictures == PatternFinder::kPictures);
+static_assert(SyncReport::kWindowFrames == PatternFinder::kFrames);
 
-// Asks of a few pictures after the other which exposures the laser lights.
+// Asks of a few frames after the other which exposures the laser lights.
 class Windows {
  public:
   explicit Windows(StripeAxis axis) : finder_(axis, 1) {}
 
   void add(const Frame& frame) {
     for_each_exposure(frame, [this](const Frame& exposure) { add_exposure(exposure); });
-    if (finder_.pictures() < PatternFinder::kPictures) return;
+    if (finder_.frames() < PatternFinder::kFrames) return;
     conclude(finder_.find());
     finder_.clear();
   }
@@ -81,7 +81,7 @@ class Windows {
   }
 
   void conclude(const PatternFinder::Finding& finding) {
-    // Of a laser that is always on or off the exposures differ by a twentieth of a clear line.
+    // Of a laser that is always on or off the exposures differ by a twentieth of a clear stripe.
     constexpr double kDiffer = 0.1;
     ++windows_;
     if (!finding.pattern.is_automatic()) {
@@ -120,7 +120,7 @@ class Windows {
   std::uint64_t unclear_ = 0;
 };
 
-// Least squares of time over picture number: the rate, and how uneven the times are.
+// Least squares of time over frame number: the rate, and how uneven the times are.
 class Beat {
  public:
   void add(const Frame& frame) {

@@ -37,7 +37,7 @@ struct TellerRow {
 };
 
 constexpr TellerRow kTellers[] = {
-    {kLabelsHeard, Teller::kPictures, Teller::kFrames},
+    {kLabelsHeard, Teller::kImages, Teller::kFrames},
     {kLabelsHeard, Teller::kGiven, Teller::kFrames},
     {kLabelsHeard, Teller::kGivenNoPlace, Teller::kFrames},
     {kLabelsHeard, Teller::kFramesNoPlace, Teller::kFrames},

@@ -9,7 +9,7 @@ namespace striper::detail {
 
 /// Who says which exposures the laser lights.
 enum class Teller : std::uint8_t {
-  kPictures,       ///< Nobody: they are asked.
+  kImages,         ///< Nobody: they are asked.
   kGiven,          ///< Whoever gave the pattern.
   kFrames,         ///< Each frame its own.
   kGivenNoPlace,   ///< A pattern was given, and where in it the source began anew is not known.
@@ -19,7 +19,7 @@ enum class Teller : std::uint8_t {
 /// What happens to the tracking of a pattern.
 enum class TrackingSignal : std::uint8_t {
   kSettled,      ///< The pattern is known.
-  kRestarted,    ///< The source counts anew, and the pictures are asked again.
+  kRestarted,    ///< The source counts anew, and the images are asked again.
   kPlaceLost,    ///< The source lost its place in a pattern that is known.
   kLabelsHeard,  ///< A frame says what lights it.
   kRefuted,      ///< An exposure does not fit the pattern.
@@ -42,7 +42,7 @@ class TrackingState {
 
   /// It is what was given that says which exposures are lit.
   bool is_given() const noexcept { return teller_ == Teller::kGiven; }
-  bool is_of_pictures() const noexcept { return teller_ == Teller::kPictures; }
+  bool is_of_images() const noexcept { return teller_ == Teller::kImages; }
   bool is_of_frames() const noexcept { return teller_ == Teller::kFrames; }
   /// It is the same pattern as before, begun anywhere.
   bool has_no_place() const noexcept {

@@ -99,7 +99,7 @@ void Background::read_standing(const DarkPair& pair, const LitFrame& frame) {
   take_noise<Pixel>(exposure, frame.full_scale_dn);
 }
 
-// Measured, or as it was given: in the DN of these pictures.
+// Measured, or as it was given: in the DN of these images.
 template <typename Pixel>
 void Background::take_noise(const DarkPair& pair, int full_scale_dn) {
   if (!given_noise_) return measure_noise<Pixel>(pair, full_scale_dn);
@@ -263,7 +263,7 @@ void Background::interpolate_between_rows(const DarkPair& pair, double averaging
 }
 
 // The variance that the third differences of a row stand for: each by itself, or the mean of those
-// about it. All in 1/16 DN. @param level of the picture, which noise grows with.
+// about it. All in 1/16 DN. @param level of the image, which noise grows with.
 void Background::write_edges(const EdgeLimit& limit, const std::int32_t* level, float* variance,
                              int cols) {
   constexpr float kScale = kVarianceOfThirdDifference / 256.0F;

@@ -54,7 +54,7 @@ class Background {
 
   /// The same with what stands still before a sensor that does. @param standing as long as `frame`
   /// is used. @param noise_gain its noise variance, in parts of an exposure's.
-  /// @return the part of the picture that is darker than what stands: of a standing scene none,
+  /// @return the part of the image that is darker than what stands: of a standing scene none,
   /// or a few per cent where a stripe was long.
   double subtract_standing(const cv::Mat& standing, float noise_gain, LitFrame& frame);
 
@@ -87,9 +87,9 @@ class Background {
   template <typename Pixel>
   void take_noise(const DarkPair& pair, int full_scale_dn);
 
-  NoiseModel noise_;  // Of an exposure, in the DN of these pictures.
+  NoiseModel noise_;  // Of an exposure, in the DN of these images.
   std::optional<NoiseModel> given_noise_;
-  int noise_full_scale_dn_ = 0;  // Of the pictures that what was given is scaled to.
+  int noise_full_scale_dn_ = 0;  // Of the images that what was given is scaled to.
   Motion motion_;
   MaskedPixels masked_;
 

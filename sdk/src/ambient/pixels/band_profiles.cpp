@@ -18,7 +18,8 @@
 namespace striper::detail {
 namespace {
 
-constexpr int kBandWidth = 8;  // Lines averaged; a stripe rarely climbs more than a line over them.
+constexpr int kBandWidth =
+    8;  // Scan lines averaged; a stripe rarely climbs more than a scan line over them.
 
 // Noise alone seldom makes more of a third difference.
 constexpr float kEdgeSigmas = 4.0F;
@@ -68,7 +69,7 @@ void average_rows(const cv::Mat& image, int channels, int first, int width, floa
   }
 }
 
-// The bands of an image: groups of neighbouring lines, spread over it.
+// The bands of an image: groups of neighbouring scan lines, spread over it.
 struct Bands {
   int lines;
   int width;
@@ -104,7 +105,7 @@ void average_bands(const cv::Mat& image, StripeAxis axis, const Bands& bands, cv
   }
 }
 
-// Of each band its middle line.
+// Of each band its middle scan line.
 void sample_bands(const cv::Mat& values, StripeAxis axis, const Bands& bands, cv::Mat& samples) {
   const bool columns = axis == StripeAxis::kColumns;
   samples.create(bands.count, columns ? values.rows : values.cols, CV_32F);
@@ -119,12 +120,12 @@ void sample_bands(const cv::Mat& values, StripeAxis axis, const Bands& bands, cv
 
 float sample(const float* row, int length, int k) { return row[std::clamp(k, 0, length - 1)]; }
 
-// Pictures without any noise still have rounding.
+// Images without any noise still have rounding.
 float sigma_above_rounding(std::vector<float>& absolute_values) {
   return std::max(0.1F, static_cast<float>(robust_sigma(absolute_values)));
 }
 
-// One sigma of a sample of the values; the line and edges are few and do not move a median.
+// One sigma of a sample of the values; the stripe and edges are few and do not move a median.
 float sigma_of(const cv::Mat& values, std::vector<float>& scratch) {
   const int stride = std::max(1, values.rows * values.cols / kSamples) | 1;
   scratch.clear();
@@ -211,7 +212,7 @@ void LineSearch::profile(const cv::Mat& image, const cv::Mat& variance, StripeAx
 }
 
 // A quarter of a sample later or earlier, by cubic convolution (Keys 1981): both fields are moved
-// to the line half-way between them, so that both lose the same detail.
+// to the scan line half-way between them, so that both lose the same detail.
 void LineSearch::shift_by_quarter(cv::Mat& profiles, int direction) {
   constexpr std::array<float, 4> kTaps{-0.0703125F, 0.8671875F, 0.2265625F, -0.0234375F};
   values_.resize(static_cast<std::size_t>(profiles.cols));
@@ -278,7 +279,7 @@ float LineSearch::noise_of(const BandProfiles& a, const BandProfiles& b) {
 }
 
 // How far each place rises above both of its sides in `over - under`, in sigmas. A dark
-// line has bright sides only where one of them is dark, so it does not count as two bright ones.
+// stripe has bright sides only where one of them is dark, so it does not count as two bright ones.
 void LineSearch::fold_heights(const ProfilePair& pair, int band, int length, int fold,
                               std::span<float> heights) {
   const auto row = [band](const cv::Mat& profiles) { return profiles.ptr<float>(band); };
@@ -302,7 +303,7 @@ double LineSearch::strength(std::span<const ProfilePair> pairs, int bands, int m
     length = std::min({length, pair.over.plain.cols, pair.under.plain.cols});
   }
   const int fold = LinePath::fold_of(length);
-  // The line shows in one channel of a colour picture at least.
+  // The stripe shows in one channel of a colour image at least.
   const int rows = pairs.front().over.plain.rows;
   float strongest = 0.0F;
   for (int first = 0; first < rows; first += bands) {

@@ -13,14 +13,14 @@
 
 namespace striper::detail {
 
-/// Groups of neighbouring lines, averaged: a few dozen profiles across the stripe stand for the
-/// picture, and are what is compared with another one. CV_32F each, a band a row. Colour pictures
-/// give the profiles of each channel one after the other. Both fields are interpolated to the lines
-/// half-way between them where the search runs down the columns.
+/// Groups of neighbouring scan lines, averaged: a few dozen profiles across the stripe stand for
+/// the image, and are what is compared with another one. CV_32F each, a band a row. Colour images
+/// give the profiles of each channel one after the other. Both fields are interpolated to the scan
+/// lines half-way between them where the search runs down the columns.
 struct BandProfiles {
   cv::Mat plain;
-  cv::Mat smooth;  ///< Through a Gaussian of about a line's width.
-  cv::Mat side;    ///< Means of a few samples: what a line must rise above on both sides.
+  cv::Mat smooth;  ///< Through a Gaussian of about a stripe's width.
+  cv::Mat side;    ///< Means of a few samples: what a stripe must rise above on both sides.
   /// What an interpolation half-way between the samples may be wrong by, as `smooth` leaves it:
   /// zero on ramps and gentle curves, large at steps. Empty where nothing is interpolated.
   cv::Mat interpolation_variance;
@@ -34,13 +34,13 @@ struct ProfilePair {
   float noise;        ///< As LineSearch::noise_of says.
 };
 
-/// Makes band profiles, and looks in `over - under` for a bright line that runs across all bands.
+/// Makes band profiles, and looks in `over - under` for a bright stripe that runs across all bands.
 /// No allocation after the first profiles of a size. Not thread-safe.
 class LineSearch {
  public:
   static constexpr int kMostBands = 96;
 
-  /// @param most_bands so many groups of lines stand for an image, at most kMostBands.
+  /// @param most_bands so many groups of scan lines stand for an image, at most kMostBands.
   explicit LineSearch(int most_bands = kMostBands) noexcept : most_bands_(most_bands) {}
 
   void profile(const Frame& exposure, StripeAxis axis, BandProfiles& profiles);
@@ -50,15 +50,15 @@ class LineSearch {
   void profile(const cv::Mat& image, const cv::Mat& variance, StripeAxis axis,
                BandProfiles& profiles);
 
-  /// One sigma of a height of `a` over `b`, or of `b` over `a`: the line and edges are few and do
+  /// One sigma of a height of `a` over `b`, or of `b` over `a`: the stripe and edges are few and do
   /// not move a median.
   float noise_of(const BandProfiles& a, const BandProfiles& b);
 
-  /// How strongly the line shows in every pair at the same place: the mean height, in sigmas, of
-  /// the best path from band to band. Noise alone gives a little over 1, a clear line up to
-  /// `LinePath::kClear`, a dark line nothing.
+  /// How strongly the stripe shows in every pair at the same place: the mean height, in sigmas, of
+  /// the best path from band to band. Noise alone gives a little over 1, a clear stripe up to
+  /// `LinePath::kClear`, a dark stripe nothing.
   ///
-  /// @param bands of each channel. @param most_jump how many samples the line may climb from one
+  /// @param bands of each channel. @param most_jump how many samples the stripe may climb from one
   /// band to the next.
   double strength(std::span<const ProfilePair> pairs, int bands, int most_jump);
 

@@ -21,21 +21,21 @@ constexpr int kBlue = 0;
 constexpr int kGreen = 1;
 constexpr int kRed = 2;
 
-// Lines are looked at in pairs of neighbours, this far apart.
+// Scan lines are looked at in pairs of neighbours, this far apart.
 constexpr int kPairSpacing = 4;
 constexpr int kMostJumpPx = 2;
 constexpr double kLeastSnr = 5.0;
 
 // How much better than the best so far a channel must be. A difference loses light and can hollow
-// out the line, so it has to show more lines that nothing else does.
+// out the stripe, so it has to show more scan lines that nothing else does.
 constexpr double kChannelMargin = 0.02;
 constexpr double kDifferenceMargin = 0.15;
 
-// The brightest spot of a line of pixels.
+// The brightest spot of a scan line.
 struct Spot {
   int position;
-  double amplitude;  // Above the line's median.
-  int width;         // Pixels above half the amplitude, anywhere in the line.
+  double amplitude;  // Above the scan line's median.
+  int width;         // Pixels above half the amplitude, anywhere in the scan line.
 };
 
 Spot brightest_spot(const float* line, int length, std::vector<float>& scratch) {
@@ -56,9 +56,9 @@ Spot brightest_spot(const float* line, int length, std::vector<float>& scratch) 
   return {position, amplitude, static_cast<int>(above)};
 }
 
-// Whether the brightest spot of a colour difference is one side of a line whose core is clipped to
-// white: beyond bright pixels in which the difference vanishes there is the line's other side.
-// Corrected (ColourDifference), it shows no more than the line's own colour does, so that is
+// Whether the brightest spot of a colour difference is one side of a stripe whose core is clipped
+// to white: beyond bright pixels in which the difference vanishes there is the stripe's other side.
+// Corrected (ColourDifference), it shows no more than the stripe's own colour does, so that is
 // chosen.
 bool is_side_of_a_hollow_line(const float* difference, const float* lit, int length,
                               const Spot& spot, double clipped_level) {
@@ -85,15 +85,15 @@ double line_noise(const float* line, int length, std::vector<float>& scratch) {
   return std::max(0.5, kSigmaOfMedianAbsolute / std::sqrt(2.0) * upper_median(scratch));
 }
 
-// A channel's lines one after the other in memory, whatever the axis.
+// A channel's scan lines one after the other in memory, whatever the axis.
 cv::Mat as_lines(const cv::Mat& image, StripeAxis axis) {
   cv::Mat lines;
   image.convertTo(lines, CV_32F);
   return axis == StripeAxis::kColumns ? cv::Mat(lines.t()) : lines;
 }
 
-// The fraction of neighbouring lines that agree about a narrow bright spot, and how it stands out
-// of the noise.
+// The fraction of neighbouring scan lines that agree about a narrow bright spot, and how it stands
+// out of the noise.
 struct LineEvidence {
   double agreement = 0.0;
   double snr = 0.0;
@@ -105,7 +105,7 @@ LineEvidence line_evidence(const ChannelImages& channel, StripeAxis axis, double
   const cv::Mat values = is_difference ? cv::Mat(lit - as_lines(channel.dark, axis)) : lit;
   const int length = values.cols;
   if (length < 3 || values.rows < 2) return {};
-  // A line covers 3 % of the pixels across it at most; whatever covers more is a surface.
+  // A stripe covers 3 % of the pixels across it at most; whatever covers more is a surface.
   const int widest = std::max(12, length / 32);
 
   std::vector<float> scratch;
@@ -195,7 +195,7 @@ Channel choose_channel(const cv::Mat& image, StripeAxis axis) {
   for (const Channel channel : kCandidates) {
     select_channel(image, channel, images);
     const LineEvidence evidence = line_evidence(images, axis, clipped_level);
-    // Agreement decides; how far the line stands out breaks ties.
+    // Agreement decides; how far the stripe stands out breaks ties.
     const double score = evidence.agreement + 0.05 * std::min(1.0, evidence.snr / 50.0);
     const bool is_difference = !images.dark.empty();
     if (score > best_score + (is_difference ? kDifferenceMargin : kChannelMargin)) {

@@ -3,7 +3,7 @@
 
 namespace striper::detail {
 
-/// Of the largest value: pictures that were made smaller or compressed clip a little below it.
+/// Of the largest value: images that were made smaller or compressed clip a little below it.
 inline constexpr double kClippedPart = 0.97;
 
 }  // namespace striper::detail

@@ -28,7 +28,7 @@ constexpr int kGroundFrom = 16;
 constexpr int kGroundTo = 48;
 constexpr double kHollow = 0.75;
 
-// A line of a colour difference.
+// A scan line of a colour difference.
 template <typename Pixel>
 struct Difference {
   StridedLine<const Pixel> lit;
@@ -80,7 +80,7 @@ double ground_of(const Difference<Pixel>& line, int first, int last) {
   return sum / std::max(1, pixels);
 }
 
-// Whether the line whose core is clipped from `first` to `last` is hollow between its flanks.
+// Whether the stripe whose core is clipped from `first` to `last` is hollow between its flanks.
 template <typename Pixel>
 bool is_hollow(const Difference<Pixel>& line, int first, int last, const Flank& before,
                const Flank& after, int full_scale_dn) {
@@ -93,8 +93,8 @@ bool is_hollow(const Difference<Pixel>& line, int first, int last, const Flank& 
   return lower - ground >= std::max(kLeastRise * full_scale_dn, kLeastRiseOfGround * ground);
 }
 
-// Where a line is hollow: its core is clipped from `first` to `last`, its flanks end at `from` and
-// `to`.
+// Where a stripe is hollow: its core is clipped from `first` to `last`, its flanks end at `from`
+// and `to`.
 struct HollowLine {
   int from;
   int first;
@@ -117,7 +117,7 @@ void flatten(const StridedLine<Pixel>& pixels, const HollowLine& hollow) {
   }
 }
 
-// Calls `found` with every hollow line among clipped pixels.
+// Calls `found` with every hollow stripe among clipped pixels.
 template <typename Pixel, typename Found>
 void for_each_hollow(const Difference<Pixel>& line, const ColourDifference::Span& clipped,
                      int clipped_dn, int full_scale_dn, const Found& found) {

@@ -10,13 +10,13 @@
 
 namespace striper::detail {
 
-/// Mends what clipping does to a colour difference such as green - red.
+/// Corrects what clipping does to a colour difference such as green - red.
 ///
-/// Where the laser's line is clipped to white both colours are alike: the difference shows the two
-/// flanks of the line, each like a line, and is hollow between them, where the line is. There the
-/// other colour is the line's own light and not the scene's, which is read instead beyond the
-/// flanks; the line is then what it is in its own colour. What is clipped in both colours and is no
-/// such line (a light source, a sheet in the sun) is masked.
+/// Where the laser's stripe is clipped to white both colours are alike: the difference shows the
+/// two flanks of the stripe, each like a stripe, and is hollow between them, where it is. There the
+/// other colour is the stripe's own light and not the scene's, which is read instead beyond the
+/// flanks; the stripe is then what it is in its own colour. What is clipped in both colours and is
+/// no such stripe (a light source, a sheet in the sun) is masked.
 ///
 /// Reads the laser's colour once where nothing is clipped, and both colours where something is;
 /// what that takes, `ambient_bench --benchmark_filter=colour` says. No allocation after the first
@@ -28,7 +28,7 @@ class ColourDifference {
   /// matrices of this object, valid until the next call, where anything is clipped.
   void correct(LitFrame& frame, StripeAxis axis);
 
-  /// From the first to the last clipped pixel of a line; none where `last` is before `first`.
+  /// From the first to the last clipped pixel of a scan line; none where `last` is before `first`.
   struct Span {
     int first;
     int last;

@@ -5,7 +5,7 @@ namespace striper {
 namespace {
 
 // Every other row, from `first_row` on: the same pixels with twice the row pitch. Made from a copy
-// of the header, so that the view holds on to the pixels as the picture itself does.
+// of the header, so that the view holds on to the pixels as the frame itself does.
 cv::Mat every_other_row(const cv::Mat& image, int first_row) {
   cv::Mat view = image;
   view.data += static_cast<std::size_t>(first_row) * image.step[0];

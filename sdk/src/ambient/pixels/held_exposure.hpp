@@ -35,7 +35,7 @@ struct Neighbours {
 /// Which dark exposures may serve.
 enum class DarkChoice {
   kNone,      ///< Nothing is subtracted, nothing is waited for.
-  kSameRows,  ///< Pictures, or fields of the same parity.
+  kSameRows,  ///< Frames, or fields of the same parity.
   kAny,       ///< Fields of the other parity too, where no nearer one has the same rows.
 };
 

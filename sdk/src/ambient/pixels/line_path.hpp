@@ -12,12 +12,13 @@
 
 namespace striper::detail {
 
-/// Follows a line that runs across the picture from band to band of lines: of all paths the one
-/// whose places rise highest above both of their sides, in sigmas of noise, by dynamic programming.
+/// Follows a stripe that runs across the image from band to band of scan lines: of all paths the
+/// one whose places rise highest above both of their sides, in sigmas of noise, by dynamic
+/// programming.
 ///
-/// No place counts for more than a clear line or for less than a gap may cost, and climbing costs a
-/// little, or noise would find its own way. Noise alone gives paths of 0.4 to 1 a band, a clear
-/// line up to kClear. No allocation after the first path of a length. Not thread-safe.
+/// No place counts for more than a clear stripe or for less than a gap may cost, and climbing costs
+/// a little, or noise would find its own way. Noise alone gives paths of 0.4 to 1 a band, a clear
+/// stripe up to kClear. No allocation after the first path of a length. Not thread-safe.
 class LinePath {
  public:
   LinePath() = default;
@@ -26,7 +27,7 @@ class LinePath {
 
   static constexpr float kClear = 5.0F;
   static constexpr float kGap = -1.0F;
-  /// A line is no wider than this to either side; beyond are its sides.
+  /// A stripe is no wider than this to either side; beyond are its sides.
   static constexpr int kSide = 7;
 
   /// Long bands are folded: the highest of so many neighbouring places stands for them.
@@ -45,8 +46,8 @@ class LinePath {
     }
   }
 
-  /// How many places a line may climb from one of the bands to the next. @param lines of the
-  /// picture, which the bands sample.
+  /// How many places a stripe may climb from one of the bands to the next. @param lines of the
+  /// image, which the bands sample.
   static int most_jump(int lines, int bands) {
     const float climb = kSteepest * static_cast<float>(lines) / static_cast<float>(bands);
     return std::max(kLeastJump, static_cast<int>(std::ceil(climb)));

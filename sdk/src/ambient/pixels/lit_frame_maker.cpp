@@ -11,16 +11,17 @@
 namespace striper::detail {
 namespace {
 
-// A scene moves where more than this part of it is darker than what stands, in so many pictures in
+// A scene moves where more than this part of it is darker than what stands, in so many frames in
 // a row; where a stripe was long, less is.
 constexpr double kMovingPart = 0.08;
-constexpr int kMovingPictures = 3;
+constexpr int kMovingFrames = 3;
 
 constexpr const char* kMoves =
     "ambient temporal is for a sensor that stands still, and what it sees moves: the scans are not "
     "to be trusted";
 
-// A difference of colours is not needed where dark exposures take the white light off.
+// A difference of colours is not needed where dark exposures are subtracted, and with
+// them the white light.
 Channel without_difference(Channel channel) {
   if (channel == Channel::kGreenMinusRed) return Channel::kGreen;
   if (channel == Channel::kRedMinusGreen) return Channel::kRed;
@@ -93,7 +94,7 @@ void LitFrameMaker::subtract_dark(const HeldExposure& lit, const Neighbours& dar
   const HeldExposure& any = darks.before != nullptr ? *darks.before : *darks.after;
   pair.row_above = lit.frame.grid.v.offset < any.frame.grid.v.offset ? -1 : 0;
   background_.subtract(pair, made_);
-  (darks.is_between_rows ? subtracts_fields_ : subtracts_pictures_) = true;
+  (darks.is_between_rows ? subtracts_fields_ : subtracts_frames_) = true;
 }
 
 void LitFrameMaker::subtract_background(HeldExposure& lit, const HeldExposures& held) {
@@ -103,7 +104,7 @@ void LitFrameMaker::subtract_background(HeldExposure& lit, const HeldExposures& 
     for (const auto& other : held) {
       const bool has_size = other->frame.image.size() == lit.frame.image.size();
       if (!is_alike(*other, lit) || !has_size) continue;
-      if (first.size() == TemporalBackground::kFirstPictures) continue;
+      if (first.size() == TemporalBackground::kFirstImages) continue;
       take_channel(*other, channel_of_differences());
       first.push_back(other->channel.lit);
     }
@@ -112,16 +113,16 @@ void LitFrameMaker::subtract_background(HeldExposure& lit, const HeldExposures& 
   const cv::Mat& background = standing.follow(made_.lit, std::max(1, made_.full_scale_dn / 255));
   const double moving =
       background_.subtract_standing(background, TemporalBackground::kNoiseGain, made_);
-  moving_pictures_ = moving > kMovingPart ? moving_pictures_ + 1 : 0;
-  if (moving_pictures_ >= kMovingPictures) events_.send_once({"scene_moves", kMoves});
+  moving_frames_ = moving > kMovingPart ? moving_frames_ + 1 : 0;
+  if (moving_frames_ >= kMovingFrames) events_.send_once({"scene_moves", kMoves});
 }
 
-// A background begins with a few pictures.
+// A background begins with a few images.
 bool LitFrameMaker::waits_for_background(const HeldExposure& lit, const HeldExposures& held) {
   if (options_.method != AmbientMethod::kTemporal || !background_of(lit).is_empty()) return false;
   const auto alike = std::count_if(held.begin(), held.end(),
                                    [&](const auto& other) { return is_alike(*other, lit); });
-  return static_cast<std::size_t>(alike) < TemporalBackground::kFirstPictures;
+  return static_cast<std::size_t>(alike) < TemporalBackground::kFirstImages;
 }
 
 TemporalBackground& LitFrameMaker::background_of(const HeldExposure& lit) {
@@ -156,7 +157,7 @@ std::optional<Channel> LitFrameMaker::channel() const noexcept {
 AmbientMethod LitFrameMaker::method() const noexcept {
   if (options_.method == AmbientMethod::kTemporal) return AmbientMethod::kTemporal;
   if (subtracts_fields_) return AmbientMethod::kFields;
-  return subtracts_pictures_ ? AmbientMethod::kAlternate : AmbientMethod::kNone;
+  return subtracts_frames_ ? AmbientMethod::kAlternate : AmbientMethod::kNone;
 }
 
 }  // namespace striper::detail

@@ -29,7 +29,7 @@ class LitFrameMaker {
   /// @return valid until the next call.
   const LitFrame& make(HeldExposure& lit, const Neighbours& darks, const HeldExposures& held);
 
-  /// Whether a background that is followed over time waits for more pictures like this one.
+  /// Whether a background that is tracked over time waits for more frames like this one.
   bool waits_for_background(const HeldExposure& lit, const HeldExposures& held);
 
   /// What was searched last; empty until it is chosen.
@@ -52,9 +52,9 @@ class LitFrameMaker {
   Background background_;
   ColourDifference colour_difference_;
   std::vector<TemporalBackground> standing_;  // Per laser and parity.
-  int moving_pictures_ = 0;                   // In a row.
+  int moving_frames_ = 0;                     // In a row.
   bool subtracts_fields_ = false;
-  bool subtracts_pictures_ = false;
+  bool subtracts_frames_ = false;
   LitFrame made_;
 };
 

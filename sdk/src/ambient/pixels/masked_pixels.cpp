@@ -37,7 +37,7 @@ constexpr std::uint8_t kTaken = 4;
 constexpr double kFlareSurplus = 0.5;
 constexpr int kWidestFlare = 16;
 
-// Of the pixels of a line those that are brighter less those that are darker, as a fraction.
+// Of the pixels of a scan line those that are brighter less those that are darker, as a fraction.
 template <typename Pixel>
 double surplus(const cv::Mat& lit, const cv::Mat& dark, const cv::Rect& line) {
   int brighter = 0;
@@ -106,7 +106,7 @@ bool MaskedPixels::mark(const cv::Mat& lit, const cv::Mat* before, const cv::Mat
     }
     any = true;
   }
-  const bool moves = before != nullptr && after != nullptr && have_lamps_moved();
+  const bool moves = before != nullptr && after != nullptr && have_light_sources_moved();
   light_source_reach_ = moves ? kMovingLightSourceReachBlocks : kLightSourceReachBlocks;
   return mark_lit_rows<Pixel>(lit, full_scale_dn) || any;
 }
@@ -160,7 +160,7 @@ bool MaskedPixels::is_near_light_source(int row, int col) const {
 }
 
 // Whether a light source of one dark exposure is not where the other one has any.
-bool MaskedPixels::have_lamps_moved() const {
+bool MaskedPixels::have_light_sources_moved() const {
   for (int row = 0; row < block_rows_; ++row) {
     for (int col = 0; col < block_cols_; ++col) {
       if (light_sources_[static_cast<std::size_t>(row * block_cols_ + col)] == 0) continue;
@@ -218,7 +218,7 @@ void MaskedPixels::mark_flares(const cv::Mat& lit, const cv::Mat& dark) {
   }
 }
 
-// The box of the marked pixels that hang together with this one. @param stands whether most of them
+// The box of the marked pixels that are connected to this one. @param stands whether most of them
 // are saturated in a dark exposure and in the lit one.
 cv::Rect MaskedPixels::take_blob(int row, int col, bool& stands) {
   const cv::Rect image({}, marked_.size());

@@ -36,7 +36,7 @@ class MaskedPixels {
   template <typename Pixel>
   bool mark_lit_rows(const cv::Mat& lit, int full_scale_dn);
   bool is_near_light_source(int row, int col) const;
-  bool have_lamps_moved() const;
+  bool have_light_sources_moved() const;
   template <typename Pixel>
   void mark_flares(const cv::Mat& lit, const cv::Mat& dark);
   cv::Rect take_blob(int row, int col, bool& stands);

@@ -12,13 +12,13 @@ namespace striper::detail {
 namespace {
 
 template <typename Pixel>
-void median_of(const std::vector<cv::Mat>& pictures, cv::Mat& median) {
-  std::array<Pixel, TemporalBackground::kFirstPictures> values{};
-  std::span taken(values.data(), std::min(pictures.size(), values.size()));
+void median_of(const std::vector<cv::Mat>& images, cv::Mat& median) {
+  std::array<Pixel, TemporalBackground::kFirstImages> values{};
+  std::span taken(values.data(), std::min(images.size(), values.size()));
   for (int row = 0; row < median.rows; ++row) {
     auto* const out = median.ptr<Pixel>(row);
     for (int col = 0; col < median.cols; ++col) {
-      for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = pictures[i].ptr<Pixel>(row)[col];
+      for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = images[i].ptr<Pixel>(row)[col];
       // Of an even number the lower one: what is lit for half of the time is no background.
       out[col] = nth_smallest(taken, (taken.size() - 1) / 2);
     }
@@ -26,11 +26,11 @@ void median_of(const std::vector<cv::Mat>& pictures, cv::Mat& median) {
 }
 
 template <typename Pixel>
-void move_towards(const cv::Mat& picture, int step_dn, cv::Mat& background) {
-  for (int row = 0; row < picture.rows; ++row) {
-    const auto* const in = picture.ptr<Pixel>(row);
+void move_towards(const cv::Mat& image, int step_dn, cv::Mat& background) {
+  for (int row = 0; row < image.rows; ++row) {
+    const auto* const in = image.ptr<Pixel>(row);
     auto* const out = background.ptr<Pixel>(row);
-    for (int col = 0; col < picture.cols; ++col) {
+    for (int col = 0; col < image.cols; ++col) {
       const int change = std::clamp(in[col] - out[col], -step_dn, step_dn);
       out[col] = static_cast<Pixel>(out[col] + change);
     }
@@ -39,22 +39,22 @@ void move_towards(const cv::Mat& picture, int step_dn, cv::Mat& background) {
 
 }  // namespace
 
-void TemporalBackground::begin(const std::vector<cv::Mat>& pictures) {
-  background_.create(pictures.front().size(), pictures.front().type());
+void TemporalBackground::begin(const std::vector<cv::Mat>& images) {
+  background_.create(images.front().size(), images.front().type());
   if (background_.depth() == CV_8U) {
-    median_of<std::uint8_t>(pictures, background_);
+    median_of<std::uint8_t>(images, background_);
   } else {
-    median_of<std::uint16_t>(pictures, background_);
+    median_of<std::uint16_t>(images, background_);
   }
 }
 
-const cv::Mat& TemporalBackground::follow(const cv::Mat& picture, int step_dn) {
-  if (picture.size() != background_.size() || picture.type() != background_.type()) {
-    picture.copyTo(background_);
-  } else if (picture.depth() == CV_8U) {
-    move_towards<std::uint8_t>(picture, step_dn, background_);
+const cv::Mat& TemporalBackground::follow(const cv::Mat& image, int step_dn) {
+  if (image.size() != background_.size() || image.type() != background_.type()) {
+    image.copyTo(background_);
+  } else if (image.depth() == CV_8U) {
+    move_towards<std::uint8_t>(image, step_dn, background_);
   } else {
-    move_towards<std::uint16_t>(picture, step_dn, background_);
+    move_towards<std::uint16_t>(image, step_dn, background_);
   }
   return background_;
 }

@@ -42,7 +42,7 @@ bool is_sidewise(CurbKind kind) noexcept {
 }
 
 // A track, and what is not told of it.
-struct Followed {
+struct Tracked {
   CurbTrack track;
   CurbPath path;
   CurbHypotheses what;
@@ -78,18 +78,18 @@ struct CurbDetector::Impl {
 
   Impl(const CurbDetectorOptions& how, std::shared_ptr<const StriperModel> model)
       : options(how), finder(how.curb, std::move(model)) {
-    followed.reserve(kMostTracks);
+    tracked.reserve(kMostTracks);
     told.reserve(kMostTracks);
   }
 
   Step step_to(double time_s, const std::optional<Motion>& motion);
   void predict(const Step& step);
   void take(const CurbFinding& finding, const CurbView& view);
-  Followed* owner_of(const CurbFinding& finding);
+  Tracked* owner_of(const CurbFinding& finding);
   double overgrown_at(double lateral_m) const;
-  void hit(Followed& one, const CurbFinding& finding, const CurbView& view);
+  void hit(Tracked& one, const CurbFinding& finding, const CurbView& view);
   void look_for_unseen(const CurbView& view, double way_m);
-  bool is_clearly_absent(const Followed& one, const CurbView& view) const;
+  bool is_clearly_absent(const Tracked& one, const CurbView& view) const;
   void forget();
   void tell();
 
@@ -101,7 +101,7 @@ struct CurbDetector::Impl {
   ScanLine road;                    // The last that was seen,
   Eigen::Vector2d along{1.0, 0.0};  // and its direction.
   std::uint64_t next_id = 1;
-  std::vector<Followed> followed;
+  std::vector<Tracked> tracked;
   std::vector<CurbTrack> told;
   double way_m = 0.0;  // Of this step.
 };
@@ -158,13 +158,13 @@ CurbDetector::Impl::Step CurbDetector::Impl::step_to(double now_s,
   time_s = now_s;
   motion = now;
   if (is_next) return step;
-  followed.clear();
+  tracked.clear();
   return {};
 }
 
 void CurbDetector::Impl::predict(const Step& step) {
   way_m = step.way_m;
-  for (Followed& one : followed) {
+  for (Tracked& one : tracked) {
     one.path.predict(step.way_m, step.turn_rad, options);
     one.track.way_m += step.way_m;
     one.is_seen = false;
@@ -172,10 +172,10 @@ void CurbDetector::Impl::predict(const Step& step) {
 }
 
 // The track that a finding is of: the most likely one.
-Followed* CurbDetector::Impl::owner_of(const CurbFinding& finding) {
-  Followed* owner = nullptr;
+Tracked* CurbDetector::Impl::owner_of(const CurbFinding& finding) {
+  Tracked* owner = nullptr;
   double least = kGate;
-  for (Followed& one : followed) {
+  for (Tracked& one : tracked) {
     const double distance2 = one.path.distance2(finding, options);
     if (one.is_seen || distance2 >= least) continue;
     least = distance2;
@@ -188,7 +188,7 @@ Followed* CurbDetector::Impl::owner_of(const CurbFinding& finding) {
 double CurbDetector::Impl::overgrown_at(double lateral_m) const {
   double nearest_m = kSameVerge_m;
   double overgrown = detail::kOvergrown;
-  for (const Followed& one : followed) {
+  for (const Tracked& one : tracked) {
     const double apart_m = std::abs(one.path.lateral_m() - lateral_m);
     if (apart_m >= nearest_m) continue;
     nearest_m = apart_m;
@@ -199,12 +199,12 @@ double CurbDetector::Impl::overgrown_at(double lateral_m) const {
 
 void CurbDetector::Impl::take(const CurbFinding& finding, const CurbView& seen) {
   if (!std::isfinite(finding.lateral_m) || !(finding.sigma_lateral_m > 0.0)) return;
-  if (Followed* const owner = owner_of(finding)) return hit(*owner, finding, seen);
-  // A verge at the road's level tells of what is followed; by itself it is none.
+  if (Tracked* const owner = owner_of(finding)) return hit(*owner, finding, seen);
+  // A verge at the road's level tells of what is tracked; by itself it is none.
   const bool has_height = std::isfinite(finding.height_m) && std::isfinite(finding.sigma_height_m);
-  if (!has_height || followed.size() == kMostTracks) return;
+  if (!has_height || tracked.size() == kMostTracks) return;
   const double overgrown = overgrown_at(finding.lateral_m);
-  Followed& fresh = followed.emplace_back();
+  Tracked& fresh = tracked.emplace_back();
   fresh.track.id = next_id++;
   fresh.path.start(finding, options);
   fresh.what.start(finding, overgrown);
@@ -213,7 +213,7 @@ void CurbDetector::Impl::take(const CurbFinding& finding, const CurbView& seen) 
   hit(fresh, finding, seen);
 }
 
-void CurbDetector::Impl::hit(Followed& one, const CurbFinding& finding, const CurbView& seen) {
+void CurbDetector::Impl::hit(Tracked& one, const CurbFinding& finding, const CurbView& seen) {
   if (one.track.hits++ > 0) {
     one.path.update(finding, options);
     one.what.hit(finding, one.hidden_m + way_m, options.object_length_m);
@@ -228,7 +228,7 @@ void CurbDetector::Impl::hit(Followed& one, const CurbFinding& finding, const Cu
 }
 
 // Beyond it there is ground of the same road, and nothing nearer that could hide it.
-bool CurbDetector::Impl::is_clearly_absent(const Followed& one, const CurbView& seen) const {
+bool CurbDetector::Impl::is_clearly_absent(const Tracked& one, const CurbView& seen) const {
   if (!seen.has_road) return false;
   const double margin = std::max(3.0 * one.path.sigma_lateral_m(), kClearBeyond_m);
   const double lateral = one.path.lateral_m();
@@ -236,7 +236,7 @@ bool CurbDetector::Impl::is_clearly_absent(const Followed& one, const CurbView& 
 }
 
 void CurbDetector::Impl::look_for_unseen(const CurbView& seen, double step_m) {
-  for (Followed& one : followed) {
+  for (Tracked& one : tracked) {
     if (one.is_seen) continue;
     one.hidden_m += step_m;
     if (!is_clearly_absent(one, seen)) continue;
@@ -246,7 +246,7 @@ void CurbDetector::Impl::look_for_unseen(const CurbView& seen, double step_m) {
 }
 
 void CurbDetector::Impl::forget() {
-  std::erase_if(followed, [](const Followed& one) {
+  std::erase_if(tracked, [](const Tracked& one) {
     return one.what.probability_of_something() < kLeastLikely || one.hidden_m > kLongestHidden_m;
   });
 }
@@ -255,7 +255,7 @@ void CurbDetector::Impl::tell() {
   told.clear();
   const Eigen::Vector2d up = -road.normal();
   const Eigen::Vector2d below = road.distance_m * road.normal();
-  for (Followed& one : followed) {
+  for (Tracked& one : tracked) {
     CurbTrack& track = one.track;
     track.kind = one.what.kind();
     if (!is_sidewise(track.kind)) continue;

@@ -38,7 +38,7 @@ struct ObjectCluster {
 
   Eigen::Vector2d normal{1.0, 0.0};  ///< Of the nearest face, away from the sensor.
   double sigma_normal_rad = 0.0;
-  /// What is followed: the middle between the ends, on the face; where not both are seen the
+  /// What is tracked: the middle between the ends, on the face; where not both are seen the
   /// closest point.
   Eigen::Vector2d anchor_m{0.0, 0.0};
   double normal_variance = 0.0;   ///< Of the anchor along the normal,

@@ -175,7 +175,7 @@ void ObjectFilter::update_along(const Vector2d& axis, double innovation, double 
   kalman_.correct(h, seen);
 }
 
-// What is followed along this axis is something else from now on: its place says nothing about the
+// What is tracked along this axis is something else from now on: its place says nothing about the
 // velocity.
 void ObjectFilter::anchor_along(const Vector2d& axis, double offset, double variance) noexcept {
   kalman_.mean.head<2>() += offset * axis;

@@ -60,7 +60,7 @@ void set_contact(double distance, double variance_d, double variance_v, double c
   const double k2 = kTwoSided95 * kTwoSided95;
   const double v = t.closing_m_s;
   t.time_to_contact_s = t.ttc_low_s = t.ttc_high_s = kUnknown;
-  if (v + kTwoSided95 * std::sqrt(variance_v) <= 0.0) return;  // Surely not.
+  if (v + kTwoSided95 * std::sqrt(variance_v) <= 0.0) return;  // It certainly does not.
   if (v > 0.0) t.time_to_contact_s = distance / v;
   const double a = v * v - k2 * variance_v;
   const double b = distance * v - k2 * covariance;
@@ -94,7 +94,7 @@ void ObjectOptions::validate() const {
 }
 
 struct ObjectTracker::Impl {
-  struct Followed {
+  struct Tracked {
     ObjectFilter filter;
     ObjectTrack track;
   };
@@ -105,12 +105,12 @@ struct ObjectTracker::Impl {
 
   OwnStep step_to(const PolarScan& scan, const std::optional<Motion>& motion);
   void associate();
-  void take_hit(Followed& followed, const ObjectCluster& seen) const;
-  void take_miss(Followed& followed) const;
+  void take_hit(Tracked& tracked, const ObjectCluster& seen) const;
+  void take_miss(Tracked& tracked) const;
   void begin(const ObjectCluster& seen);
   void drop_gone();
-  void describe(Followed& followed, const OwnStep& own) const;
-  void set_velocity(const Followed& followed, const OwnStep& own, ObjectTrack& track) const;
+  void describe(Tracked& tracked, const OwnStep& own) const;
+  void set_velocity(const Tracked& tracked, const OwnStep& own, ObjectTrack& track) const;
   ObjectZone zone_of(const ObjectTrack& track) const;
 
   ObjectOptions options;
@@ -119,7 +119,7 @@ struct ObjectTracker::Impl {
   std::array<CurbEdge, 2> curbs;
   std::size_t curb_count = 0;
 
-  std::vector<Followed> followed;
+  std::vector<Tracked> tracked;
   std::vector<Pair> pairs;
   std::vector<char> is_track_taken, is_cluster_taken;
   std::vector<ObjectTrack> tracks;
@@ -133,7 +133,7 @@ struct ObjectTracker::Impl {
 ObjectTracker::ObjectTracker(const ObjectOptions& options) : impl_(std::make_unique<Impl>()) {
   options.validate();
   impl_->options = options;
-  impl_->followed.reserve(kMostTracks);
+  impl_->tracked.reserve(kMostTracks);
   impl_->tracks.reserve(kMostTracks);
   impl_->is_track_taken.reserve(kMostTracks);
 }
@@ -181,12 +181,12 @@ std::span<const ObjectTrack> ObjectTracker::update(const PolarScan& scan,
                                                    const std::optional<Motion>& motion) {
   Impl& m = *impl_;
   const OwnStep own = m.step_to(scan, motion);
-  for (Impl::Followed& f : m.followed) f.filter.predict(own, m.options);
+  for (Impl::Tracked& f : m.tracked) f.filter.predict(own, m.options);
   m.clusters.find(scan, m.options, m.ground);
   m.associate();
   m.drop_gone();
   m.tracks.clear();
-  for (Impl::Followed& f : m.followed) {
+  for (Impl::Tracked& f : m.tracked) {
     m.describe(f, own);
     m.tracks.push_back(f.track);
   }
@@ -200,7 +200,7 @@ OwnStep ObjectTracker::Impl::step_to(const PolarScan& scan, const std::optional<
   own.dt_s = static_cast<double>(scan.time.monotonic_ns - last_ns) * 1e-9;
   const bool is_next = has_scan && own.dt_s > 0.0 && own.dt_s <= kLongestGap_s &&
                        is_moving == last_motion.has_value();
-  if (!is_next) followed.clear();
+  if (!is_next) tracked.clear();
   if (is_moving) {
     const Motion from = is_next ? *last_motion : *motion;
     const auto or_zero = [](double value) { return std::isfinite(value) ? value : 0.0; };
@@ -235,30 +235,30 @@ OwnStep ObjectTracker::Impl::step_to(const PolarScan& scan, const std::optional<
 void ObjectTracker::Impl::associate() {
   const std::vector<ObjectCluster>& found = clusters.found();
   pairs.clear();
-  for (std::size_t t = 0; t < followed.size(); ++t) {
+  for (std::size_t t = 0; t < tracked.size(); ++t) {
     for (std::size_t c = 0; c < found.size(); ++c) {
       double spread = 0.0;
-      const double d2 = followed[t].filter.distance2(found[c], spread);
-      const double known = 2.0 * std::log(followed[t].track.confidence);
+      const double d2 = tracked[t].filter.distance2(found[c], spread);
+      const double known = 2.0 * std::log(tracked[t].track.confidence);
       if (d2 < kGate) pairs.push_back({d2 + spread - known, t, c});
     }
   }
   std::sort(pairs.begin(), pairs.end(),
             [](const Pair& a, const Pair& b) { return a.cost < b.cost; });
-  is_track_taken.assign(followed.size(), 0);
+  is_track_taken.assign(tracked.size(), 0);
   is_cluster_taken.assign(found.size(), 0);
   for (const Pair& p : pairs) {
     if (is_track_taken[p.track] != 0 || is_cluster_taken[p.cluster] != 0) continue;
     is_track_taken[p.track] = is_cluster_taken[p.cluster] = 1;
-    take_hit(followed[p.track], found[p.cluster]);
+    take_hit(tracked[p.track], found[p.cluster]);
   }
   for (std::size_t t = 0; t < is_track_taken.size(); ++t)
-    if (is_track_taken[t] == 0) take_miss(followed[t]);
+    if (is_track_taken[t] == 0) take_miss(tracked[t]);
   for (std::size_t c = 0; c < found.size(); ++c)
-    if (is_cluster_taken[c] == 0 && followed.size() < kMostTracks) begin(found[c]);
+    if (is_cluster_taken[c] == 0 && tracked.size() < kMostTracks) begin(found[c]);
 }
 
-void ObjectTracker::Impl::take_hit(Followed& f, const ObjectCluster& seen) const {
+void ObjectTracker::Impl::take_hit(Tracked& f, const ObjectCluster& seen) const {
   f.filter.update(seen);
   f.track.is_seen = true;
   ++f.track.hits;
@@ -266,7 +266,7 @@ void ObjectTracker::Impl::take_hit(Followed& f, const ObjectCluster& seen) const
   f.track.confidence = after_odds(f.track.confidence, kFound / kChance);
 }
 
-void ObjectTracker::Impl::take_miss(Followed& f) const {
+void ObjectTracker::Impl::take_miss(Tracked& f) const {
   f.track.is_seen = false;
   ++f.track.scans;
   const ObjectLook look = clusters.look(f.filter.place(), f.filter.seen().width_m);
@@ -277,7 +277,7 @@ void ObjectTracker::Impl::take_miss(Followed& f) const {
 }
 
 void ObjectTracker::Impl::begin(const ObjectCluster& seen) {
-  Followed& f = followed.emplace_back();
+  Tracked& f = tracked.emplace_back();
   f.filter.start(seen, options);
   f.track.id = ++last_id;
   f.track.is_seen = true;
@@ -286,13 +286,13 @@ void ObjectTracker::Impl::begin(const ObjectCluster& seen) {
 }
 
 void ObjectTracker::Impl::drop_gone() {
-  std::erase_if(followed, [](const Followed& f) {
+  std::erase_if(tracked, [](const Tracked& f) {
     const Matrix2d place = f.filter.covariance().topLeftCorner<2, 2>();
     return f.track.confidence < kGone || (!f.track.is_seen && place.trace() > kLost_m * kLost_m);
   });
 }
 
-void ObjectTracker::Impl::describe(Followed& f, const OwnStep& own) const {
+void ObjectTracker::Impl::describe(Tracked& f, const OwnStep& own) const {
   ObjectTrack& t = f.track;
   const ObjectCluster& seen = f.filter.seen();
   t.width_m = seen.width_m;
@@ -308,8 +308,7 @@ void ObjectTracker::Impl::describe(Followed& f, const OwnStep& own) const {
   t.zone = zone_of(t);
 }
 
-void ObjectTracker::Impl::set_velocity(const Followed& f, const OwnStep& own,
-                                       ObjectTrack& t) const {
+void ObjectTracker::Impl::set_velocity(const Tracked& f, const OwnStep& own, ObjectTrack& t) const {
   t.velocity_m_s.setConstant(kUnknown);
   t.is_fully_observed = f.filter.is_fully_observed();
   t.closing_m_s = t.sigma_closing_m_s = t.sigma_v_m_s = t.observable_rad = kUnknown;

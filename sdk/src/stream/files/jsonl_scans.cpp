@@ -109,7 +109,7 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
     if (key_ == "laser") return detail::read_number(text, scan_->laser) || fail(text, "an index");
     if (key_ == "sequence") {
       has_sequence_ = true;
-      return detail::read_number(text, scan_->sequence) || fail(text, "a number of a picture");
+      return detail::read_number(text, scan_->sequence) || fail(text, "a number of a frame");
     }
     if (key_ != "time_s") return true;
     double seconds = 0.0;

@@ -37,7 +37,7 @@ std::byte level_of(const ScannerStatus& status) {
 
 std::string message_of(const ScannerStatus& status, std::byte level) {
   if (status.source == SourceState::kWaiting) return "the source is waited for";
-  if (status.source == SourceState::kSilent) return "no picture for a second or more";
+  if (status.source == SourceState::kSilent) return "no frame for a second or more";
   if (status.source == SourceState::kPaused) return "the source is paused";
   if (status.source == SourceState::kEnded) return "the source has ended";
   if (level == wire::DiagnosticStatus::kError) return "illumination pattern lost";

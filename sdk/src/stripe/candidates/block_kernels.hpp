@@ -41,18 +41,18 @@ void move_to_maxima_of_rows(const PixelPlanes<std::uint8_t>& planes, const std::
 void move_to_maxima_of_rows(const PixelPlanes<std::uint16_t>& planes, const std::uint16_t* maxima,
                             int first_row, int count, std::int32_t* across);
 
-/// The blocks of an image's lines.
+/// The blocks of an image's scan lines.
 template <typename Pixel>
 struct Blocks {
   const Pixel* maxima = nullptr;
   const Pixel* positions = nullptr;  // Null: of rows.
   int lines = 0;
-  int count = 0;  // Of a line.
+  int count = 0;  // Of a scan line.
 };
 
-/// Of every line the most prominent blocks, the most prominent first and of equal ones the first,
-/// at [nth * lines + line]: how far they rise above the darker one of their neighbours, and their
-/// numbers. Where nothing rises there is none.
+/// Of every scan line the most prominent blocks, the most prominent first and of equal ones the
+/// first, at [nth * lines + line]: how far they rise above the darker one of their neighbours, and
+/// their numbers. Where nothing rises there is none.
 template <typename Rank>
 struct Ranking {
   int depth = kBestBlocks;     // Of so many, or of kFirstBlocks, and how far the next one rises.

@@ -13,12 +13,12 @@
 
 namespace striper::detail {
 
-/// The largest value of `lit - dark` in every block of 32 pixels of every line, and where it is:
-/// all that one pass over an image must keep to find the peaks of each line.
+/// The largest value of `lit - dark` in every block of 32 pixels of every scan line, and where it
+/// is: all that one pass over an image must keep to find the peaks of each scan line.
 ///
 /// The pass reads each pixel once, in memory order, with the widest vectors of the machine (chosen
 /// at run time). `lit - dark` stops at 0, masked pixels count as 0, and among equal values the
-/// first one wins. Two peaks of a line inside one block give one candidate, the higher one.
+/// first one wins. Two peaks of a scan line inside one block give one candidate, the higher one.
 ///
 /// Along rows only the values are kept, and where they are is looked up for the blocks asked about:
 /// until the next `find` the pixels must stay where and as they are.
@@ -40,11 +40,12 @@ class BlockMaxima {
     int prominence_dn = 0;  ///< How far it rises above the darker one of its neighbouring blocks.
   };
 
-  /// Reads `frame`, one line per column (kColumns) or row (kRows).
+  /// Reads `frame`, one scan line per column (kColumns) or row (kRows).
   void find(const LitFrame& frame, StripeAxis axis);
 
-  /// Ranks the blocks of every line by prominence; needed before `best`. @param depth how many of a
-  /// line: kBest, or kFirst, which takes less time and tells also how prominent the next one is.
+  /// Ranks the blocks of every scan line by prominence; needed before `best`. @param depth how many
+  /// of a scan line: kBest, or kFirst, which takes less time and tells also how prominent the next
+  /// one is.
   void rank(int depth = kBest);
 
   int lines() const noexcept { return lines_; }
@@ -58,12 +59,12 @@ class BlockMaxima {
     return {across, number_at(maxima_, block, line), 0};
   }
 
-  /// How prominent the `nth` most prominent block of a line is, 0 <= nth < kBest; nth <= kFirst
-  /// where ranked to kFirst.
+  /// How prominent the `nth` most prominent block of a scan line is, 0 <= nth < kBest; nth <=
+  /// kFirst where ranked to kFirst.
   int prominence_dn(int nth, int line) const noexcept { return number_at(prominences_, nth, line); }
 
-  /// The block maximum that is the `nth` most prominent of a line, 0 <= nth < the depth ranked to;
-  /// of equal ones the first. Prominence 0 stands for none.
+  /// The block maximum that is the `nth` most prominent of a scan line, 0 <= nth < the depth ranked
+  /// to; of equal ones the first. Prominence 0 stands for none.
   Peak best(int nth, int line) const noexcept {
     const int prominence = prominence_dn(nth, line);
     if (prominence == 0) return {};
@@ -72,11 +73,11 @@ class BlockMaxima {
     return peak;
   }
 
-  /// Which pixel the most prominent block maximum of each line is at, that of the first block in a
-  /// line without any contrast. Needs `rank`.
+  /// Which pixel the most prominent block maximum of each scan line is at, that of the first block
+  /// in a scan line without any contrast. Needs `rank`.
   const std::vector<std::int32_t>& best_across() const noexcept { return best_across_; }
 
-  /// What else of a line may be the stripe, besides its most prominent block.
+  /// What else of a scan line may be the stripe, besides its most prominent block.
   struct RivalLimits {
     int second_dn = 1;  ///< What rises at least so far, at least 1,
     int flank_px = 0;  ///< but for the flank that a peak has in the next block, at most so far off.
@@ -84,15 +85,15 @@ class BlockMaxima {
   };
   using Place = PeakSeed;
   struct Rivals {
-    std::vector<Place> places;             ///< In order of lines, the more prominent first.
+    std::vector<Place> places;             ///< In order of scan lines, the more prominent first.
     std::vector<std::int32_t> weak_lines;  ///< In order; their places are not among `places`.
     std::vector<std::int32_t> flat_lines;  ///< Without any contrast; not among the weak ones.
   };
 
-  /// Finds them. Needs `rank`, and ranks to kBest itself where a line has so many.
+  /// Finds them. Needs `rank`, and ranks to kBest itself where a scan line has so many.
   void find_rivals(const RivalLimits& limits, Rivals& rivals);
 
-  /// The largest `lit - dark` of a line; masked pixels count as 0.
+  /// The largest `lit - dark` of a scan line; masked pixels count as 0.
   int brightest_dn(int line) const noexcept {
     int brightest = 0;
     for (int block = 0; block < blocks_; ++block) {
@@ -101,7 +102,7 @@ class BlockMaxima {
     return brightest;
   }
 
-  /// Whether a pixel of the line was masked.
+  /// Whether a pixel of the scan line was masked.
   bool is_partly_masked(int line) const noexcept {
     return !masked_.empty() && masked_[static_cast<std::size_t>(line)] != 0;
   }
@@ -138,8 +139,8 @@ class BlockMaxima {
   int lines_ = 0;
   int blocks_ = 0;
   int depth_ = kBest;  // That the blocks are ranked to.
-  // A column per line, in 8 or in 16 bits. Of a row per block: the largest pixel, and where in the
-  // block, which along rows is not known.
+  // A column per scan line, in 8 or in 16 bits. Of a row per block: the largest pixel, and where in
+  // the block, which along rows is not known.
   cv::Mat maxima_, positions_;
   // Of kBest rows; in 16 bits where the pixels or the numbers of the blocks need them.
   cv::Mat prominences_, best_blocks_;

@@ -36,7 +36,7 @@ HWY_INLINE hn::Vec<D> load(D d, const Number* numbers) {
   }
 }
 
-// Lines side by side, block after block: the most prominent ones so far, best first.
+// Scan lines side by side, block after block: the most prominent ones so far, best first.
 template <int kDepth, class D>
 struct Best {
   using Rank = hn::TFromD<D>;
@@ -78,7 +78,7 @@ struct Best {
   }
 };
 
-// A vector of lines.
+// A vector of scan lines.
 template <int kDepth, typename Pixel, typename Rank, class D>
 HWY_INLINE void rank_lines(D d, const Blocks<Pixel>& blocks, const Ranking<Rank>& ranking,
                            int line) {
@@ -94,7 +94,7 @@ HWY_INLINE void rank_lines(D d, const Blocks<Pixel>& blocks, const Ranking<Rank>
   for (auto& block : best.block) block = zero;
   best.position = position(0);
   auto value = of_block(blocks.maxima, 0);
-  // The first and the last block of a line have one neighbour only, and an only one none.
+  // The first and the last block of a scan line have one neighbour only, and an only one none.
   auto before = last > 0 ? of_block(blocks.maxima, 1) : zero;
   auto number = zero;
   for (std::ptrdiff_t c = 0; c <= last; ++c) {
@@ -117,7 +117,7 @@ void rank_to(const Blocks<Pixel>& blocks, const Ranking<Rank>& ranking) {
     for (int line = 0; line < blocks.lines; ++line) rank_lines<kDepth>(one, blocks, ranking, line);
     return;
   }
-  // The last lines may overlap those before them: the same is written twice.
+  // The last scan lines may overlap those before them: the same is written twice.
   for (int line = 0; line < blocks.lines; line += n) {
     rank_lines<kDepth>(d, blocks, ranking, std::min(line, blocks.lines - n));
   }

@@ -14,8 +14,8 @@
 namespace striper::detail {
 namespace {
 
-// So often the brightest thing of a frame's lines, no noise, may change before ridges are looked
-// for.
+// So often the brightest thing of a frame's scan lines, no noise, may change before ridges are
+// looked for.
 constexpr double kMostUnclear = 0.03;
 // Ridges are compared with pixels so many widths off, at least and at most so many pixels: in
 // pixels for a stripe of unknown width.
@@ -65,8 +65,8 @@ void CandidateFinder::drop_what_is_none(const SearchedPart& part) {
   candidates_.blank_flat_lines();
 }
 
-// Whether the brightest thing of a line so often is another than that of the next that the stripe
-// may not be among the brightest pixels.
+// Whether the brightest thing of a scan line so often is another than that of the next that the
+// stripe may not be among the brightest pixels.
 bool CandidateFinder::is_hidden_by_background(const LitFrame& frame) const {
   if (is_background_subtracted(frame) || options_.each_line_by_itself) return false;
   const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));

@@ -15,11 +15,11 @@
 
 namespace striper::detail {
 
-/// From here on what a line shows is no noise.
+/// From here on what a scan line shows is no noise.
 inline constexpr float kClearSignificance = 8.0F;
 
-/// Finds what in a frame may be the stripe, and measures it: of each line its brightest pixels,
-/// and where the background hides the stripe all its ridges.
+/// Finds what in a frame may be the stripe, and measures it: of each scan line its brightest
+/// pixels, and where the background hides the stripe all its ridges.
 class CandidateFinder {
  public:
   /// @param options outlive it.
@@ -27,7 +27,7 @@ class CandidateFinder {
   CandidateFinder(const CandidateFinder&) = delete;
   CandidateFinder& operator=(const CandidateFinder&) = delete;
 
-  /// Begins a frame: the brightest pixels of every line.
+  /// Begins a frame: the brightest pixels of every scan line.
   void begin(const LitFrame& frame);
 
   /// Finds and measures the candidates, of a stripe so wide.

@@ -9,7 +9,7 @@
 namespace striper::detail {
 namespace {
 
-// The response that a line of `length` noise pixels exceeds with probability `rate`.
+// The response that a scan line of `length` noise pixels exceeds with probability `rate`.
 double threshold_for(int length, double rate) {
   const double tail = -std::expm1(std::log1p(-rate) / length);
   double low = 0.0;

@@ -6,18 +6,18 @@
 
 namespace striper::detail {
 
-/// What a filter response of so many standard deviations says about a line of `length` independent
-/// pixels of pure noise.
+/// What a filter response of so many standard deviations says about a scan line of `length`
+/// independent pixels of pure noise.
 class Detection {
  public:
-  /// Tables for lines of this length; no work when it has not changed.
+  /// Tables for scan lines of this length; no work when it has not changed.
   void prepare(int length, double false_alarm_rate, double weak_false_alarm_rate);
 
-  /// Noise exceeds it in `false_alarm_rate` of the lines: Phi^-1((1 - rate)^(1 / length)).
+  /// Noise exceeds it in `false_alarm_rate` of the scan lines: Phi^-1((1 - rate)^(1 / length)).
   double threshold() const noexcept { return threshold_; }
   double weak_threshold() const noexcept { return weak_threshold_; }
 
-  /// The probability that noise alone stays below a response in the whole line, as a table:
+  /// The probability that noise alone stays below a response in the whole scan line, as a table:
   /// kPerSigma entries to a standard deviation, from 0 to kLargest, where it is 1.
   const float* not_noise() const noexcept { return not_noise_.data(); }
 

@@ -22,7 +22,7 @@ constexpr double kHopelessFirstProminence = 6.0;
 // Of a peak's height its ridge rises: .95 for a stripe, whose pixels may share it with another.
 constexpr float kLeastOfRidge = 0.4F;
 
-// From line to line, pixels: a larger step is another thing's.
+// From scan line to scan line, pixels: a larger step is another thing's.
 constexpr double kSteepest = 4.0;
 constexpr double kNowhere = -1e9;
 
@@ -130,7 +130,7 @@ void PeakCandidates::find_weak_rivals(const LitFrame& frame, StripeAxis axis,
 }
 
 // Between surfaces as bright as itself a stripe does not rise above the blocks next to it: of weak
-// lines every block is looked at.
+// scan lines every block is looked at.
 template <typename Pixel>
 void PeakCandidates::find_weak_rivals_in(const LitFrame& frame, StripeAxis axis,
                                          const BlockMaxima& blocks) {

@@ -17,10 +17,10 @@ constexpr float kWeakSignificance = 8.0F;
 constexpr float kHopelessSignificance = 2.5F;
 
 // What a stripe beside an edge shows above the brighter side, in sigmas: less than in all of a
-// line, since there are few places where noise may do so.
+// scan line, since there are few places where noise may do so.
 constexpr double kLeastAboveEdge = 3.5;
 
-// Whether what brightens the place's sides may be the line's most prominent peak, and no edge.
+// Whether what brightens the place's sides may be the scan line's most prominent peak, and no edge.
 bool is_beside_primary(const PeakMeasurer::Task& task, const PeakPlace& place) {
   const auto line = static_cast<std::size_t>(place.line);
   return task.primary->significance[line] >= static_cast<float>(task.threshold) &&

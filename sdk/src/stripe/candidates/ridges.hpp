@@ -25,7 +25,7 @@ namespace striper::detail {
 /// size. Not thread-safe.
 class Ridges {
  public:
-  static constexpr std::size_t kMost = 24;  // Of a line; the lower ones are dropped.
+  static constexpr std::size_t kMost = 24;  // Of a scan line; the lower ones are dropped.
 
   struct Ridge {
     std::int32_t across = 0;

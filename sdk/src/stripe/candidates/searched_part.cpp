@@ -12,7 +12,7 @@
 namespace striper::detail {
 namespace {
 
-// Pixels beyond where the stripe can be, for its background; and of a line that it can nearly
+// Pixels beyond where the stripe can be, for its background; and of a scan line that it can nearly
 // always be in, all is searched.
 constexpr int kBackgroundAbout = 40;
 constexpr double kNearlyAll = 0.9;

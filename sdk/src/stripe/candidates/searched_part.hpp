@@ -13,11 +13,11 @@
 
 namespace striper::detail {
 
-/// The shortest line that can show a stripe, in pixels.
+/// The shortest scan line that can show a stripe, in pixels.
 inline constexpr int kLeastLength = 3;
 
 /// The part of a frame, across, that can show the stripe, with the background about it; and where
-/// in it each line can.
+/// in it each scan line can.
 class SearchedPart {
  public:
   /// @param expected null, or without rows: the stripe can be anywhere. Outlives what is asked of
@@ -34,7 +34,7 @@ class SearchedPart {
   /// The first pixel across of the part.
   int from_px() const noexcept { return from_px_; }
 
-  /// Whether each line has its limits; these are pixels of the part.
+  /// Whether each scan line has its limits; these are pixels of the part.
   bool is_limited() const noexcept { return !first_.empty(); }
   float first_of(int line) const noexcept { return first_[static_cast<std::size_t>(line)]; }
   float last_of(int line) const noexcept { return last_[static_cast<std::size_t>(line)]; }
@@ -47,7 +47,7 @@ class SearchedPart {
   LitFrame cut_across(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected);
   Extent set_limits(const LitFrame& frame, StripeAxis axis, const ExpectedStripe& expected);
 
-  // The first and last pixel across between which the stripe of each line can be.
+  // The first and last pixel across between which the stripe of each scan line can be.
   std::vector<float> first_, last_;
   int from_px_ = 0;
   StripeAxis axis_ = StripeAxis::kColumns;

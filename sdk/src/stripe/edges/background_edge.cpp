@@ -64,7 +64,7 @@ double rise_above(const LitLine<Pixel>& line, const Side& level, double width, i
 }
 
 // The side that a stripe would have to rise above, if the sides contradict a straight background;
-// at the border of the picture there is only one.
+// at the border of the image there is only one.
 std::optional<Side> contradicting(const Side& before, const Side& after, double level) {
   const bool has_before = before.pixels >= kLeastPixels;
   const bool has_after = after.pixels >= kLeastPixels;

@@ -18,7 +18,7 @@ struct PeakPlace {
 
 /// What the matched filter finds of a peak above the brighter one of its sides, 0 or more, in
 /// sigmas of noise, where the pixels right beside it contradict a straight background: brighter on
-/// one side than noise makes them, or above it on both; at the picture's border, off it on the only
+/// one side than noise makes them, or above it on both; at the image's border, off it on the only
 /// side. Infinite where they do not. About an edge, a straight background is too low on the
 /// brighter side: what is left there looks like a stripe, but does not rise above that side.
 double significance_above_edge(const LitFrame& frame, StripeAxis axis, const PlanNoise& noise,

@@ -8,7 +8,7 @@
 
 namespace striper::detail {
 
-/// The pixels of one line about a stripe, those that are neither clipped nor masked.
+/// The pixels of one scan line about a stripe, those that are neither clipped nor masked.
 struct EdgeProfile {
   static constexpr std::size_t kMost = 64;
 
@@ -21,8 +21,9 @@ struct EdgeProfile {
   std::array<double, kMost> extra;  // and what motion leaves in lit - dark, DN^2.
 };
 
-/// What a line shows where the surface's reflectance steps under the stripe: (ambient + laser) x
-/// (1 -+ contrast), seen through a lens with blur, above the black level. Pixels of the image, DN.
+/// What a scan line shows where the surface's reflectance steps under the stripe: (ambient + laser)
+/// x (1 -+ contrast), seen through a lens with blur, above the black level. Pixels of the image,
+/// DN.
 struct EdgeModel {
   enum Parameter : std::size_t {
     kPosition,   // Of the stripe.

@@ -26,11 +26,11 @@ constexpr double kOddWidth = 0.1;
 constexpr double kOddErrors = 5.0;
 
 // What is known beforehand. Lenses that are in focus blur by a third to half a pixel and more; a
-// width that is learnt from most lines is true to some percent.
+// width that is learnt from most scan lines is true to some percent.
 constexpr double kBlur = 0.45;
 constexpr double kBlurSigma = 0.15;
 constexpr double kWidthSigma = 0.045;
-constexpr double kWidthRate = 0.06;  // Of a line.
+constexpr double kWidthRate = 0.06;  // Of a scan line.
 constexpr double kSlope = 0.03;      // Of the daylight, per pixel: shading.
 constexpr double kContrastSigma = 0.6;
 constexpr double kKnownBlack = 1.0 / 255.0;  // Of full scale, where the noise model has it,
@@ -51,8 +51,8 @@ constexpr double kSeenContrast = 0.05;
 
 constexpr int kFirstSteps = 3;
 constexpr int kMostSteps = 10;
-// What was followed from the line before is searched for anew where it fits no better, or gains
-// less over a shadow: chi squared of three parameters with 90 %.
+// What was tracked from the scan line before is searched for anew where it fits no better, or
+// gains less over a shadow: chi squared of three parameters with 90 %.
 constexpr double kSuspectMisfit = 1.4;
 constexpr double kClearGain = 6.3;
 constexpr double kNoContrast = 1e-3;
@@ -60,7 +60,7 @@ constexpr double kNoContrast = 1e-3;
 constexpr double kAnyWidth = 0.4;
 constexpr double kFaintContrast = 0.15;
 // An edge explains the profile better than none does by so much, or there is none: chi squared of
-// three parameters, by chance in a line of a thousand of those that are looked at.
+// three parameters, by chance in a scan line of a thousand of those that are looked at.
 constexpr double kEvidence = 16.0;
 constexpr double kGoodMisfit = 2.0;
 constexpr double kLargestSigma = 1.5;  // Widths: nothing is known of a position beyond.
@@ -118,7 +118,7 @@ class EdgeTest {
     if (at < sides_.far + 1 || at >= length - sides_.far - 1) return false;
     const Pair near = pair(pixels, at, sides_.near);
     const Pair far = pair(pixels, at, sides_.far);
-    // A slope of the daylight is no edge, and the dark exposure has taken it away.
+    // A slope of the daylight is no edge, and was subtracted with the dark exposure.
     return differs(near.difference - slope_part_ * far.difference, 1.0 + slope_part_ * slope_part_,
                    near, sigma) ||
            (has_dark_ && differs(far.difference, 1.0, far, sigma));
@@ -356,15 +356,16 @@ void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& no
   stripe.sigma_px[i] = static_cast<float>(sigma * place.step);
 }
 
-// Where edges go on along the stripe, most lines' widths are those of what the edge leaves of it.
+// Where edges go on along the stripe, most scan lines' widths are those of what the edge leaves of
+// it.
 void ReflectanceEdges::learn_width(const EdgeEstimate& found, double expected) {
   if (!(found.misfit < kGoodMisfit)) return;
   const double scale = width_scale_ * found.model.of[EdgeModel::kWidth] / expected;
   width_scale_ += kWidthRate * (std::clamp(scale, 0.7, 1.5) - width_scale_);
 }
 
-// From where the line before had it; and from wherever it may be, where that explains the profile
-// badly, or hardly better than a shadow does.
+// From where the scan line before had it; and from wherever it may be, where that explains the
+// profile badly, or hardly better than a shadow does.
 EdgeEstimate ReflectanceEdges::find_edge(const EdgeProfile& profile, const PlanNoise& noise,
                                          const EdgePrior& prior, int line) {
   EdgeEstimate reflectance;

@@ -19,8 +19,8 @@ namespace striper::detail {
 /// left. Without daylight only the shape does, and the error is large. An edge of the light alone
 /// (a shadow) is the other hypothesis; both have their say by their likelihood.
 ///
-/// Only lines whose background differs between both sides, or whose width is not the stripe's, are
-/// looked at; their fits cost much more than the test. No allocation.
+/// Only scan lines whose background differs between both sides, or whose width is not the stripe's,
+/// are looked at; their fits cost much more than the test. No allocation.
 class ReflectanceEdges {
  public:
   /// @param stripe of this frame, with the errors that the noise of the pixels makes.
@@ -39,8 +39,8 @@ class ReflectanceEdges {
 
   void learn_width(const EdgeEstimate& found, double expected);
 
-  double width_scale_ = 1.0;  // Of the width that was learnt from most lines, in this frame.
-  EdgeModel last_;            // Of the line before: edges mostly go on.
+  double width_scale_ = 1.0;  // Of the width that was learnt from most scan lines, in this frame.
+  EdgeModel last_;            // Of the scan line before: edges mostly go on.
   int last_line_ = -2;
   int last_moved_line_ = -2;
   std::size_t looked_at_ = 0;

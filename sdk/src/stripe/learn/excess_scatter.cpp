@@ -42,7 +42,7 @@ void ExcessScatter::take_differences(const Stripe& stripe, std::size_t most) {
   scratch_.reserve(kMemory);
   const std::size_t size = stripe.size();
   const std::size_t stride = size / most + 1;
-  const std::size_t first = 2 * kLag + next_ % stride;  // Other lines in every frame.
+  const std::size_t first = 2 * kLag + next_ % stride;  // Other scan lines in every frame.
   const auto ok = [&](std::size_t i) { return stripe.status[i] == ReturnStatus::kOk; };
   const auto variance = [&](std::size_t i) { return stripe.sigma_px[i] * stripe.sigma_px[i]; };
   for (std::size_t i = first; i + 2 * kLag < size; i += stride) {

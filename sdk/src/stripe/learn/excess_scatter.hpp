@@ -9,9 +9,9 @@
 namespace striper::detail {
 
 /// Learns how much the stripe scatters along itself beyond what the noise of the pixels explains:
-/// speckle, the texture of surfaces, what a picture's compression does.
+/// speckle, the texture of surfaces, what an image's compression does.
 ///
-/// From fourth differences of good returns two lines apart, which no straight or gently bent
+/// From fourth differences of good returns two scan lines apart, which no straight or gently bent
 /// surface shows, and their median without what stands out by 4 standard deviations: edges. Over
 /// the last 1536 of them: 384 of each of the first frames, 16 of each later one. Two standard
 /// errors of the median may be chance, so that noise alone is no excess; what is plainly more

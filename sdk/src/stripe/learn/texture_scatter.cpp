@@ -16,14 +16,14 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
-// Lines that get the same excess; with those of a block on either side, 24 lines are looked at.
-// Fewer are mostly chance, more are another surface.
+// Scan lines that get the same excess; with those of a block on either side, 24 scan lines are
+// looked at. Fewer are mostly chance, more are another surface.
 constexpr std::size_t kBlock = 8;
 constexpr std::size_t kReach = 1;
 constexpr int kLeastKnown = 5;
 
-// Differences of lines two apart show grain of up to some 6 pixels. Farther apart they would show
-// coarser grain, which moves a stripe less, and the kinks and edges of objects.
+// Differences of scan lines two apart show grain of up to some 6 pixels. Farther apart they would
+// show coarser grain, which moves a stripe less, and the kinks and edges of objects.
 constexpr std::size_t kLag = 2;
 constexpr float kPlaceParts = 70.0F;  // 1 + 16 + 36 + 16 + 1: of a fourth difference,
 constexpr float kWidthParts = 6.0F;   // and 1 + 4 + 1 of a second one.

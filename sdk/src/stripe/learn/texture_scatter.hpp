@@ -13,19 +13,19 @@ namespace striper::detail {
 /// Adds to `sigma_px` what the texture of a surface (wood, grain, print) does to the stripe's place
 /// there, where neither a fit nor the whole frame's scatter has it.
 ///
-/// Three signs of it, each over the 24 lines about a return, of which the largest counts: places
-/// that scatter along the stripe more than they say, widths that do, and widths that are not the
-/// stripe's, where it is known. What a texture does to the width it does to the place: the two are
-/// the even and the odd part of the same light, and the noise of the pixels moves both alike. So
-/// lines along which the texture does not change have their sign as well, and no daylight is
-/// needed.
+/// Three signs of it, each over the 24 scan lines about a return, of which the largest counts:
+/// places that scatter along the stripe more than they say, widths that do, and widths that are not
+/// the stripe's, where it is known. What a texture does to the width it does to the place: the two
+/// are the even and the odd part of the same light, and the noise of the pixels moves both alike.
+/// So scan lines along which the texture does not change have their sign as well, and no daylight
+/// is needed.
 ///
-/// Without texture 6 us for 640 lines. No allocation once a frame was as large.
+/// Without texture 6 us for 640 scan lines. No allocation once a frame was as large.
 class TextureScatter {
  public:
-  /// @param stripe one element per line, with the errors known so far.
+  /// @param stripe one element per scan line, with the errors known so far.
   /// @param width expected, in pixels of the image. @param is_width_known whether somebody gave it:
-  /// what was learnt from these lines says nothing of how odd they are. @param across of that
+  /// what was learnt from these scan lines says nothing of how odd they are. @param across of that
   /// image.
   void add(const WidthModel& width, bool is_width_known, const AxisGrid& across, Stripe& stripe);
 
@@ -38,7 +38,7 @@ class TextureScatter {
   void take_excess(float parts);
   float excess_about(std::size_t first, std::size_t last);
 
-  // Of each line; NaN where there is no good return.
+  // Of each scan line; NaN where there is no good return.
   std::vector<float> across_, width_, variance_, width_variance_, odd_width_;
   std::vector<float> surface_;            // Its number.
   std::vector<float> squared_, allowed_;  // Of a difference: what it is, and what noise makes it.

@@ -19,8 +19,8 @@ constexpr int kLines = 128;
 constexpr double kProminence = 4.0;  // Standard deviations of noise.
 constexpr int kReach = 32;
 
-// The mean of several lines' profiles about their brightest pixels, each in parts of its own
-// height: a few light sources are no more than a few faint lines.
+// The mean of several scan lines' profiles about their brightest pixels, each in parts of its own
+// height: a few light sources are no more than a few faint scan lines.
 class MeanProfile {
  public:
   template <typename Pixel>

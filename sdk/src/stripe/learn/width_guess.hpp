@@ -11,7 +11,7 @@
 namespace striper::detail {
 
 /// A first guess of the stripe's effective sigma, pixels of the image: from the width at half
-/// height of the mean profile of the lines whose peak is clear. Empty where there are none.
+/// height of the mean profile of the scan lines whose peak is clear. Empty where there are none.
 std::optional<double> guess_stripe_width(const LitFrame& frame, StripeAxis axis,
                                          const BlockMaxima& blocks, double noise_dn);
 

@@ -16,21 +16,22 @@ constexpr std::size_t kLaterSamples = 48;  // Of a frame, once the width is know
 constexpr int kFirstClippedFits = 64;
 constexpr int kClippedFits = 12;
 
-// How many of the lines looked at have a peak of which kind.
+// How many of the scan lines looked at have a peak of which kind.
 struct Census {
   int strong = 0;
   int fair = 0;  // The strong ones among them.
   int clipped = 0;
 };
 
-// What was chosen in a line and is more probably the stripe than not; null without such.
+// What was chosen in a scan line and is more probably the stripe than not; null without such.
 const Candidate* stripe_of(const StripeChoice& choice, int line) {
   const StripeChoice::Chosen& chosen = choice.of_line(line);
   if (chosen.candidate < 0 || chosen.confidence < kLeastConfidence) return nullptr;
   return &choice.pieces().candidate(static_cast<std::size_t>(chosen.candidate));
 }
 
-// Takes the stripe of every so many lines, from line `first` modulo that, if it is clear enough.
+// Takes the stripe of every so many scan lines, from scan line `first` modulo that, if it is clear
+// enough.
 Census add_samples(const StripeChoice& choice, float least_snr, std::size_t first,
                    WidthTracker& width) {
   width.begin();
@@ -74,7 +75,7 @@ int WidthLearner::add_clipped_samples(const LitFrame& frame, StripeAxis axis,
   const auto lines = choice.pieces().lines();
   int count = 0;
   for (int n = 0; n < most; ++n) {
-    // Other lines in every frame, spread evenly.
+    // Other scan lines in every frame, spread evenly.
     next_clipped_line_ = (next_clipped_line_ + lines / most * 5 / 3 + 1) % lines;
     const Candidate* const stripe = stripe_of(choice, next_clipped_line_);
     if (stripe == nullptr || !stripe->is_clipped) continue;

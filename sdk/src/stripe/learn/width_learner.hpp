@@ -10,8 +10,8 @@
 namespace striper::detail {
 
 /// Takes samples of the stripe's width from the peaks that were chosen as the stripe, not judged
-/// yet: of lines spread over the frame, fewer once the width is known; where nearly all of them are
-/// clipped, from the flanks of a few.
+/// yet: of scan lines spread over the frame, fewer once the width is known; where nearly all of
+/// them are clipped, from the flanks of a few.
 class WidthLearner {
  public:
   /// Returns by what factor the width has changed.
@@ -22,7 +22,7 @@ class WidthLearner {
   int add_clipped_samples(const LitFrame& frame, StripeAxis axis, const StripeChoice& choice,
                           WidthTracker& width);
 
-  std::size_t next_line_ = 0;  // Frames look at different lines.
+  std::size_t next_line_ = 0;  // Frames look at different scan lines.
   int next_clipped_line_ = 0;
 };
 

@@ -128,7 +128,7 @@ WidthTracker::Fit WidthTracker::fit_about(const WidthModel& centre) const {
   return fit;
 }
 
-// Whether what lies so far off, which is what a slope hangs on, is mostly no outlier: of light
+// Whether what lies so far off, which is what a slope depends on, is mostly no outlier: of light
 // sources and edges beside a level stripe some always have its width.
 bool WidthTracker::is_stripe_beyond(double distance, double pivot, const WidthModel& centre) const {
   double all = 0.0;

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kFirstSamples = 8192;
 constexpr int kLaterSamples = 192;
-constexpr int kRun = 16;  // Neighbouring lines looked at together: their pixels share cache lines.
+constexpr int kRun =
+    16;  // Neighbouring scan lines looked at together: their pixels share cache lines.
 constexpr int kLag = 2;
 constexpr int kBins = 2048;               // Larger differences are counted as the largest.
 constexpr int kAwayFromPeak = 16;         // Pixels.
@@ -41,7 +42,8 @@ double median_of(const std::vector<std::uint32_t>& histogram, std::uint32_t tota
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-// Hands on what is compared: a pixel of each of `count` lines and those kLag before and after it.
+// Hands on what is compared: a pixel of each of `count` scan lines and those kLag before and after
+// it.
 template <typename Pixel, typename Action>
 void for_each_bend(const Pixel* middle, const ProfileImages::Steps& steps, int count,
                    const Action& action) {

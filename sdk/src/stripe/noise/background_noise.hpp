@@ -13,14 +13,15 @@ namespace striper::detail {
 /// quantisation.
 ///
 /// From the median of |x(k-2) - 2 x(k) + x(k+2)| across the stripe at scattered pixels away from
-/// each line's brightest peak, and from where `variance` is 0 if that is anywhere much: ramps
+/// each scan line's brightest peak, and from where `variance` is 0 if that is anywhere much: ramps
 /// cancel, edges are few. The first frame takes 8192 samples (1.6 %), every second later one 192,
 /// averaged over about 25 of those; a jump starts anew. A quarter of a microsecond a frame.
 class BackgroundNoise {
  public:
   /// Returns the noise of one exposure, never below that of quantisation.
-  /// @param peaks of each line, where its brightest peak is. @param exposures how many exposures'
-  /// variance lit - dark shows here: what is followed does not jump with what is subtracted.
+  /// @param peaks of each scan line, where its brightest peak is. @param exposures how many
+  /// exposures' variance lit - dark shows here: what is tracked does not jump with what is
+  /// subtracted.
   double update(const ProfileImages& images, const std::vector<std::int32_t>& peaks,
                 double exposures);
 

@@ -36,7 +36,7 @@ PlanNoise ExtractionNoise::of(const LitFrame& frame, const ProfileImages& images
   return noise;
 }
 
-// The noise that was given, in the DN of these pictures.
+// The noise that was given, in the DN of these images.
 void ExtractionNoise::take_given(const LitFrame& frame, double shown_dn,
                                  const ExtractOptions& options) {
   full_scale_dn_ = frame.full_scale_dn;
@@ -46,7 +46,7 @@ void ExtractionNoise::take_given(const LitFrame& frame, double shown_dn,
   if (options.noise->bit_depth || !given_.bit_depth) return;
   options.events.send(
       {"noise_depth_assumed",
-       fmt::format("the model's noise is taken to be that of 8-bit pictures: these, of {} bits, "
+       fmt::format("the model's noise is taken to be that of 8-bit images: these, of {} bits, "
                    "have {:.1f} DN where it says {:.1f}; noise.bit_depth in the model says which "
                    "(striper noise writes it)",
                    depth, shown_dn, std::sqrt(options.noise->variance_dn2(value_dn)))});

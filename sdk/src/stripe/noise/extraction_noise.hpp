@@ -17,7 +17,7 @@ namespace striper::detail {
 /// The noise of each frame of a stream: as it was given, or as the background shows it.
 class ExtractionNoise {
  public:
-  /// @param best_across the brightest pixel of each line: no background.
+  /// @param best_across the brightest pixel of each scan line: no background.
   PlanNoise of(const LitFrame& frame, const ProfileImages& images,
                const std::vector<std::int32_t>& best_across, const ExtractOptions& options);
 
@@ -25,7 +25,7 @@ class ExtractionNoise {
   void take_given(const LitFrame& frame, double shown_dn, const ExtractOptions& options);
 
   BackgroundNoise background_;
-  NoiseModel given_;  // In the DN of pictures of this full scale.
+  NoiseModel given_;  // In the DN of images of this full scale.
   int full_scale_dn_ = 0;
 };
 

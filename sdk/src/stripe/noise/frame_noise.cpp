@@ -20,7 +20,7 @@ void sample_differences(const LitFrame& frame, StripeAxis axis, std::vector<std:
   const int lines = line_count(frame.lit, axis);
   const int length = line_length(frame.lit, axis);
   const auto pairs = static_cast<std::int64_t>(lines) * (length - 1);
-  // An odd stride walks over all lines and rows without keeping to a pattern of either.
+  // An odd stride walks over all columns and rows without keeping to a pattern of either.
   const std::int64_t stride = std::max<std::int64_t>(1, pairs / kSamples) | 1;
   for (std::int64_t i = 0; i < pairs; i += stride) {
     const LitLine<Pixel> line(frame, axis, static_cast<int>(i % lines));

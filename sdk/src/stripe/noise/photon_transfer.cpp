@@ -20,8 +20,8 @@ constexpr double kSigmaOfHalf = 1.0 / 1.3489795;  // Of the half in the middle.
 constexpr double kLeastInPair = 200.0;            // Pixels of a level.
 constexpr double kLeastInAll = 1000.0;
 constexpr double kMostMisfit = 0.15;
-// A curve where the line should be: misfit beyond what its pictures' number explains. Straight
-// lines give 1.0 and .03, a gamma of .45 in eight pictures of 320x200 2.5 and .09.
+// A curve where the line should be: misfit beyond what its images' number explains. Straight
+// lines give 1.0 and .03, a gamma of .45 in eight images of 320x200 2.5 and .09.
 constexpr double kMostScatter = 2.0;
 constexpr double kMostMisfitOfCurve = 0.06;
 // Scatter is beyond chance at so many standard deviations of its own.
@@ -94,14 +94,14 @@ Moments moments_in_gate(const std::uint32_t* counts, double total) {
 struct Point {
   double level_dn;
   double variance;
-  double count;  // Of differences that share no picture, which tell as much.
+  double count;  // Of differences that share no image, which tell as much.
 
   // One over the squared error of `variance`, where it is expected to be `expected`.
   double weight(double expected) const { return count / (2.0 * expected * expected); }
 };
 
-// Successive differences share a picture: their squares have a correlation of 1/4 (Isserlis), so
-// that those of n pictures tell as much as this part of as many that share none.
+// Successive differences share an image: their squares have a correlation of 1/4 (Isserlis), so
+// that those of n images tell as much as this part of as many that share none.
 double independent_part(int pairs) { return 1.0 / (1.5 - 0.5 / std::max(1, pairs)); }
 
 // variance = at_black + slope * (level - black), weighted by how well each variance is known.
@@ -183,7 +183,7 @@ PhotonTransferFit fit_points(const std::vector<Point>& points, double black_leve
   const bool is_curve = fit.misfit > kMostMisfitOfCurve && scatter > kMostScatter;
   if (is_curve || !(fit.misfit <= kMostMisfit)) {
     refuse(
-        fmt::format("the noise is off its line by {:.0f} %: are the pictures compressed, gamma "
+        fmt::format("the noise is off its line by {:.0f} %: are the images compressed, gamma "
                     "corrected or of changing exposure?",
                     100.0 * fit.misfit));
   }
@@ -214,7 +214,7 @@ void PhotonTransfer::add(const cv::Mat& image, int full_scale_dn, int stream) {
   require_same_kind(s, image, full_scale_dn);
   full_scale_dn_ = full_scale_dn;
   step_ = std::max(1, (full_scale_dn + 1) / 4096);
-  ++pictures_;
+  ++images_;
   if (!s.before.empty()) {
     if (image.depth() == CV_8U) {
       take_in_pair<std::uint8_t>(s, image);
@@ -234,7 +234,7 @@ void PhotonTransfer::require_same_kind(const Stream& stream, const cv::Mat& imag
                        full_scale_dn == full_scale_dn_);
   if (is_same) return;
   throw Error(ErrorKind::kBadValue,
-              fmt::format("a picture of {}x{} pixels after one of {}x{}: expected the same size "
+              fmt::format("an image of {}x{} pixels after one of {}x{}: expected the same size "
                           "and depth",
                           image.cols, image.rows, last.cols, last.rows));
 }
@@ -288,12 +288,12 @@ PhotonTransfer::Gate PhotonTransfer::take_in_level(std::size_t level) {
 }
 
 PhotonTransferFit PhotonTransfer::fit(double black_level_dn) const {
-  if (pictures_ < kLeastPictures) {
-    refuse(fmt::format("{} dark pictures; at least {} are needed, {} are better", pictures_,
-                       kLeastPictures, 8 * kLeastPictures));
+  if (images_ < kLeastImages) {
+    refuse(fmt::format("{} dark images; at least {} are needed, {} are better", images_,
+                       kLeastImages, 8 * kLeastImages));
   }
   const int streams = std::max(1, static_cast<int>(streams_.size()));
-  const double independent = independent_part(pictures_ / streams - 2);
+  const double independent = independent_part(images_ / streams - 2);
   std::vector<Point> points;
   double noise = 0.0;
   bool any_level = false;
@@ -303,20 +303,20 @@ PhotonTransferFit PhotonTransfer::fit(double black_level_dn) const {
     const Point p{level.value_sum / level.count, level.variance_sum / level.count,
                   level.count * independent};
     noise += p.variance;
-    // The pixels of a level differ by the noise of the picture that told it, too.
+    // The pixels of a level differ by the noise of the image that told it, too.
     const double reach = kGate * std::sqrt(2.0 * p.variance) + 1.0;
     if (p.level_dn - reach > 0.0 && p.level_dn + reach < full_scale_dn_) points.push_back(p);
   }
   if (any_level && !(noise > 0.0)) {
-    refuse("the pictures are all the same: copies of one picture, not exposures");
+    refuse("the images are all the same: copies of one image, not exposures");
   }
   if (points.empty()) {
     refuse(
         "no brightness has enough pixels between black and white: change the exposure or the black "
-        "level, or take more pictures");
+        "level, or take more images");
   }
   PhotonTransferFit fit = fit_points(points, black_level_dn, full_scale_dn_);
-  fit.pictures = pictures_;
+  fit.pictures = images_;
   return fit;
 }
 

@@ -24,7 +24,7 @@ struct FrameAtHand {
 /// The pixels of a frame, as the kernel reads them.
 ProfileImages images_of(const LitFrame& frame, StripeAxis axis);
 
-/// Whether an exposure without the laser has taken the background away.
+/// Whether the background was subtracted: an exposure without the laser.
 inline bool is_background_subtracted(const LitFrame& frame) noexcept {
   return !frame.dark.empty() && !frame.is_dark_a_channel;
 }

@@ -10,12 +10,12 @@
 
 namespace striper::detail {
 
-/// Where the pixels of a line are on the sensor.
+/// Where the pixels of a scan line are on the sensor.
 inline const AxisGrid& grid_across(const PixelGrid& grid, StripeAxis axis) noexcept {
   return axis == StripeAxis::kColumns ? grid.v : grid.u;
 }
 
-/// One line of a lit frame with its dark reference subtracted and its clipped pixels known.
+/// One scan line of a lit frame with its dark reference subtracted and its clipped pixels known.
 template <typename Pixel>
 class LitLine {
  public:

@@ -73,7 +73,7 @@ void copy_batch(const ProfileImages& images, const ProfilePlan& plan, int batch,
   copy_around(images, plan, {places, g.centres, batch, 1}, g.pixels);
 }
 
-// Together where the lines are neighbours, and not much apart across.
+// Together where the scan lines are neighbours, and not much apart across.
 void copy_batches(const ProfileImages& images, const ProfilePlan& plan, int batches,
                   GroupWindow& g) {
   if (batches == kTogether) {

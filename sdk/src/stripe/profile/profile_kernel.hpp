@@ -9,7 +9,7 @@
 
 namespace striper::detail {
 
-/// A lit frame as the profile kernel reads it: pixel k of line l is at l * line_step + k *
+/// A lit frame as the profile kernel reads it: pixel k of scan line l is at l * line_step + k *
 /// across_step. Steps in elements, one pair for each image.
 struct ProfileImages {
   struct Steps {
@@ -53,13 +53,13 @@ struct ProfilePlan {
   std::array<float, 2> filter_locking{};
   bool has_filter_locking = false;  // So narrow is the stripe that it matters.
 
-  int reach = 0;          // The filter's peak is looked for this far from the seed,
-  int filter_reach = 0;   // for which pixels this far from it are needed;
-  int stray = 0;          // farther than this, the seed is moved there first.
-  int aligned = 0;        // Seeds are moved so far at most that those of neighbouring lines agree.
-  int core = 0;           // Beyond this distance from the seed the stripe is gone,
-  int window = 0;         // and from there to here is the local background.
-  float width = 0;        // The stripe's effective sigma (pixel box included) at pixel 0,
+  int reach = 0;         // The filter's peak is looked for this far from the seed,
+  int filter_reach = 0;  // for which pixels this far from it are needed;
+  int stray = 0;         // farther than this, the seed is moved there first.
+  int aligned = 0;  // Seeds are moved so far at most that those of neighbouring scan lines agree.
+  int core = 0;     // Beyond this distance from the seed the stripe is gone,
+  int window = 0;   // and from there to here is the local background.
+  float width = 0;  // The stripe's effective sigma (pixel box included) at pixel 0,
   float width_slope = 0;  // and its change per pixel across.
   float smallest_width = 0;
   float largest_width = 0;

@@ -28,7 +28,7 @@ HWY_INLINE int lanes_together() { return kTogether * lanes(); }
 
 // ---- Where the lanes are.
 
-// Lanes of one batch or more: their lines and centres.
+// Lanes of one batch or more: their scan lines and centres.
 struct Places {
   std::int32_t* line;
   std::int32_t* across;
@@ -42,8 +42,8 @@ struct Centres {
   static constexpr int kMostLevels = 16;
 
   bool are_inside = false;  // All of their windows.
-  // Of neighbouring lines, whose pixels lie side by side: the lowest row that one is centred on,
-  // and of how many rows a cell apart each is centred on one. No such where they are no
+  // Of neighbouring scan lines, whose pixels lie side by side: the lowest row that one is centred
+  // on, and of how many rows a cell apart each is centred on one. No such where they are no
   // neighbours, or the rows too many.
   int lowest = 0;
   int levels = 0;
@@ -112,7 +112,7 @@ template <typename Pixel>
 struct Image {
   const Pixel* first;
   ProfileImages::Steps steps;
-  int length;  // Across the lines.
+  int length;  // Across the scan lines.
 
   HWY_INLINE PixelRows<const Pixel> line(int number) const {
     return {first + number * steps.line, steps.across};
@@ -202,7 +202,7 @@ HWY_NOINLINE bool turn_lanes(const Image<Pixel>& image, const Places& places, in
 
 #endif  // HWY_TARGET == HWY_SCALAR
 
-// ---- Neighbouring lines, a vector of pixels at a time.
+// ---- Neighbouring scan lines, a vector of pixels at a time.
 
 // Takes rows from `distance` rows on for those lanes.
 template <class D, typename Pixel>
@@ -301,7 +301,7 @@ struct BatchPixels {
   }
 };
 
-// Copies what is around the centres of neighbouring lines; a vector is of `d`.
+// Copies what is around the centres of neighbouring scan lines; a vector is of `d`.
 template <class D, typename Pixel = hn::TFromD<D>>
 HWY_INLINE void copy_neighbours(D d, const Image<Pixel>& image, const ProfilePlan& plan,
                                 const Part& part, Pixel* out) {
@@ -322,7 +322,7 @@ HWY_INLINE void copy_neighbours(D d, const Image<Pixel>& image, const ProfilePla
   }
 }
 
-// The same of any lines.
+// The same of any scan lines.
 template <typename Pixel>
 void copy_pixels(const Image<Pixel>& image, const ProfilePlan& plan, const Part& part,
                  std::uint8_t* bytes) {

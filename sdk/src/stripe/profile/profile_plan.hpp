@@ -25,7 +25,7 @@ struct WidthModel {
 struct PlanNoise {
   NoiseModel model;                               // Of one exposure.
   double dark_noise_gain = 0.0;                   // Of the dark image, in parts of an exposure's.
-  std::array<float, 3> dark_noise_correlation{};  // Along the line, one to three pixels apart.
+  std::array<float, 3> dark_noise_correlation{};  // Along the scan line, one to three pixels apart.
   double speckle_contrast = 0.0;
 };
 

@@ -13,7 +13,7 @@
 namespace striper::detail {
 namespace {
 
-// Of the lines are surely the stripe where one is in view: six of 640.
+// So many of the scan lines are certainly the stripe where one is in view: six of 640.
 constexpr double kLeastSure = 0.01;
 constexpr float kSure = 0.99F;
 
@@ -25,7 +25,7 @@ constexpr double kSamePeakPx = 0.5;
 
 using Choice = StripeReport::Choice;
 
-// Whether at least half of what is good is clear in its own line.
+// Whether at least half of what is good is clear in its own scan line.
 bool is_mostly_clear(const Choice& chosen, const Stripe& stripe) {
   const auto& significance = chosen.finder.candidates().primary.significance;
   std::size_t good = 0;
@@ -49,7 +49,7 @@ bool is_alone(const StripePieces& pieces, int line, double across) {
   return false;
 }
 
-// A stripe would show in a line beside it, or not far off, where most of it is clear.
+// A stripe would show in a scan line beside it, or not far off, where most of it is clear.
 void mark_alone(const Choice& chosen, Stripe& stripe) {
   const bool is_comparable =
       chosen.options.peak != PeakRule::kAll && chosen.finder.blocks().lines() >= kFewestToCompare;
@@ -69,8 +69,8 @@ bool is_any_good(const Stripe& stripe) {
                      [](ReturnStatus s) { return s == ReturnStatus::kOk; });
 }
 
-// What is good is the stripe with the probability that was asked for. And where fewer lines surely
-// have it than a stripe that is in view gives, the image has none.
+// What is good is the stripe with the probability that was asked for. And where fewer scan lines
+// certainly have it than a stripe that is in view gives, the image has none.
 void mark_outliers(const Choice& chosen, Stripe& stripe) {
   stripe.is_seen = is_any_good(stripe);
   if (chosen.options.each_line_by_itself) return;
@@ -85,7 +85,7 @@ void mark_outliers(const Choice& chosen, Stripe& stripe) {
   }
   const double least_sure =
       chosen.choice.is_plain() ? 0.0 : kLeastSure * chosen.finder.blocks().lines();
-  // A faint stripe that is followed goes on where no line alone shows it.
+  // A faint stripe that is tracked goes on where no scan line alone shows it.
   const bool is_followed = chosen.options.peak == PeakRule::kContinuous;
   const bool is_scattered = chosen.choice.is_scattered() && !is_followed;
   stripe.is_seen = good > 0 && static_cast<double>(sure) >= least_sure && !is_scattered;
@@ -131,7 +131,8 @@ void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {
   if (options.peak != PeakRule::kContinuous) return;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, false, BackgroundReach::kWide);
   follower_.follow(at_hand, candidates, width, plan, limits, stripe);
-  // Where nothing is subtracted the chain finds what else there is, unless hardly a line tells.
+  // Where nothing is subtracted the chain finds what else there is, unless hardly a scan line
+  // tells.
   const bool is_doubted =
       !is_background_subtracted(at_hand.frame) && is_mostly_clear(chosen, stripe);
   follower_.drop_unsupported(finder.blocks(), is_doubted, stripe);

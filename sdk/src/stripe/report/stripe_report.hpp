@@ -11,7 +11,7 @@
 
 namespace striper::detail {
 
-/// Says of every line what was chosen there, and with what status.
+/// Says of every scan line what was chosen there, and with what status.
 class StripeReport {
  public:
   struct Choice {
@@ -22,7 +22,7 @@ class StripeReport {
     const WidthModel& width;
   };
 
-  /// @param stripe has a return for every line, and its grid.
+  /// @param stripe has a return for every scan line, and its grid.
   void write(const Choice& chosen, Stripe& stripe);
 
  private:

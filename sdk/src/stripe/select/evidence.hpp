@@ -34,14 +34,14 @@ struct Evidence {
     kMisfit,        ///< What a Gaussian leaves of the profile, in heights.
     // Of the frame.
     kCoverage,  ///< Part of the scan lines that the main pieces cover,
-    kClutter,   ///< and log of 1 + how many other candidates there are a line.
+    kClutter,   ///< and log of 1 + how many other candidates there are per scan line.
     kHidden,    ///< By its background: candidates are ridges.
     kWidthKnown,
     // Of the candidate itself.
     kOwnWidth,         ///< Log of its width over the expected one,
     kOwnWidthOfPiece,  ///< and over its piece's.
     kOwnBend,
-    kOwnEnd,      ///< Lines to its piece's nearer end,
+    kOwnEnd,      ///< Scan lines to its piece's nearer end,
     kOwnOffNear,  ///< How far it lies off those beside it, pixels.
     kOwnOffFar,
     kOwnHeight,  ///< Log, over its piece's.
@@ -54,16 +54,16 @@ struct Evidence {
     kOwnSigma,       ///< Log of its error over its width.
     kOwnLevelStep,   ///< Log by which the background changes to the neighbours of its piece.
     kOwnSides,       ///< Rise above the brighter side over that above the darker one.
-    kOwnRank,        ///< How many candidates of its line are higher.
+    kOwnRank,        ///< How many candidates of its scan line are higher.
     kOwnRivals,      ///< How many there are.
     kOwnHeightNear,  ///< Log, over those about it in its piece.
     // Once all have been weighed by what is above.
     kFirst,            ///< Log odds of the candidate,
     kFirstOfPiece,     ///< mean of its piece,
-    kFirstRival,       ///< of the best other candidate of its line,
+    kFirstRival,       ///< of the best other candidate of its scan line,
     kFirstPieceRival,  ///< mean of that over the piece.
-    kFirstCoverage,    ///< Part of the lines with something that is probably the stripe.
-    kFirstBefore,      ///< Best log odds in the line before the piece begins,
+    kFirstCoverage,    ///< Part of the scan lines with something that is probably the stripe.
+    kFirstBefore,      ///< Best log odds in the scan line before the piece begins,
     kFirstAfter,       ///< and after it ends.
     kFirstWidth,  ///< Log width, height, light, gain over those of what is probably the stripe.
     kFirstHeight,
@@ -73,7 +73,7 @@ struct Evidence {
     kFirstNearRival,  ///< and of their rivals.
     kFirstOfJoined,   ///< Best mean log odds of a piece that its piece is joined with,
     kFirstJoined,     ///< and log of how many of their and its candidates are the stripe.
-    kFirstRunnerUp,   ///< Part of the lines whose second best is probably the stripe.
+    kFirstRunnerUp,   ///< Part of the scan lines whose second best is probably the stripe.
     kCount
   };
   static constexpr std::size_t kFirstKinds = kFirst;  ///< Those before anything was weighed.

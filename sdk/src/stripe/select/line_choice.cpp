@@ -24,7 +24,7 @@ void insert(const LinePeak& peak, double near, LinePeaks& peaks) {
   peaks.peaks[at] = peak;
 }
 
-// ---- Where each line can tell by itself.
+// ---- Where each scan line can tell by itself.
 
 // A good peak goes before a doubtful one; among equals the rule decides.
 bool is_preferred(const LinePeak& peak, const LinePeak& to, const ExtractOptions& options) {
@@ -97,7 +97,7 @@ void put_all_by_height(const PeakCandidates& candidates, const WidthModel& width
 
 // ---- Where the whole image decides.
 
-// A rival at least so probable makes the line's return ambiguous rather than an outlier.
+// A rival at least so probable makes the scan line's return ambiguous rather than an outlier.
 constexpr float kLikelyRival = 0.1F;
 // Without its rivals: the rules nearest, farthest and all look at what may be the stripe by itself.
 constexpr float kLeastOfAll = 0.5F;
@@ -110,7 +110,7 @@ LinePeak peak_of(const Candidate& candidate) {
   return {candidate.list, candidate.at, static_cast<double>(candidate.across)};
 }
 
-// Which of a line's candidates the rule takes; -1: none that can be the stripe.
+// Which of a scan line's candidates the rule takes; -1: none that can be the stripe.
 std::int32_t candidate_of(const StripeChoice& choice, int line, const ExtractOptions& options) {
   const std::int32_t best = choice.of_line(line).candidate;
   if (options.peak != PeakRule::kNearest && options.peak != PeakRule::kFarthest) return best;
@@ -129,7 +129,7 @@ std::int32_t candidate_of(const StripeChoice& choice, int line, const ExtractOpt
   return taken >= 0 ? taken : best;
 }
 
-// Whether two peaks of a line are about as high, and both good.
+// Whether two peaks of a scan line are about as high, and both good.
 bool is_about_as_high(const Candidate& chosen, const Candidate& rival, double ratio) {
   return rival.list->status[rival.at] == chosen.list->status[chosen.at] &&
          static_cast<double>(rival.amplitude) >= ratio * static_cast<double>(chosen.amplitude);
@@ -170,7 +170,7 @@ void put_chosen(const StripeChoice& choice, int line, const ExtractOptions& opti
   }
 }
 
-// The candidates of a line that are anything, in order across.
+// The candidates of a scan line that are anything, in order across.
 class InOrder {
  public:
   InOrder(const StripePieces& pieces, int line) {

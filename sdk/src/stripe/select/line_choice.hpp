@@ -13,7 +13,7 @@
 
 namespace striper::detail {
 
-/// One of the peaks of a line.
+/// One of the peaks of a scan line.
 struct LinePeak {
   const PeakList* list;
   std::size_t at;
@@ -23,7 +23,8 @@ struct LinePeak {
   float amplitude() const noexcept { return list->amplitude[at]; }
 };
 
-/// The peaks of a line in order across; candidates that turned out to be the same peak are one.
+/// The peaks of a scan line in order across; candidates that turned out to be the same peak are
+/// one.
 struct LinePeaks {
   std::array<LinePeak, Ridges::kMost + 1> peaks;
   std::size_t count = 0;
@@ -32,15 +33,15 @@ struct LinePeaks {
   const LinePeak* end() const noexcept { return peaks.data() + count; }
 };
 
-/// Of judged candidates. `extra` is the line's first extra.
+/// Of judged candidates. `extra` is the scan line's first extra.
 LinePeaks peaks_of_line(const PeakCandidates& candidates, int line, std::size_t extra,
                         const WidthModel& width);
 
 /// Writes a peak to element i of a stripe.
 void put_peak(const LinePeak& peak, std::size_t i, Stripe& stripe);
 
-/// Fills `stripe`, every number of it, from judged candidates by the rule of `options`, each line
-/// by itself: where the background hides nothing.
+/// Fills `stripe`, every number of it, from judged candidates by the rule of `options`, each scan
+/// line by itself: where the background hides nothing.
 void choose_by_height(const PeakCandidates& candidates, const WidthModel& width,
                       const ExtractOptions& options, Stripe& stripe);
 

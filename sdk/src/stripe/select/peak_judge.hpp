@@ -18,7 +18,7 @@ struct PeakLimits {
   float narrow, wide;  // Multiples of the expected width.
   float saturated_sigma;
   float width, width_slope;  // Expected at pixel 0 (pixel box included), and its change per pixel.
-  float last;                // Pixel of the line.
+  float last;                // Pixel of the scan line.
   float step;                // Sensor pixels per pixel.
   const float* not_noise;    // See Detection.
 };

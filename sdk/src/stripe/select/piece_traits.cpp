@@ -192,8 +192,8 @@ void PieceTraits::find_main_pieces(const StripePieces& pieces, const ChoiceConte
   width_.slope *= static_cast<double>(width_scale_);
 }
 
-// What the frame shows as a whole: how high the main pieces are, how much of the lines they cover,
-// and how much else there is.
+// What the frame shows as a whole: how high the main pieces are, how much of the scan lines they
+// cover, and how much else there is.
 void PieceTraits::measure_frame(const StripePieces& pieces) {
   float lines = 0.0F;
   float others = 0.0F;

@@ -17,9 +17,9 @@ struct ChoiceContext {
   WidthModel width;  // Expected, effective sigma, pixels of the image.
   bool is_width_known =
       false;                   // Given, or learnt from frames before; else from the frame's pieces.
-  bool is_by_itself = false;   // Each line is to tell by itself.
+  bool is_by_itself = false;   // Each scan line is to tell by itself.
   bool is_hidden = false;      // The background is such that candidates are ridges.
-  bool is_subtracted = false;  // An exposure without the laser has taken the background away.
+  bool is_subtracted = false;  // The background: an exposure without the laser.
   float black_dn = 0.0F;
   const LitFrame* frame = nullptr;  // Null: profiles are not looked at.
   StripeAxis axis = StripeAxis::kColumns;

@@ -7,8 +7,8 @@
 namespace striper::detail {
 namespace {
 
-// An orderly frame: so many of its lines have a candidate, or so few candidates a line stand out so
-// far.
+// An orderly frame: so many of its scan lines have a candidate, or so few candidates per scan line
+// stand out so far.
 constexpr double kNearlyAll = 0.9;
 // And hardly anything else (kClutter), or the background under it hardly changes: log, .05 on even
 // ones, .13 and more on wood and paper with print.
@@ -105,7 +105,7 @@ void StripeChoice::measure_scatter() {
   scatter_px_.swap(backward_);
 }
 
-// Whether nearly every line shows something, or hardly any shows more than noise may.
+// Whether nearly every scan line shows something, or hardly any shows more than noise may.
 bool StripeChoice::is_orderly() const noexcept {
   std::size_t clear = 0;
   std::size_t lines = 0;
@@ -130,7 +130,7 @@ bool StripeChoice::is_orderly() const noexcept {
   return is_weak || (is_bare && static_cast<double>(lines) >= kNearlyAll * all);
 }
 
-// The highest peak of a line.
+// The highest peak of a scan line.
 void StripeChoice::choose_highest() {
   log_odds_.assign(pieces_.size(), kPlainLogOdds);
   scatter_px_.assign(pieces_.size(), 0.0F);
@@ -147,7 +147,7 @@ void StripeChoice::choose_highest() {
   }
 }
 
-// A stripe is the only thing of its kind in a line: others as like it count against it.
+// A stripe is the only thing of its kind in a scan line: others as like it count against it.
 float StripeChoice::merit() const noexcept {
   float merit = 0.0F;
   for (int line = 0; line < pieces_.lines(); ++line) {
@@ -429,7 +429,7 @@ void StripeChoice::finish_batch(const ChoiceForest& forest, std::vector<float>& 
   batched_.clear();
 }
 
-// The candidates of a line exclude one another, and each is the stripe or not.
+// The candidates of a scan line exclude one another, and each is the stripe or not.
 void StripeChoice::choose_in_lines() {
   chosen_.assign(static_cast<std::size_t>(pieces_.lines()), Chosen{});
   for (int line = 0; line < pieces_.lines(); ++line) {

@@ -13,17 +13,17 @@
 
 namespace striper::detail {
 
-/// Decides over the whole image which candidate of each line is the stripe, and how probable that
-/// is: the candidates' pieces against the background's, the frame's main pieces against no laser at
-/// all.
+/// Decides over the whole image which candidate of each scan line is the stripe, and how probable
+/// that is: the candidates' pieces against the background's, the frame's main pieces against no
+/// laser at all.
 ///
 /// 20 ns a candidate. No allocation after the first frame of a size.
 class StripeChoice {
  public:
   struct Chosen {
-    std::int32_t candidate = -1;  // Of `pieces()`; -1: the line has none.
+    std::int32_t candidate = -1;  // Of `pieces()`; -1: the scan line has none.
     float confidence = 0.0F;      // That it is the stripe.
-    float rival = 0.0F;           // Confidence of the line's next best.
+    float rival = 0.0F;           // Confidence of the scan line's next best.
     std::int32_t rival_candidate = -1;
     float sigma_factor = 1.0F;  // Of its true sigma over the reckoned one, by such evidence.
   };
@@ -31,21 +31,21 @@ class StripeChoice {
   /// Chooses among the candidates of a frame. @param threshold of significance.
   void choose(const PeakCandidates& candidates, const ChoiceContext& context, float threshold);
 
-  /// Whether the frame is so plain that each line can tell by itself: its background is subtracted,
-  /// or nearly every line shows something and the highest things go on from line to line, or hardly
-  /// any shows more than noise may. Then nothing is chosen here: a line's highest peak is the
-  /// stripe, with the probability that it is no noise.
+  /// Whether the frame is so plain that each scan line can tell by itself: its background is
+  /// subtracted, or nearly every scan line shows something and the highest things go on from scan
+  /// line to scan line, or hardly any shows more than noise may. Then nothing is chosen here: a
+  /// scan line's highest peak is the stripe, with the probability that it is no noise.
   bool is_plain() const noexcept { return is_plain_; }
 
-  /// Whether what a plain frame shows hardly anywhere goes on from line to line: what is left of
-  /// the background's edges. Never where a dark exposure is subtracted, or lines tell by
-  /// themselves.
+  /// Whether what a plain frame shows hardly anywhere goes on from scan line to scan line: what is
+  /// left of the background's edges. Never where a dark exposure is subtracted, or scan lines tell
+  /// by themselves.
   bool is_scattered() const noexcept { return is_scattered_; }
 
   const StripePieces& pieces() const noexcept { return pieces_; }
   const Chosen& of_line(int line) const noexcept { return chosen_[static_cast<std::size_t>(line)]; }
 
-  /// The log odds of each candidate, rivals in its line left out.
+  /// The log odds of each candidate, rivals in its scan line left out.
   float log_odds(std::size_t candidate) const noexcept { return log_odds_[candidate]; }
 
   /// By how much a candidate's position is off beyond its own sigma, as it lies beside its piece:
@@ -56,7 +56,7 @@ class StripeChoice {
   /// The expected width as it was used: the context's, or that of the main pieces.
   const WidthModel& width() const noexcept { return traits_.width(); }
 
-  /// How many lines the main pieces cover, each as far as it is like a stripe and alone. 5 us.
+  /// How many scan lines the main pieces cover, each as far as it is like a stripe and alone. 5 us.
   float merit() const noexcept;
 
   /// For whoever fits the trees. Its second part is the latest frame's, as weighed by the first.

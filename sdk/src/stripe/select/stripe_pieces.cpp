@@ -8,27 +8,27 @@
 namespace striper::detail {
 namespace {
 
-// Two candidates of a line nearer than this, in widths, are one peak.
+// Two candidates of a scan line nearer than this, in widths, are one peak.
 constexpr float kSamePeak = 1.0F;
-// A stripe steeper than that, pixels per line, is smeared too wide to be measured.
+// A stripe steeper than that, pixels per scan line, is smeared too wide to be measured.
 constexpr float kSteepest = 3.0F;
 // Of a piece so long the direction is known, as the mean over about the last so many steps; and
 // from there it bends by at most so many pixels, and by half of a steep one's slope.
 constexpr std::int32_t kKnowsItsSlope = 5;
 constexpr float kSlopeGain = 0.3F;
 constexpr float kMostBend = 1.2F;
-// Pieces of at least so many candidates are joined beyond gaps of at most so many lines, where a
-// straight line meets both ends and their directions agree, pixels per line.
+// Pieces of at least so many candidates are joined beyond gaps of at most so many scan lines, where
+// a straight line meets both ends and their directions agree, pixels per scan line.
 constexpr std::int32_t kLeastToJoin = 5;
 constexpr std::int32_t kMostGap = 96;
 constexpr int kForSlope = 24;
 constexpr float kMostApart = 0.7F;
 constexpr float kMostApartPerLine = 0.03F;
 constexpr float kMostTurn = 0.15F;
-// Lines that a piece bridges: those a thin wire or a hot pixel hides.
+// Scan lines that a piece bridges: those a thin wire or a hot pixel hides.
 constexpr int kMostBridged = 2;
-// From one line to the next on one surface: reflectance edges change the height by so much, and
-// noise the width.
+// From one scan line to the next on one surface: reflectance edges change the height by so much,
+// and noise the width.
 constexpr float kMostHeightRatio = 3.0F;
 constexpr float kMostWidthRatio = 1.8F;
 // From white paper to black ink, where the position hardly changes.

@@ -29,9 +29,9 @@ struct Candidate {
 struct Link {
   std::int32_t before = -1;  // Candidate.
   std::int32_t piece = -1;
-  float bend = 0.0F;        // By how much the stripe's direction changed there, pixels per line;
+  float bend = 0.0F;  // By how much the stripe's direction changed there, pixels per scan line;
   float bend_sigma = 0.0F;  // 0: there are not two candidates before it.
-  float slope = 0.0F;       // Of the piece so far, pixels per line.
+  float slope = 0.0F;       // Of the piece so far, pixels per scan line.
   std::int32_t count = 1;   // Candidates of the piece so far.
   // How far it lies off the straight line through the candidates two and eight before and after it,
   // pixels; 0 where there are none.
@@ -53,11 +53,11 @@ struct Piece {
 
 /// Which candidates may be the stripe, and which of them continue one another.
 ///
-/// From line to line a piece moves by at most three pixels, and its height and width change little;
-/// it bridges up to two lines that do not show it. Each candidate continues the nearest one that no
-/// nearer candidate continues. Beyond a wider gap a piece goes on from another where a straight
-/// line joins them: a wall on both sides of a post. 10 ns a candidate; no allocation after the
-/// first frame of a size.
+/// From scan line to scan line a piece moves by at most three pixels, and its height and width
+/// change little; it bridges up to two scan lines that do not show it. Each candidate continues the
+/// nearest one that no nearer candidate continues. Beyond a wider gap a piece goes on from another
+/// where a straight line joins them: a wall on both sides of a post. 10 ns a candidate; no
+/// allocation after the first frame of a size.
 class StripePieces {
  public:
   /// @param threshold which significance a candidate must have.
@@ -71,7 +71,7 @@ class StripePieces {
   const std::vector<Piece>& pieces() const noexcept { return pieces_; }
 
   int lines() const noexcept { return static_cast<int>(first_of_line_.size()) - 1; }
-  /// Candidates of a line: from first_of(line) to before first_of(line + 1).
+  /// Candidates of a scan line: from first_of(line) to before first_of(line + 1).
   std::size_t first_of(int line) const noexcept {
     return first_of_line_[static_cast<std::size_t>(line)];
   }
@@ -92,7 +92,7 @@ class StripePieces {
   float slope_before(std::int32_t candidate) const;
   float slope_after(std::int32_t candidate) const;
 
-  std::vector<Candidate> candidates_;  // In order of lines.
+  std::vector<Candidate> candidates_;  // In order of scan lines.
   std::vector<std::uint32_t> first_of_line_;
   std::vector<Link> links_;
   std::vector<std::int32_t> next_;    // Candidate that continues each, -1: none.

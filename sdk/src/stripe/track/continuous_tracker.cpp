@@ -12,7 +12,7 @@
 namespace striper::detail {
 namespace {
 
-// From one line to the next.
+// From one scan line to the next.
 constexpr int kMostSlope = 3;
 constexpr std::array<float, 2 * kMostSlope + 1> kSlopes{0.001F, 0.029F, 0.235F, 0.47F,
                                                         0.235F, 0.029F, 0.001F};
@@ -28,7 +28,8 @@ struct Amplitude {
   double weight;
 };
 constexpr std::array<Amplitude, 4> kAmplitudes{{{1.9, 0.65}, {2.9, 0.2}, {4.3, 0.1}, {6.3, 0.05}}};
-// Stronger than this, continuity may still overrule a line: a specular highlight is strong as well.
+// Stronger than this, continuity may still overrule a scan line: a specular highlight is strong as
+// well.
 constexpr double kStrongest = 9.0;
 constexpr double kTableStep = 1.0 / 16.0;
 constexpr double kTableLow = -8.0;
@@ -68,7 +69,7 @@ void ContinuousTracker::track(const LitFrame& frame, StripeAxis axis, double wid
     buffer->resize(static_cast<std::size_t>(length_ + 2 * kMostSlope));
   }
   make_filter(width);
-  // Room for a line now: the first frames may have no run.
+  // Room for a scan line now: the first frames may have no run.
   const auto padded = static_cast<std::size_t>(length_ + 2 * half_window_);
   for (std::vector<float>* buffer : {&padded_, &white_, &extra_, &trust_, &answer_variance_}) {
     buffer->reserve(padded);
@@ -111,7 +112,7 @@ void ContinuousTracker::make_filter(double width) {
   }
 }
 
-// Of a line whose ends are repeated by half a window.
+// Of a scan line whose ends are repeated by half a window.
 void ContinuousTracker::correlate(const std::vector<float>& padded, const std::vector<float>& taps,
                                   float* out) const {
   std::fill_n(out, length_, 0.0F);
@@ -143,8 +144,8 @@ void ContinuousTracker::repeat_ends(std::vector<float>& padded) const {
   std::fill(first + length_, padded.end(), *(first + length_ - 1));
 }
 
-// The variance of the filter's answer at each pixel of a line. What motion and edges leave goes
-// together over the filter, as texture does; noise does not.
+// The variance of the filter's answer at each pixel of a scan line. What motion and edges leave
+// goes together over the filter, as texture does; noise does not.
 template <typename Pixel>
 void ContinuousTracker::load_noise(const LitFrame& frame, StripeAxis axis, int line_number,
                                    const PlanNoise& noise) {
@@ -227,7 +228,7 @@ void ContinuousTracker::find_evidence(const LitFrame& frame, StripeAxis axis,
   }
 }
 
-// The chain's step from one line to the next, the same in both directions: it is symmetric.
+// The chain's step from one scan line to the next, the same in both directions: it is symmetric.
 void ContinuousTracker::step(const float* previous, float previous_absent, float* next,
                              float& next_absent) {
   float* const padded = spread_.data() + kMostSlope;

@@ -12,16 +12,16 @@
 
 namespace striper::detail {
 
-/// Where the stripe is in every line, given all lines: the posterior of a hidden Markov chain along
-/// the stripe.
+/// Where the stripe is in every scan line, given all scan lines: the posterior of a hidden Markov
+/// chain along the stripe.
 ///
-/// The states of a line are its pixels and "absent". A pixel's evidence is the response of a
+/// The states of a scan line are its pixels and "absent". A pixel's evidence is the response of a
 /// zero-mean matched filter in standard deviations of the noise there, as a likelihood ratio over
-/// amplitudes from barely visible to strong. From line to line the stripe moves by at most three
-/// pixels, or rarely jumps, or goes. Forward and backward (Rabiner 1989) give each pixel's
-/// probability.
+/// amplitudes from barely visible to strong. From scan line to scan line the stripe moves by at
+/// most three pixels, or rarely jumps, or goes. Forward and backward (Rabiner 1989) give each
+/// pixel's probability.
 ///
-/// Cost: about 16 ns a pixel of the lines that are asked for, 5 ms for all of 640x480. No
+/// Cost: about 16 ns a pixel of the scan lines that are asked for, 5 ms for all of 640x480. No
 /// allocation after the first frame of a size.
 class ContinuousTracker {
  public:
@@ -30,13 +30,13 @@ class ContinuousTracker {
     float probability = 0.0F;  // That the stripe is within two widths of it.
   };
 
-  /// Lines side by side, `end` not among them.
+  /// Scan lines side by side, `end` not among them.
   struct Run {
     int first = 0;
     int end = 0;
   };
 
-  /// Each run is a chain by itself; lines in none have no answer.
+  /// Each run is a chain by itself; scan lines in none have no answer.
   /// @param width effective sigma of the stripe, @param noise of lit - dark, besides what
   /// `frame.variance` adds.
   void track(const LitFrame& frame, StripeAxis axis, double width, const PlanNoise& noise,
@@ -73,11 +73,11 @@ class ContinuousTracker {
   std::vector<float> core_;          // The filter is these taps, and `flat_` over the whole window.
   std::vector<float> core_squared_;  // Their squares, of sum 1.
   float flat_ = 0.0F;
-  std::vector<float> padded_;           // A line with `half_window_` pixels of its ends repeated.
-  std::vector<char> hidden_;            // Pixels of the line that could not be seen.
-  std::vector<float> white_;            // The same pixels' noise variance,
-  std::vector<float> extra_;            // standard deviation beyond noise,
-  std::vector<float> trust_;            // and weight in the background.
+  std::vector<float> padded_;  // A scan line with `half_window_` pixels of its ends repeated.
+  std::vector<char> hidden_;   // Pixels of the scan line that could not be seen.
+  std::vector<float> white_;   // The same pixels' noise variance,
+  std::vector<float> extra_;   // standard deviation beyond noise,
+  std::vector<float> trust_;   // and weight in the background.
   std::vector<float> answer_variance_;  // Of the filter's answer, at each pixel.
   std::vector<float> evidence_;         // [line][pixel]: likelihood ratio.
   std::vector<float> forward_;          // [line][pixel], scaled to a sum of 1 with `absent_`.

@@ -16,28 +16,30 @@
 namespace striper::detail {
 namespace {
 
-// What the chain of lines must say before it is believed,
+// What the chain of scan lines must say before it is believed,
 constexpr float kProbable = 0.5F;
 constexpr float kCertain = 0.9F;
-// how near to it, in widths, a line's own candidate is the same peak,
+// how near to it, in widths, a scan line's own candidate is the same peak,
 constexpr double kFollowedReach = 2.0;
-// and what a line must show itself, but for a few in a row: else the stripe is bridged, not seen.
+// and what a scan line must show itself, but for a few in a row: else the stripe is bridged, not
+// seen.
 constexpr float kLeastFollowed = 0.5F;
 constexpr std::size_t kMostBridged = 3;
-// Of more lines in a row, what they must show in the mean.
+// Of more scan lines in a row, what they must show in the mean.
 constexpr float kLeastMeanFollowed = 1.6F;
-// Where the lines so far beside show a stripe of so many sigmas, at most so steep, none is bridged
-// that has less than this part of it: existence is the line's own affair where the line can tell.
+// Where the scan lines so far beside show a stripe of so many sigmas, at most so steep, none is
+// bridged that has less than this part of it: existence is the scan line's own affair where the
+// scan line can tell.
 constexpr int kBeside = 4;
 constexpr double kSteepestBeside = 3.0;
 constexpr float kPlainSignificance = 5.5F;
 constexpr float kLeastOfBeside = 0.4F;
 
-// A line's only peak of so many sigmas is what the chain would take there too: the tracker counts
-// no peak as more than 9 (kStrongest), and one of 8 is e^30 times likelier than none.
+// A scan line's only peak of so many sigmas is what the chain would take there too: the tracker
+// counts no peak as more than 9 (kStrongest), and one of 8 is e^30 times likelier than none.
 constexpr float kDecided = 8.0F;
-// So many lines of that kind pin the chain at the end of a run. What lies elsewhere than in the
-// line before is none of them: it may be a highlight.
+// So many scan lines of that kind pin the chain at the end of a run. What lies elsewhere than in
+// the scan line before is none of them: it may be a highlight.
 constexpr int kPins = 4;
 
 bool is_masked_at(const FrameAtHand& at_hand, int line, int across) {
@@ -74,12 +76,12 @@ void LineFollower::follow(const FrameAtHand& at_hand, const PeakCandidates& cand
   measure_tracked(at_hand, typical, plan, limits, stripe);
 }
 
-// The runs of lines that the chain is asked about.
+// The runs of scan lines that the chain is asked about.
 void LineFollower::find_undecided(const PeakCandidates& candidates, const Stripe& stripe) {
   const auto lines = static_cast<int>(candidates.primary.size());
   undecided_.clear();
   undecided_.reserve(candidates.primary.size());
-  std::size_t at = 0;  // Of the secondary peaks, which are in order of their lines.
+  std::size_t at = 0;  // Of the secondary peaks, which are in order of their scan lines.
   for (int line = 0; line < lines; ++line) {
     const auto i = static_cast<std::size_t>(line);
     const std::vector<PeakSeed>& others = candidates.secondary.seeds;
@@ -118,10 +120,10 @@ void LineFollower::ask_chain(const ContinuousTracker::Run& run, const FrameAtHan
   }
 }
 
-// Lines in which the chain knows of a stripe that no candidate shows.
+// Scan lines in which the chain knows of a stripe that no candidate shows.
 void LineFollower::measure_tracked(const FrameAtHand& at_hand, double typical, ProfilePlan plan,
                                    const PeakLimits& limits, Stripe& stripe) {
-  // The line alone would lose its way: the filter's peak is looked for close by and stands.
+  // The scan line alone would lose its way: the filter's peak is looked for close by and stands.
   plan.reach = plan.stray = std::max(1, static_cast<int>(typical));
   plan.aligned = 0;
   measure_profiles(at_hand.images, plan, tracked_.seeds.data(), static_cast<int>(tracked_.size()),
@@ -132,7 +134,7 @@ void LineFollower::measure_tracked(const FrameAtHand& at_hand, double typical, P
     tracked_.significance[n] = std::min(tracked_.significance[n], static_cast<float>(above));
   }
   judge_peaks(without_threshold(limits), tracked_);
-  // However little a line shows, its peak is not farther off than it was looked for.
+  // However little a scan line shows, its peak is not farther off than it was looked for.
   const float farthest = limits.step * (static_cast<float>(plan.reach) + 0.5F);
   for (float& sigma : tracked_.sigma) sigma = std::min(sigma, farthest);
   put_tracked(at_hand.images.length, stripe);
@@ -149,7 +151,7 @@ bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
     const AxisGrid& grid = grid_across(stripe.grid, stripe.axis);
     const bool is_good = stripe.status[i] == ReturnStatus::kOk;
     const bool is_own = is_good && std::abs(grid.index(stripe.across_px[i]) - peak.position) < 1.0;
-    // A line that can tell is overruled by a chain that is certain, and never doubted.
+    // A scan line that can tell is overruled by a chain that is certain, and never doubted.
     if (is_good && !is_own && answer.probability < kCertain) return true;
     const float own_confidence = is_own ? stripe.confidence[i] : 0.0F;
     put_peak(peak, i, stripe);
@@ -162,7 +164,8 @@ bool LineFollower::take_candidate(int line, const PeakCandidates& candidates,
   return false;
 }
 
-// Whether the lines beside a followed one show the stripe so plainly that it would show here too.
+// Whether the scan lines beside a tracked one show the stripe so plainly that it would show here
+// too.
 bool LineFollower::lacks_stripe(std::size_t n, const Stripe& stripe) const {
   const int line = tracked_.seeds[n].line;
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
@@ -196,8 +199,8 @@ bool LineFollower::goes_on(std::size_t n) const {
   return tracked_.seeds[n].line == tracked_.seeds[n - 1].line + 1;
 }
 
-// Whether a run of followed lines shows a stripe in the mean; a gap shows what the chain could find
-// in noise. A few lines are bridged.
+// Whether a run of tracked scan lines shows a stripe in the mean; a gap shows what the chain could
+// find in noise. A few scan lines are bridged.
 bool LineFollower::shows_on_the_whole(std::size_t first, std::size_t end) const {
   if (end - first <= kMostBridged) return true;
   const auto begin = tracked_.significance.begin();
@@ -221,7 +224,7 @@ void LineFollower::put_run(std::size_t first, std::size_t end, int length, Strip
     weakly_supported_[i] = 1;
     const float probability = tracker_.of_line(line).probability;
     stripe.confidence[i] = probability;
-    // The chain tells that there is a stripe, not that all of it is inside the picture.
+    // The chain tells that there is a stripe, not that all of it is inside the image.
     if (peak.status() == ReturnStatus::kEdge) continue;
     stripe.status[i] = probability >= kCertain ? ReturnStatus::kOk : ReturnStatus::kWeak;
   }
@@ -243,7 +246,7 @@ void LineFollower::drop_unsupported(const BlockMaxima& blocks, bool is_doubted,
   }
 }
 
-// Whether most of the next lines on that side have a good return about there.
+// Whether most of the next scan lines on that side have a good return about there.
 bool LineFollower::goes_on_from(std::size_t i, int direction, const Stripe& stripe) const {
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   int near = 0;

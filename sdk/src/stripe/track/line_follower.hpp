@@ -12,22 +12,23 @@
 
 namespace striper::detail {
 
-/// The rule `continuous`, after every line has been decided by itself: where the stripe of all
-/// lines together runs through a candidate of a line, that one is taken; where there is none, what
-/// is there is measured. A line whose only peak is strong keeps it: existence is the line's own
-/// affair where the line can tell.
+/// The rule `continuous`, after every scan line has been decided by itself: where the stripe of all
+/// scan lines together runs through a candidate of a scan line, that one is taken; where there is
+/// none, what is there is measured. A scan line whose only peak is strong keeps it: existence is
+/// the scan line's own affair where the scan line can tell.
 ///
-/// Lines that decide by themselves are not asked again: one strong good peak, alone in its line.
-/// They pin the chain, so that it is run over the other lines and a few of them on either side.
+/// Scan lines that decide by themselves are not asked again: one strong good peak, alone in its
+/// scan line. They pin the chain, so that it is run over the other scan lines and a few of them on
+/// either side.
 class LineFollower {
  public:
   /// @param plan for weak peaks, not refined. @param limits those of the frame.
   void follow(const FrameAtHand& at_hand, const PeakCandidates& candidates, const WidthModel& width,
               ProfilePlan plan, const PeakLimits& limits, Stripe& stripe);
 
-  /// After `follow`: of lines side by side that are partly masked, drops what the chain alone made
-  /// a return of, unless it goes on in a line that is not. Where the stripe is hidden the chain
-  /// finds what else there is. @param is_doubted whether that is so of every line.
+  /// After `follow`: of scan lines side by side that are partly masked, drops what the chain alone
+  /// made a return of, unless it goes on in a scan line that is not. Where the stripe is hidden the
+  /// chain finds what else there is. @param is_doubted whether that is so of every scan line.
   void drop_unsupported(const BlockMaxima& blocks, bool is_doubted, Stripe& stripe) const;
 
  private:
@@ -49,7 +50,7 @@ class LineFollower {
   std::vector<ContinuousTracker::Run> undecided_;
   PeakList tracked_;
   std::vector<std::uint8_t>
-      weakly_supported_;  // Per line: on the chain, the line alone shows too little.
+      weakly_supported_;  // Per scan line: on the chain, the scan line alone shows too little.
 };
 
 }  // namespace striper::detail

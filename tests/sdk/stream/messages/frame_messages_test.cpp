@@ -31,15 +31,15 @@ bool are_equal(const cv::Mat& a, const cv::Mat& b) {
 
 Frame any_frame(int type) {
   Frame frame;
-  // Every other row of a picture: rows that do not follow one another in memory.
-  cv::Mat picture(14, 9, type);
-  for (int row = 0; row < picture.rows; ++row) {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(picture.cols) * picture.elemSize(); ++i) {
-      picture.ptr(row)[i] = static_cast<std::uint8_t>(striper::testing::random_generator()());
+  // Every other row of a frame: rows that do not follow one another in memory.
+  cv::Mat image(14, 9, type);
+  for (int row = 0; row < image.rows; ++row) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(image.cols) * image.elemSize(); ++i) {
+      image.ptr(row)[i] = static_cast<std::uint8_t>(striper::testing::random_generator()());
     }
   }
-  frame.image = cv::Mat(7, 9, type, picture.data, 2 * picture.step);
-  frame.lease = std::make_shared<cv::Mat>(picture);
+  frame.image = cv::Mat(7, 9, type, image.data, 2 * image.step);
+  frame.lease = std::make_shared<cv::Mat>(image);
   frame.bit_depth = 12;
   frame.sensor_size = {640, 480};
   frame.grid = {{3.5, 2.0}, {-0.25, 4.0}};

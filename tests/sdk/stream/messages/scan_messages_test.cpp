@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a scan goes through its message and back to the bit; status numbers are those that were
-// promised; a point cloud has every line at its offsets; a LaserScan holds on each bearing of its
-// grid what the naive search finds, +inf and NaN apart; nothing is allocated in a stream.
+// promised; a point cloud has every scan line at its offsets; a LaserScan holds on each bearing of
+// its grid what the naive search finds, +inf and NaN apart; nothing is allocated in a stream.
 #include <bit>
 #include <cmath>
 #include <cstring>

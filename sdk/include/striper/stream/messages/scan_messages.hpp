@@ -28,8 +28,8 @@ void to_message(const PolarScan& scan, wire::PolarScan& message);
 /// length or a number stands for nothing.
 void from_message(const wire::PolarScan& message, PolarScan& scan);
 
-/// A point per line of the image, in the scan's own plane (z = 0); NaN where there is none. Offsets
-/// 0, 4, ... 28: x y z intensity sigma sigma_cal width confidence; status at 32
+/// A point per scan line of the image, in the scan's own plane (z = 0); NaN where there is none.
+/// Offsets 0, 4, ... 28: x y z intensity sigma sigma_cal width confidence; status at 32
 /// (wire/return_code.hpp).
 void to_message(const PolarScan& scan, wire::PointCloud2& message);
 
@@ -45,7 +45,7 @@ struct LaserScanGrid {
 };
 
 /// The grid of a laser's scans: from the least to the greatest bearing of the image's pixels whose
-/// range is within the limits, a bearing for each line. Looks at every pixel: .1 s at 640x480.
+/// range is within the limits, a bearing for each scan line. Looks at every pixel: .1 s at 640x480.
 /// @param pixels where the image's pixels are on the sensor. @param size of the image, pixels.
 /// @throws Error{kBadValue} where the model has no such laser, {kUntrustworthy} where no pixel sees
 /// its plane within the limits.

@@ -16,7 +16,7 @@ struct CsvOptions {
 };
 
 /// Whether a file may give way to scans: where there is none, an empty one, a pipe or a device, or
-/// scans. Anything else, such as the model or a picture, is to be kept. @throws Error{kUsage}
+/// scans. Anything else, such as the model or an image file, is to be kept. @throws Error{kUsage}
 /// naming it.
 void require_replaceable_by_scans(const std::string& path);
 
