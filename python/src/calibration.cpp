@@ -46,8 +46,8 @@ void add_pictures(const py::handle& given, Pictures& pictures) {
     for (const py::handle& part : given) add_pictures(part, pictures);
     return;
   }
-  const auto read = [](const std::filesystem::path& path) { return read_picture(path).image; };
-  for (const auto& file : picture_files(given.cast<std::filesystem::path>().string())) {
+  const auto read = [](const std::filesystem::path& path) { return read_image(path).image; };
+  for (const auto& file : image_files(given.cast<std::filesystem::path>().string())) {
     pictures.emplace_back(file, read);
   }
 }

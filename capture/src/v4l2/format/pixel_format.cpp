@@ -110,7 +110,7 @@ std::uint16_t bit_packed10(const std::uint8_t* row, int column) {
 
 bool decode(const RawPicture& raw, cv::Mat& image) {
   const cv::Size wanted = image.size();
-  striper::Picture decoded;
+  striper::DecodedImage decoded;
   decoded.image = std::move(image);
   const bool is_whole = detail::decode_jpeg({raw.data, raw.bytes}, decoded).empty();
   image = std::move(decoded.image);
