@@ -156,8 +156,8 @@ inline std::vector<DaylightTrial> try_in_daylight(
   std::vector<DaylightTrial> trials;
   for (const DaylightWay& way : ways) trials.emplace_back(simulator, way);
   for (int picture = 0; picture < pictures; ++picture) {
-    for (int part = 0; part < simulator.frames_per_picture(); ++part) {
-      if (!is_kept(picture * simulator.frames_per_picture() + part)) continue;
+    for (int part = 0; part < simulator.parts_per_frame(); ++part) {
+      if (!is_kept(picture * simulator.parts_per_frame() + part)) continue;
       Frame frame = simulator.render(static_cast<std::uint64_t>(picture), part);
       frame.illumination = Illumination::unknown();
       for (DaylightTrial& trial : trials) trial.take(frame);

@@ -57,7 +57,7 @@ TEST(SimulatedFields, FieldsOneByOneAreTheRowsOfTheInterlacedPicture) {
   EXPECT_TRUE(interlaced.illumination.is_unknown());  // Its two fields differ.
   scene.timing.scan = ScanMode::kAlternateBottomFirst;
   Simulator by_field(scene);
-  ASSERT_EQ(by_field.frames_per_picture(), 2);
+  ASSERT_EQ(by_field.parts_per_frame(), 2);
   const Frame first = by_field.render(2, 0);
   const Frame second = by_field.render(2, 1);
   EXPECT_EQ(difference(first.image, rows_of(interlaced.image, 1)), 0.0);

@@ -91,15 +91,15 @@ TEST(Radiometry, SheetIsThinnestAtItsFocus) {
   laser.waist_sigma_m = 0.5e-3;
   laser.divergence_sigma_rad = 1e-3;
   laser.focus_m = 2.0;
-  EXPECT_DOUBLE_EQ(sheet_sigma_m(laser, 2.0), 0.5e-3);
-  EXPECT_DOUBLE_EQ(sheet_sigma_m(laser, 1.0), sheet_sigma_m(laser, 3.0));
-  EXPECT_NEAR(sheet_sigma_m(laser, 3.0), std::hypot(0.5e-3, 1e-3), 1e-15);
+  EXPECT_DOUBLE_EQ(thickness_sigma_m(laser, 2.0), 0.5e-3);
+  EXPECT_DOUBLE_EQ(thickness_sigma_m(laser, 1.0), thickness_sigma_m(laser, 3.0));
+  EXPECT_NEAR(thickness_sigma_m(laser, 3.0), std::hypot(0.5e-3, 1e-3), 1e-15);
 }
 
 TEST(Radiometry, EnergyOfThePulseIsAllOnTheWall) {
   // The fluence integrated over line and thickness is the pulse: only the fan's length is an arc.
   const SimulatedLaser laser;
-  const double sigma_m = sheet_sigma_m(laser, 2.0);
+  const double sigma_m = thickness_sigma_m(laser, 2.0);
   double sum = 0.0;
   const double step_m = 0.02 * sigma_m;
   for (int n = -400; n <= 400; ++n) {
