@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDegree = M_PI / 180.0;
 
-/// The paper's striper in the paper's sun: 60 x 0.4 degree line, 10.4 uJ, 1/400000 s, 25 nm.
+/// The paper's striper in the paper's sun: 60 x 0.4 degree fan, 10.4 uJ, 1/400000 s, 25 nm.
 Scene paper_in_sun(double distance_m) {
   Scene scene = Scene::flat_wall(distance_m);
   scene.daylight.sun_w_m2_nm = 856.0 / 1000.0;
@@ -58,7 +58,7 @@ TEST(Radiometry, StripeToSunIsThePapersSixAndAHalfAtTwoMetres) {
   EXPECT_NEAR(stripe_to_sun_ratio(narrow, 0, 2.0) / stripe_to_sun_ratio(scene, 0, 2.0), 2.5, 1e-9);
 }
 
-TEST(Radiometry, RenderedPictureHasTheStripeToSunRatioOfTheFormula) {
+TEST(Radiometry, RenderedImageHasTheStripeToSunRatioOfTheFormula) {
   for (const double distance_m : {1.5, 2.0, 3.0}) {
     Scene scene = paper_in_sun(distance_m);
     Simulator simulator(scene);
@@ -97,7 +97,7 @@ TEST(Radiometry, SheetIsThinnestAtItsFocus) {
 }
 
 TEST(Radiometry, EnergyOfThePulseIsAllOnTheWall) {
-  // The fluence integrated over line and thickness is the pulse: only the fan's length is an arc.
+  // The fluence integrated over stripe and thickness is the pulse: only the fan's length is an arc.
   const SimulatedLaser laser;
   const double sigma_m = thickness_sigma_m(laser, 2.0);
   double sum = 0.0;
