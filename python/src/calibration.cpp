@@ -46,8 +46,8 @@ void add_images(const py::handle& given, Images& images) {
     for (const py::handle& part : given) add_images(part, images);
     return;
   }
-  const auto read = [](const std::filesystem::path& path) { return read_picture(path).image; };
-  for (const auto& file : picture_files(given.cast<std::filesystem::path>().string())) {
+  const auto read = [](const std::filesystem::path& path) { return read_image(path).image; };
+  for (const auto& file : image_files(given.cast<std::filesystem::path>().string())) {
     images.emplace_back(file, read);
   }
 }

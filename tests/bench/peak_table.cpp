@@ -89,7 +89,7 @@ void print_row(const std::string& name, const Scene& scene, int frames) {
   std::vector<Trial> trials;
   for (const Rule& rule : kRules) trials.emplace_back(simulator, rule);
   for (int number = 0; number < frames; ++number) {
-    for (int part = 0; part < simulator.frames_per_picture(); ++part) {
+    for (int part = 0; part < simulator.parts_per_frame(); ++part) {
       Frame frame = simulator.render(static_cast<std::uint64_t>(number), part);
       frame.illumination = Illumination::unknown();
       for (Trial& trial : trials) trial.take(frame, simulator);

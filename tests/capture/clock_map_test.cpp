@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a device's clock is followed through skew, jitter, bursts of delay, pauses and steps,
+// Proves that a device's clock is tracked through skew, jitter, bursts of delay, pauses and steps,
 // against a simulated clock whose truth is known. Does not prove anything of a real camera's clock,
 // whose rate also wanders with its temperature.
 #include <cmath>

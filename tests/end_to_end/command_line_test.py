@@ -232,7 +232,7 @@ class BadInput(EndToEnd):
 
     def test_empty_directory(self):
         os.mkdir(self.path("empty"))
-        self.assertIn("holds no pictures", self.capture(self.path("empty"), code=1).stderr)
+        self.assertIn("holds no image files", self.capture(self.path("empty"), code=1).stderr)
 
     def test_pattern_without_a_match(self):
         done = self.capture(self.path("*.png"), code=1)
@@ -720,7 +720,7 @@ class Record(EndToEnd):
 
     def test_never_into_a_directory_with_pictures(self):
         done = striper("record", self.shots, "-o", self.shots, code=2)
-        self.assertIn("already holds a recording or pictures", done.stderr)
+        self.assertIn("already holds a recording or image files", done.stderr)
 
     def test_full_disk_keeps_what_was_recorded(self):
         source = self.long_recording(1000)

@@ -466,7 +466,7 @@ class Doctor(Gige):
     def test_trigger_that_never_comes(self):
         with VirtualCamera(self.write("small.yaml", small_scene())) as camera:
             findings = self.findings(camera.uri("trigger=Line1"), 1)
-            self.check(findings, "bad", "test packets arrive and pictures do not", "trigger")
+            self.check(findings, "bad", "test packets arrive and frames do not", "trigger")
 
     def test_packets_lost(self):
         with VirtualCamera(

@@ -156,8 +156,8 @@ inline std::vector<DaylightTrial> try_in_daylight(
   std::vector<DaylightTrial> trials;
   for (const DaylightWay& way : ways) trials.emplace_back(simulator, way);
   for (int number = 0; number < frames; ++number) {
-    for (int part = 0; part < simulator.frames_per_picture(); ++part) {
-      if (!is_kept(number * simulator.frames_per_picture() + part)) continue;
+    for (int part = 0; part < simulator.parts_per_frame(); ++part) {
+      if (!is_kept(number * simulator.parts_per_frame() + part)) continue;
       Frame frame = simulator.render(static_cast<std::uint64_t>(number), part);
       frame.illumination = Illumination::unknown();
       for (DaylightTrial& trial : trials) trial.take(frame);

@@ -31,7 +31,7 @@ Eigen::Isometry3d turned(const Eigen::Vector3d& position, double yaw_deg, double
 
 double stripe_sigma_px(const Scene& scene, double range_m) {
   const double laser_px =
-      sheet_sigma_m(scene.lasers.front(), range_m) * scene.camera.fy() / range_m;
+      thickness_sigma_m(scene.lasers.front(), range_m) * scene.camera.fy() / range_m;
   return std::hypot(laser_px, scene.imager.blur_sigma_px);
 }
 
@@ -327,7 +327,7 @@ Scene without_laser(Scene scene) {
 
 double stripe_amplitude_dn(const Scene& scene, double reflectance, double range_m) {
   const SimulatedLaser& laser = scene.lasers.front();
-  const double laser_px = sheet_sigma_m(laser, range_m) * scene.camera.fy() / range_m;
+  const double laser_px = thickness_sigma_m(laser, range_m) * scene.camera.fy() / range_m;
   return scene.imager.dn_per_electron * electrons_per_radiance(scene.imager, laser.wavelength_nm) *
          reflectance / std::numbers::pi * peak_fluence_j_m2(laser, range_m) * laser_px /
          stripe_sigma_px(scene, range_m);

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by the tests of the program: a picture on the air of the virtual driver, and a place to work.
+# Sourced by the tests of the program: an image on the air of the virtual driver, and a place to work.
 work=$(mktemp -d)
 
 fail() { echo "FAILED: $*"; exit 1; }
 
 # Begins to send in a way that vivid_transmit knows; ends what was sent before.
-on_air() { # WAY PICTURE
+on_air() { # WAY IMAGE_FILE
   off_air
   rm -f "$work/air" "$work/sent"
   mkfifo "$work/air"
@@ -15,7 +15,7 @@ on_air() { # WAY PICTURE
   send "$2"
 }
 
-send() { # PICTURE
+send() { # IMAGE_FILE
   echo "$1" >&3
   until [ "$(tail -n 1 "$work/sent" 2>/dev/null)" = "$1" ]; do
     kill -0 "$transmitter" 2>/dev/null || fail "the transmitter ended"
@@ -31,5 +31,5 @@ off_air() {
 }
 
 # The virtual driver waits by spinning, on both sides of it: in an emulated machine of two processors
-# there is little left for anybody else. For what computes and can do with late pictures.
+# there is little left for anybody else. For what computes and can do with late frames.
 let_driver_wait() { renice -n 19 -p $(pgrep '^vivid-') >/dev/null; }

@@ -55,15 +55,15 @@ std::uint64_t WatchedCalls::flagged() const {
       std::count_if(taken_.begin(), taken_.end(), [](const Taken& one) { return one.is_flagged; }));
 }
 
-std::uint64_t WatchedCalls::lost_for_want_of_a_buffer(std::int64_t picture_period_ns) const {
+std::uint64_t WatchedCalls::lost_for_want_of_a_buffer(std::int64_t frame_period_ns) const {
   const std::scoped_lock lock(mutex_);
   std::uint64_t lost = 0;
   for (std::size_t at = 1; at < taken_.size(); ++at) {
-    const std::uint64_t pictures = lost_between(taken_[at - 1], taken_[at]);
-    for (std::uint64_t picture = 0; picture < pictures; ++picture) {
-      // A picture begins where the one before it ended.
+    const std::uint64_t frames = lost_between(taken_[at - 1], taken_[at]);
+    for (std::uint64_t frame = 0; frame < frames; ++frame) {
+      // A frame begins where the one before it ended.
       const std::int64_t began_ns =
-          taken_[at - 1].time_ns + static_cast<std::int64_t>(picture) * picture_period_ns;
+          taken_[at - 1].time_ns + static_cast<std::int64_t>(frame) * frame_period_ns;
       const auto queued = std::upper_bound(queued_ns_.begin(), queued_ns_.end(), began_ns);
       if (static_cast<std::size_t>(queued - queued_ns_.begin()) <= at) ++lost;
     }

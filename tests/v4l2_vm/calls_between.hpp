@@ -52,7 +52,7 @@ class WatchedCalls final : public PassedCalls {
 
   int control(int fd, unsigned long request, void* argument) noexcept override;
 
-  /// Pictures that the driver's numbers leave out. By its numbers alone, as plainly as can be: one
+  /// Frames that the driver's numbers leave out. By its numbers alone, as plainly as can be: one
   /// that it gives twice, as the virtual driver does when it is late, subtracts nothing.
   static std::uint64_t lost_between(const Taken& one, const Taken& following) noexcept {
     const std::uint32_t step = following.sequence - one.sequence;
@@ -67,13 +67,13 @@ class WatchedCalls final : public PassedCalls {
 
   /// Every buffer since the last start of a stream, in order.
   std::vector<Taken> taken() const;
-  std::uint64_t lost() const;  ///< Since then, where a buffer is a picture.
+  std::uint64_t lost() const;  ///< Since then, where a buffer is a frame.
   std::uint64_t flagged() const;
 
   /// Of the lost ones, those at whose beginning the driver had no empty buffer: by the times at
   /// which buffers were handed to it and at which it filled them, whenever somebody came to take
   /// them.
-  std::uint64_t lost_for_want_of_a_buffer(std::int64_t picture_period_ns) const;
+  std::uint64_t lost_for_want_of_a_buffer(std::int64_t frame_period_ns) const;
   int refused_buffers() const;  ///< That the driver would not have back.
 
  private:
@@ -90,7 +90,7 @@ class WatchedCalls final : public PassedCalls {
 /// Calls one order of fields by the name of another on its way to the driver and back.
 ///
 /// The kernel's virtual driver gives sequential fields, but not of what is sent to its output: it
-/// refuses to loop them ("too much work", vivid_vid_can_loop). It passes a picture on line by line,
+/// refuses to loop them ("too much work", vivid_vid_can_loop). It passes an image on row by row,
 /// though, so that one with its fields one after the other arrives as it was sent; only the label
 /// has to be put right.
 class RelabelledFields final : public PassedCalls {

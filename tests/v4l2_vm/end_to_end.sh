@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Proves the program from outside on the virtual driver: what the simulator writes, sent as television
-# and captured live, gives the scans that the same pictures give from files, to 1e-9 m; `devices` finds
+# and captured live, gives the scans that the same images give from files, to 1e-9 m; `devices` finds
 # the camera and sees the laser in its field; a recording gives the scans that were made live; errors
 # end with their exit codes.
 set -euo pipefail
@@ -10,7 +10,7 @@ striper=$1 transmit=$2 source_dir=$3
 
 render() { "$striper" simulate "$2" -o "$work/$1" --frames 1; } # NAME SCENE
 
-# Captures live and then, from files, the same picture with the numbers of those that were read live: an
+# Captures live and then, from files, the same image with the numbers of those that were read live: an
 # emulated machine does not always read them all in time. Both must give the same scans.
 same_scans() { # NAME WAY STANDARD QUERY
   local directory=$work/$1 files=$work/files

@@ -84,9 +84,9 @@ class VividFaults : public ::testing::Test {
 std::string refusal(const std::function<void()>& action) { return error_of(action).what(); }
 
 struct Losses {
-  std::uint64_t pictures = 0;  // With the lost ones.
+  std::uint64_t frames = 0;  // With the lost ones.
   std::uint64_t lost = 0;
-  double share() const { return static_cast<double>(lost) / static_cast<double>(pictures); }
+  double share() const { return static_cast<double>(lost) / static_cast<double>(frames); }
 };
 
 TEST_F(VividFaults, DroppedBuffersAreCountedOneByOne) {
@@ -116,12 +116,12 @@ TEST_F(VividFaults, DroppedBuffersAreCountedOneByOne) {
   Node(capture_path()).set(VividControl::kDroppedPercent, 20);
   const Losses injected = stream_for(seconds(6));
   // Binomial: a fifth, 4 standard deviations either way.
-  const double sigma = std::sqrt(0.2 * 0.8 / static_cast<double>(injected.pictures));
+  const double sigma = std::sqrt(0.2 * 0.8 / static_cast<double>(injected.frames));
   EXPECT_GT(injected.share(), 0.2 - 4.0 * sigma);
   EXPECT_LT(injected.share(), 0.2 + 4.0 * sigma + 2.0 * by_itself.share());
 }
 
-TEST_F(VividFaults, PicturesFlaggedOnceASecondAreCountedAndHaveNoPixels) {
+TEST_F(VividFaults, FramesFlaggedOnceASecondAreCountedAndHaveNoPixels) {
   constexpr int kSeconds = 5;
   const auto watched = std::make_shared<WatchedCalls>();
   const auto source = open(watched);
@@ -182,7 +182,7 @@ TEST_F(VividFaults, RefusedBuffersAreHandedBackLaterAndNoneIsLost) {
   EXPECT_EQ(watched->refused_buffers(), kRefusals);
   expect_goes_on(*source);
   EXPECT_GE(watched->taken().back().left_with_driver, V4l2Options().buffers - 6)
-      << "all but the queue's four, the one in hand and this one";
+      << "all but the queue's four, the one that the reader has and this one";
   EXPECT_EQ(source->statistics().reconnects, 0U);
 }
 
@@ -311,7 +311,7 @@ TEST_F(VividFaults, StampOfTheStartOfExposureIsUsedAsSuch) {
     }
     age_s[source_of_stamp] = youngest_s;
   }
-  // The driver puts the end of a picture 0.9 periods after its start. Taken for what they are, the
+  // The driver puts the end of a frame 0.9 periods after its start. Taken for what they are, the
   // two kinds of stamp mean the same moment to 0.1 periods; taken for one another they are 1 period
   // off.
   EXPECT_NEAR(age_s[0] - age_s[1], 0.1 / kRate_hz, 0.2 / kRate_hz);

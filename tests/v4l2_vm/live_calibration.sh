@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Proves the way from a live camera to a model: the simulated session of data/calibration is held before
-# an NTSC camera, pose after pose, as a person would; `record --when-board` keeps one picture of each
+# an NTSC camera, pose after pose, as a person would; `record --when-board` keeps one image of each
 # and `calibrate` makes a model of them that agrees with the truth within its own error bars. Five poses,
 # an emulated machine being slow; POSES=7 shows more.
 set -euo pipefail
@@ -36,12 +36,12 @@ sleep 1 # A pose that stays is not kept again.
 kill -INT "$recorder"
 wait "$recorder" || fail "the recording ends with $?"
 off_air
-[ "$(kept)" -eq "${#poses[@]}" ] || fail "$(kept) pictures were kept of ${#poses[@]} poses"
+[ "$(kept)" -eq "${#poses[@]}" ] || fail "$(kept) images were kept of ${#poses[@]} poses"
 
 "$striper" calibrate --board 9x6 --square 0.06 --lens plumb_bob --lasers "$work/session" -o "$work/striper.yaml" --json |
   tee "$work/summary.json"
 
-# The session's pictures lie in the middle of the camera's: the truth is moved with them.
+# The session's images lie in the middle of the camera's: the truth is moved with them.
 python3 - "$source_dir/data/calibration/truth.yaml" "$work/truth.yaml" <<'PY'
 import re, sys
 text = open(sys.argv[1]).read()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves against the kernel's own driver that what was sent arrives bit for bit, in the fields,
-// order and format that were sent. Random pictures, so that nothing can be mistaken for anything
+// order and format that were sent. Random images, so that nothing can be mistaken for anything
 // else.
 #include <chrono>
 #include <cstring>
@@ -21,7 +21,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int kPictures = 6;
+constexpr int kImages = 6;
 constexpr int kFrames = 12;
 
 struct Link {
@@ -114,7 +114,7 @@ TEST_P(VividLoop, WhatWasSentArrivesBitForBitInItsFieldAndOrder) {
   const bool is_alternate = sent.field == V4L2_FIELD_ALTERNATE;
   std::vector<std::vector<std::uint8_t>> buffers;
   std::vector<std::vector<cv::Mat>> expected;
-  for (int picture = 0; picture < kPictures; ++picture) {
+  for (int number = 0; number < kImages; ++number) {
     buffers.push_back(random_buffer(sent, is_alternate ? sent.height / 2 : sent.height));
     expected.push_back(expected_images(sent, buffers.back()));
   }
@@ -129,8 +129,8 @@ TEST_P(VividLoop, WhatWasSentArrivesBitForBitInItsFieldAndOrder) {
     Frame frame;
     ASSERT_EQ(source->next(frame, milliseconds(3000)), NextStatus::kFrame);
     ASSERT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
-    for (std::size_t picture = 0; picture < expected.size(); ++picture) {
-      const std::vector<cv::Mat>& images = expected[picture];
+    for (std::size_t number = 0; number < expected.size(); ++number) {
+      const std::vector<cv::Mat>& images = expected[number];
       const auto part =
           static_cast<std::size_t>(images.size() == 2 ? frame.exposure_in_picture : 0);
       if (!is_same(frame.image, images[part])) continue;
@@ -139,7 +139,7 @@ TEST_P(VividLoop, WhatWasSentArrivesBitForBitInItsFieldAndOrder) {
         const bool is_first = (frame.field == GetParam().first_field);
         EXPECT_EQ(frame.exposure_in_picture, is_first ? 0 : 1);
         if (is_alternate) {
-          EXPECT_EQ(picture % 2, is_first ? 0U : 1U) << "parity";
+          EXPECT_EQ(number % 2, is_first ? 0U : 1U) << "parity";
         }
       } else {
         EXPECT_EQ(frame.field, GetParam().first_field == Field::kTop
@@ -150,12 +150,12 @@ TEST_P(VividLoop, WhatWasSentArrivesBitForBitInItsFieldAndOrder) {
     }
   }
   EXPECT_EQ(arrived, kFrames);
-  // Until the first sent picture arrives the driver gives its test pattern; after that nothing
+  // Until the first sent image arrives the driver gives its test pattern; after that nothing
   // else.
-  EXPECT_LE(asked - arrived, 4) << "frames that are none of the sent pictures";
+  EXPECT_LE(asked - arrived, 4) << "frames that are none of the sent images";
 }
 
-// The driver's own picture, taken once: a colour bar that stands still, without text.
+// The driver's own image, taken once: a colour bar that stands still, without text.
 std::vector<Frame> test_pattern(const std::string& query, int frames) {
   const Node node(capture_path());
   int input = 0;
@@ -172,9 +172,8 @@ std::vector<Frame> test_pattern(const std::string& query, int frames) {
   return taken;
 }
 
-TEST(VividPattern, SequentialFieldsAreTheLinesOfTheInterlacedPicture) {
-  if (!Node(output_path()).is_vivid())
-    GTEST_SKIP() << "only the virtual driver has a known picture";
+TEST(VividPattern, SequentialFieldsAreTheRowsOfTheInterlacedImage) {
+  if (!Node(output_path()).is_vivid()) GTEST_SKIP() << "only the virtual driver has a known image";
   const cv::Mat interlaced = test_pattern("field=interlaced", 1)[0].image.clone();
   for (const char* const order : {"seq-tb", "seq-bt"}) {
     for (const Frame& field : test_pattern(std::string("field=") + order, 4)) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves the whole path on the kernel's own driver: what the simulator renders (interlaced, the
-// laser in one field, bright sun), sent through the driver, gives the pictures bit for bit and the
+// laser in one field, bright sun), sent through the driver, gives the images bit for bit and the
 // scans to 1e-9 m that it gives when it feeds the scanner directly; and that faults lose exactly
 // the scans that they must and never falsify one.
 #include <algorithm>
@@ -52,17 +52,17 @@ struct OnAir {
   explicit OnAir(const Television& way)
       : scene(way),
         source(open(way, watched)),
-        transmitter(output_path(), broadcast(way), buffers_of(scene.picture.image, way)),
+        transmitter(output_path(), broadcast(way), buffers_of(scene.whole.image, way)),
         scans(scene, source->info().pattern) {
     source->start();
   }
 
-  // Reads past the driver's own pictures, which come until the first sent one does.
+  // Reads past the driver's own frames, which come until the first sent one does.
   void skip_pattern() {
     Frame frame;
     for (int number = 0; number < 10; ++number) {
       ASSERT_EQ(source->next(frame, milliseconds(3000)), NextStatus::kFrame);
-      if (is_part_of(frame, scene.picture.image)) return;
+      if (is_part_of(frame, scene.whole.image)) return;
     }
     FAIL() << "what is sent does not arrive";
   }
@@ -90,7 +90,7 @@ TEST_P(VividScans, AreThoseThatTheSimulatorGivesDirectly) {
   Frame frame;
   for (int frames = 0; frames < 60 && air.scans.scanned().size() < kScans; ++frames) {
     ASSERT_EQ(air.source->next(frame, milliseconds(3000)), NextStatus::kFrame);
-    ASSERT_TRUE(is_part_of(frame, air.scene.picture.image)) << "frame " << frames;
+    ASSERT_TRUE(is_part_of(frame, air.scene.whole.image)) << "frame " << frames;
     air.scans.process(frame);
   }
   EXPECT_GE(air.scans.scanned().size(), kScans);
@@ -121,7 +121,7 @@ class VividScanFaults : public VividScans {
     expect_what_was_sent(air, recorded);
     for (const Frame& one : recorded) air.scans.process(one);
     air.scans.finish();
-    EXPECT_EQ(air.scans.scanned(), pictures_with_a_pair(recorded));
+    EXPECT_EQ(air.scans.scanned(), frames_with_a_pair(recorded));
     EXPECT_GT(air.scans.scanned().size(), static_cast<std::size_t>(frames / 8)) << "scans come";
     EXPECT_LE(air.scans.worst_m(), 1e-9);
     // With a dark neighbour on one side only the noise differs a little; a wrong pair is off by far
@@ -130,21 +130,21 @@ class VividScanFaults : public VividScans {
   }
 
  private:
-  // Every picture that came as good is the one that was sent. The driver's fatal error stops the
+  // Every frame that came as good is the one that was sent. The driver's fatal error stops the
   // sender, too: while that begins anew the driver's own test pattern comes, as good as any signal.
-  // It has no line of the scene, and is left out.
+  // It has no row of the scene, and is left out.
   static void expect_what_was_sent(const OnAir& air, std::vector<Frame>& recorded) {
     constexpr std::int64_t kMoment_ns = 100'000'000;
     const auto is_pattern = [&](const Frame& frame) {
       const bool is_sending =
           std::abs(frame.time.monotonic_ns - air.transmitter.began_anew_ns()) > kMoment_ns;
       return !is_sending && frame.status == FrameStatus::kOk &&
-             lines_of(frame, air.scene.picture.image) == 0;
+             lines_of(frame, air.scene.whole.image) == 0;
     };
     recorded.erase(std::remove_if(recorded.begin(), recorded.end(), is_pattern), recorded.end());
     for (const Frame& frame : recorded) {
-      EXPECT_TRUE(frame.status != FrameStatus::kOk || is_part_of(frame, air.scene.picture.image))
-          << "picture " << frame.sequence << ", exposure " << frame.exposure_in_picture;
+      EXPECT_TRUE(frame.status != FrameStatus::kOk || is_part_of(frame, air.scene.whole.image))
+          << "frame " << frame.sequence << ", exposure " << frame.exposure_in_picture;
     }
   }
 };
@@ -194,7 +194,7 @@ TEST_P(VividSync, CheckSeesTheLaserInItsField) {
   OnAir air(way);
   ASSERT_NO_FATAL_FAILURE(air.skip_pattern());
   air.source->stop();
-  constexpr double kLong_s = 30.0;  // An emulated machine reads a few pictures a second of them.
+  constexpr double kLong_s = 30.0;  // An emulated machine reads a few frames a second of them.
   const SyncReport report = check_sync(*air.source, {kLong_s, {}});
   EXPECT_EQ(report.verdict, SyncVerdict::kLocked)
       << report.agreeing << " of " << report.windows << " agree, " << report.others << " others";

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that a camera can stream for as long as it likes: no memory leaks (the source is compiled
-// with AddressSanitizer here, which says so when the program ends), none that grows, and no picture
+// with AddressSanitizer here, which says so when the program ends), none that grows, and no frame
 // that is missing without an explanation. 60 s; STRIPER_SOAK_SECONDS=600 makes it longer.
 //
-// An emulated machine on a busy host is late now and then, and so is its driver: pictures that the
+// An emulated machine on a busy host is late now and then, and so is its driver: frames that the
 // driver itself counts as lost while it had empty buffers are explained. What is not is a driver
 // that has none, because the source sits on them or is late to take the filled ones.
 #include <array>
@@ -123,7 +123,7 @@ TEST_F(V4l2Soak, StreamsWithoutGrowingAndWithoutUnexplainedLoss) {
   const std::size_t taken = watched_->taken().size();
   const auto period_ns = static_cast<std::int64_t>(1e9 / source_->info().picture_rate_hz);
   const std::uint64_t unexplained = watched_->lost_for_want_of_a_buffer(period_ns);
-  std::cout << read_ << " pictures in " << soak_time().count() << " s, " << watched_->lost()
+  std::cout << read_ << " frames in " << soak_time().count() << " s, " << watched_->lost()
             << " lost by the driver, " << unexplained << " of them for want of a buffer, "
             << counted.overrun << " discarded for a late reader\n";
   EXPECT_EQ(unexplained, 0U);

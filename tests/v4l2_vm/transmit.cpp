@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sends grey pictures through the virtual driver's output as a television signal: a camera for
+// Sends grey images through the virtual driver's output as a television signal: a camera for
 // programs that are tried from outside.
 #include <cstdio>
 #include <iostream>
@@ -23,8 +23,9 @@ using striper::testing::Transmitter;
 
 constexpr const char* kUsage =
     "usage: vivid_transmit WAY <PATHS\n"
-    "Sends the picture whose path was read last, in the middle of a black one of the standard's\n"
-    "size, until the input ends. Prints each path when its picture is on its way. WAY is one of:";
+    "Sends the image file whose path was read last, in the middle of a black image of the\n"
+    "standard's size, until the input ends. Prints each path when its image is on its way. WAY is "
+    "one of:";
 
 Television way_named(const std::string& name) {
   std::string known;
@@ -45,15 +46,15 @@ Broadcast broadcast(const Television& way) {
 }
 
 std::vector<std::vector<std::uint8_t>> buffers(const std::string& path, const Television& way) {
-  const cv::Mat picture = cv::imread(path, cv::IMREAD_UNCHANGED);
+  const cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
   cv::Mat canvas(way.lines(), Broadcast().width, CV_8UC1, cv::Scalar(0));
-  if (picture.type() != CV_8UC1 || picture.cols > canvas.cols || picture.rows > canvas.rows) {
-    throw std::runtime_error(fmt::format("{} is no grey picture of 8 bits of at most {}x{}", path,
+  if (image.type() != CV_8UC1 || image.cols > canvas.cols || image.rows > canvas.rows) {
+    throw std::runtime_error(fmt::format("{} is no grey image of 8 bits of at most {}x{}", path,
                                          canvas.cols, canvas.rows));
   }
-  const cv::Rect middle((canvas.cols - picture.cols) / 2, (canvas.rows - picture.rows) / 2,
-                        picture.cols, picture.rows);
-  picture.copyTo(canvas(middle));
+  const cv::Rect middle((canvas.cols - image.cols) / 2, (canvas.rows - image.rows) / 2, image.cols,
+                        image.rows);
+  image.copyTo(canvas(middle));
   if (way.code == V4L2_PIX_FMT_Y16) canvas.convertTo(canvas, CV_16U, 256.0);
   return striper::testing::buffers_of(canvas, way);
 }

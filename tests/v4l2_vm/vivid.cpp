@@ -57,11 +57,11 @@ void Node::set(VividControl control, int value) const {
 }
 
 Transmitter::Transmitter(const std::string& path, const Broadcast& broadcast,
-                         std::vector<std::vector<std::uint8_t>> pictures)
+                         std::vector<std::vector<std::uint8_t>> frames)
     : node_(path),
       field_(broadcast.field),
       bottom_first_((broadcast.standard & V4L2_STD_525_60) != 0),
-      pictures_(std::move(pictures)) {
+      frames_(std::move(frames)) {
   configure(broadcast);
   require(start(), "start sending");
   thread_ = std::thread([this] { run(); });
@@ -98,7 +98,7 @@ void Transmitter::configure(const Broadcast& broadcast) {
   whole.target = V4L2_SEL_TGT_CROP;
   whole.r.width = pix.width;
   whole.r.height = pix.height;
-  require(node_.call(VIDIOC_S_SELECTION, &whole), "send whole pictures");
+  require(node_.call(VIDIOC_S_SELECTION, &whole), "send whole images");
 
   v4l2_requestbuffers request{};
   request.count = kBuffers;
@@ -115,9 +115,9 @@ void Transmitter::configure(const Broadcast& broadcast) {
   }
 }
 
-void Transmitter::change(std::vector<std::vector<std::uint8_t>> pictures) {
+void Transmitter::change(std::vector<std::vector<std::uint8_t>> frames) {
   const std::scoped_lock lock(mutex_);
-  pictures_.swap(pictures);
+  frames_.swap(frames);
   for (Buffer& buffer : buffers_) buffer.holds = nullptr;
 }
 
@@ -131,10 +131,10 @@ int Transmitter::start() {
 void Transmitter::fill_and_queue(std::uint32_t index) {
   {
     const std::scoped_lock lock(mutex_);
-    const std::vector<std::uint8_t>& picture = pictures_[next_ % pictures_.size()];
-    if (buffers_[index].holds != picture.data())
-      std::memcpy(buffers_[index].memory, picture.data(), std::min(picture.size(), buffer_bytes_));
-    buffers_[index].holds = picture.data();
+    const std::vector<std::uint8_t>& frame = frames_[next_ % frames_.size()];
+    if (buffers_[index].holds != frame.data())
+      std::memcpy(buffers_[index].memory, frame.data(), std::min(frame.size(), buffer_bytes_));
+    buffers_[index].holds = frame.data();
   }
   v4l2_buffer buffer{};
   buffer.index = index;

@@ -58,24 +58,24 @@ struct Broadcast {
   std::uint32_t code = V4L2_PIX_FMT_GREY;
   std::uint32_t field = V4L2_FIELD_INTERLACED;
   int width = 720;
-  int height = 480;  ///< Of the whole picture.
+  int height = 480;  ///< Of the whole image.
 };
 
-/// Sends pictures on the output node, whose signal arrives at the looped input bit for bit, over
-/// and over, until it is destroyed. A picture lasts until the next one: the two nodes are not in
-/// step, so an input picture may come twice or not at all.
+/// Sends frames on the output node, whose signal arrives at the looped input bit for bit, over
+/// and over, until it is destroyed. A frame lasts until the next one: the two nodes are not in
+/// step, so an input frame may come twice or not at all.
 class Transmitter {
  public:
-  /// @param pictures in the driver's layout: one whole buffer each; for `alternate` one field each,
+  /// @param frames in the driver's layout: one whole buffer each; for `alternate` one field each,
   /// in the order of the fields.
   Transmitter(const std::string& path, const Broadcast& broadcast,
-              std::vector<std::vector<std::uint8_t>> pictures);
+              std::vector<std::vector<std::uint8_t>> frames);
   Transmitter(const Transmitter&) = delete;
   Transmitter& operator=(const Transmitter&) = delete;
   ~Transmitter();
 
   /// Sends these from now on; as many and of the same size as before.
-  void change(std::vector<std::vector<std::uint8_t>> pictures);
+  void change(std::vector<std::vector<std::uint8_t>> frames);
 
   /// When it last had to begin anew, on CLOCK_MONOTONIC: about then the driver sends its own test
   /// pattern. 0: it has not.
@@ -93,11 +93,11 @@ class Transmitter {
   Node node_;
   std::uint32_t field_;
   bool bottom_first_;  ///< The first of two alternate fields.
-  std::mutex mutex_;   ///< Guards the pictures.
-  std::vector<std::vector<std::uint8_t>> pictures_;
+  std::mutex mutex_;   ///< Guards the frames.
+  std::vector<std::vector<std::uint8_t>> frames_;
   struct Buffer {
     std::uint8_t* memory = nullptr;
-    const std::uint8_t* holds = nullptr;  ///< Which picture was copied into it.
+    const std::uint8_t* holds = nullptr;  ///< Which frame was copied into it.
   };
   std::vector<Buffer> buffers_;
   std::size_t buffer_bytes_ = 0;

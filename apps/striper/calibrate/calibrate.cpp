@@ -121,8 +121,8 @@ void define(Command& command, CalibrateArguments& arguments) {
 
 std::vector<SessionPicture> pictures_of(const std::string& pattern) {
   std::vector<SessionPicture> pictures;
-  for (const auto& path : picture_files(pattern))
-    pictures.emplace_back(path, [](const auto& file) { return read_picture(file).image; });
+  for (const auto& path : image_files(pattern))
+    pictures.emplace_back(path, [](const auto& file) { return read_image(file).image; });
   return pictures;
 }
 

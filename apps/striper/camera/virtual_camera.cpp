@@ -153,7 +153,7 @@ ExitCode serve(const VirtualCameraArguments& arguments) {
   if (!arguments.registers.empty()) write_registers(camera, arguments.registers);
   const VirtualCameraStatistics did = camera.statistics();
   say(fmt::format("{} pictures, {} packets, {} lost on purpose, {} sent again, {} clients",
-                  did.pictures, did.packets, did.lost, did.resent, did.controllers));
+                  did.frames, did.packets, did.lost, did.resent, did.controllers));
   return ExitCode::kDone;
 }
 

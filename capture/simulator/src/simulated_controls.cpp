@@ -32,7 +32,7 @@ ControlValue value_of(const Eigen::Isometry3d& pose) {
   return {t.x(), t.y(), t.z(), roll_rad / kPerDegree, pitch_rad / kPerDegree, yaw_rad / kPerDegree};
 }
 
-// A field is exposed for half a picture's time.
+// A field is exposed for half a frame's time.
 double longest_exposure_s(const Timing& timing) {
   return (timing.scan == ScanMode::kProgressive ? 1.0 : 0.5) / timing.picture_rate_hz;
 }

@@ -15,7 +15,7 @@
 namespace striper {
 namespace {
 
-constexpr long kMostPictures = 1'000'000'000'000L;
+constexpr long kMostFrames = 1'000'000'000'000L;
 
 [[noreturn]] void refuse(const Uri& uri, std::string_view key, std::string_view value,
                          std::string_view expected) {
@@ -57,11 +57,11 @@ ScanMode scan_mode(const Uri& uri, const std::string& word) {
 }
 
 void apply_query(Uri& uri, Scene& scene, SimulatedSourceOptions& options) {
-  if (const auto frames = uri.take_integer("frames", 0, kMostPictures)) {
-    options.pictures = static_cast<std::uint64_t>(*frames);
+  if (const auto frames = uri.take_integer("frames", 0, kMostFrames)) {
+    options.frames = static_cast<std::uint64_t>(*frames);
   }
   if (const auto rate = uri.take_number("fps", 1e-3, 1e6)) scene.timing.picture_rate_hz = *rate;
-  if (const auto seed = uri.take_integer("seed", 0, kMostPictures)) {
+  if (const auto seed = uri.take_integer("seed", 0, kMostFrames)) {
     scene.seed = static_cast<std::uint64_t>(*seed);
   }
   if (const auto noise = uri.take("noise")) keep_noises(uri, *noise, scene.imager.noise);
@@ -131,15 +131,14 @@ SourceInfo SimulatedSource::info() const {
   SourceInfo info;
   info.uri = uri_;
   info.description = fmt::format("simulated striper '{}'", scene.name);
-  info.image_size = {
-      imager.region.width / imager.binning.width,
-      imager.region.height / imager.binning.height / simulator_.frames_per_picture()};
+  info.image_size = {imager.region.width / imager.binning.width,
+                     imager.region.height / imager.binning.height / simulator_.parts_per_frame()};
   info.sensor_size = {scene.camera.width(), scene.camera.height()};
   info.bit_depth = imager.bit_depth;
   info.channels = 1;
   info.field = field_of(scene.timing.scan);
   info.picture_rate_hz = scene.timing.picture_rate_hz;
-  info.pictures = options_.pictures;
+  info.pictures = options_.frames;
   if (options_.illumination_known || options_.pattern_given) info.pattern = scene.timing.pattern;
   return info;
 }
@@ -154,16 +153,16 @@ void SimulatedSource::start() {
 }
 
 NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds timeout) {
-  const auto per_picture = static_cast<std::uint64_t>(simulator_.frames_per_picture());
-  const std::uint64_t picture = next_frame_ / per_picture;
-  const int part = static_cast<int>(next_frame_ % per_picture);
+  const auto per_frame = static_cast<std::uint64_t>(simulator_.parts_per_frame());
+  const std::uint64_t sequence = next_frame_ / per_frame;
+  const int part = static_cast<int>(next_frame_ % per_frame);
   {
     std::unique_lock lock(mutex_);
     if (!running_) return NextStatus::kStopped;
-    if (options_.pictures && picture >= *options_.pictures) return NextStatus::kEnd;
+    if (options_.frames && sequence >= *options_.frames) return NextStatus::kEnd;
     if (options_.realtime) {
       const auto due = start_time_ + std::chrono::nanoseconds(
-                                         std::llround(1e9 * simulator_.time_s(picture, part)));
+                                         std::llround(1e9 * simulator_.time_s(sequence, part)));
       const auto end = std::chrono::steady_clock::now() + timeout;
       stopped_.wait_until(lock, std::min(due, end), [this] { return !running_; });
       if (!running_) return NextStatus::kStopped;
@@ -171,8 +170,8 @@ NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds timeout
     }
   }
   controls_->apply_to(simulator_);
-  frame = simulator_.render(picture, part);
-  frame.encoder_counts = encoder_counts(picture, part);
+  frame = simulator_.render(sequence, part);
+  frame.encoder_counts = encoder_counts(sequence, part);
   if (!options_.illumination_known) frame.illumination = Illumination::unknown();
   ++next_frame_;
   const std::lock_guard lock(mutex_);
@@ -181,10 +180,11 @@ NextStatus SimulatedSource::next(Frame& frame, std::chrono::milliseconds timeout
 }
 
 // The length of the device's path: its velocity is constant.
-std::optional<std::int64_t> SimulatedSource::encoder_counts(std::uint64_t picture, int part) const {
+std::optional<std::int64_t> SimulatedSource::encoder_counts(std::uint64_t sequence,
+                                                            int part) const {
   if (options_.encoder_counts_per_m == 0.0) return std::nullopt;
   const double speed_m_s = simulator_.scene().device_motion.velocity_m_s.norm();
-  const double path_m = speed_m_s * simulator_.time_s(picture, part);
+  const double path_m = speed_m_s * simulator_.time_s(sequence, part);
   const auto counts = static_cast<std::int64_t>(std::floor(options_.encoder_counts_per_m * path_m));
   return counts & ((std::int64_t{1} << options_.encoder_bits) - 1);
 }

@@ -39,7 +39,7 @@ Scene checked(Scene scene) {
 }
 
 /// The region that is read and around it the pixels whose light the lens spreads into it: so that a
-/// region of interest is a piece of the whole picture to the last bit.
+/// region of interest is a piece of the whole image to the last bit.
 cv::Rect lit_region(const Scene& scene) {
   const Imager& imager = scene.imager;
   const double flare_px = imager.bloom.fraction > 0.0 ? imager.bloom.sigma_px : 0.0;
@@ -50,7 +50,7 @@ cv::Rect lit_region(const Scene& scene) {
   return wide & cv::Rect(0, 0, scene.camera.width(), scene.camera.height());
 }
 
-/// All that is rendered of one moment; the pictures appear when they are first asked for.
+/// All that is rendered of one moment; the images appear when they are first asked for.
 struct Moment {
   Moment(const Scene& scene, const detail::RayGrid& rays, double time_s)
       : view(scene, rays, time_s) {}
@@ -73,7 +73,7 @@ class Simulator::Impl {
       : scene_(checked(std::move(scene))),
         rays_(scene_.camera, lit_region(scene_)),
         is_static_(scene_.is_static()),
-        gains_(detail::pixel_gains(picture_size(), scene_.imager, scene_.seed)) {
+        gains_(detail::pixel_gains(whole_size(), scene_.imager, scene_.seed)) {
     make_beams();
   }
 
@@ -99,45 +99,45 @@ class Simulator::Impl {
   }
 
   int exposures_per_picture() const noexcept { return is_interlaced(scene_.timing.scan) ? 2 : 1; }
-  int frames_per_picture() const noexcept { return comes_by_field(scene_.timing.scan) ? 2 : 1; }
+  int parts_per_frame() const noexcept { return comes_by_field(scene_.timing.scan) ? 2 : 1; }
 
-  std::uint64_t exposure_number(std::uint64_t picture, int exposure) const noexcept {
-    return picture * static_cast<std::uint64_t>(exposures_per_picture()) +
+  std::uint64_t exposure_number(std::uint64_t sequence, int exposure) const noexcept {
+    return sequence * static_cast<std::uint64_t>(exposures_per_picture()) +
            static_cast<std::uint64_t>(exposure);
   }
-  Illumination illumination(std::uint64_t picture, int exposure) const noexcept {
+  Illumination illumination(std::uint64_t sequence, int exposure) const noexcept {
     if (!lasers_on_) return Illumination::dark();
-    return scene_.timing.pattern.at(exposure_number(picture, exposure));
+    return scene_.timing.pattern.at(exposure_number(sequence, exposure));
   }
-  double time_s(std::uint64_t picture, int exposure) const noexcept {
-    const double pictures =
-        static_cast<double>(picture) + exposure / static_cast<double>(exposures_per_picture());
-    return pictures / scene_.timing.picture_rate_hz;
+  double time_s(std::uint64_t sequence, int exposure) const noexcept {
+    const double frames =
+        static_cast<double>(sequence) + exposure / static_cast<double>(exposures_per_picture());
+    return frames / scene_.timing.picture_rate_hz;
   }
 
-  Frame render(std::uint64_t picture, int part) {
-    Frame frame = describe(picture, part);
+  Frame render(std::uint64_t sequence, int part) {
+    Frame frame = describe(sequence, part);
     const int type = scene_.imager.bit_depth > 8 ? CV_16UC1 : CV_8UC1;
     frame.image.create(frame_size(), type);
     for_each_exposure(part, [&](int exposure, const RowRange& rows) {
-      detail::read_out(charge(picture, exposure), scene_.imager, scene_.seed, rows, frame.image);
+      detail::read_out(charge(sequence, exposure), scene_.imager, scene_.seed, rows, frame.image);
     });
     return frame;
   }
 
-  cv::Mat expected_dn(std::uint64_t picture, int part) {
+  cv::Mat expected_dn(std::uint64_t sequence, int part) {
     cv::Mat image(frame_size(), CV_32FC1);
     for_each_exposure(part, [&](int exposure, const RowRange& rows) {
-      detail::read_out_expected(charge(picture, exposure), scene_.imager, rows, image);
+      detail::read_out_expected(charge(sequence, exposure), scene_.imager, rows, image);
     });
     return image;
   }
 
-  std::vector<Truth> truth(std::uint64_t picture) {
+  std::vector<Truth> truth(std::uint64_t sequence) {
     std::vector<Truth> truths;
     for (int exposure = 0; exposure < exposures_per_picture(); ++exposure) {
-      const Illumination light = illumination(picture, exposure);
-      if (light.is_lit()) truths.push_back(truth_of(picture, exposure, light.laser_index()));
+      const Illumination light = illumination(sequence, exposure);
+      if (light.is_lit()) truths.push_back(truth_of(sequence, exposure, light.laser_index()));
     }
     return truths;
   }
@@ -166,16 +166,16 @@ class Simulator::Impl {
                              imager.black_level_dn, imager.bit_depth};
     return model;
   }
-  cv::Size picture_size() const noexcept {
+  cv::Size whole_size() const noexcept {
     const Imager& imager = scene_.imager;
     return {imager.region.width / imager.binning.width,
             imager.region.height / imager.binning.height};
   }
   cv::Size frame_size() const noexcept {
-    const cv::Size picture = picture_size();
-    return {picture.width, picture.height / frames_per_picture()};
+    const cv::Size whole = whole_size();
+    return {whole.width, whole.height / parts_per_frame()};
   }
-  PixelGrid picture_grid() const noexcept {
+  PixelGrid whole_grid() const noexcept {
     const Imager& imager = scene_.imager;
     return PixelGrid::region(imager.region.x, imager.region.y)
         .then(PixelGrid::binned(imager.binning.width, imager.binning.height));
@@ -184,9 +184,8 @@ class Simulator::Impl {
     return is_top_first(scene_.timing.scan) == (exposure == 0);
   }
   PixelGrid exposure_grid(int exposure) const noexcept {
-    if (!is_interlaced(scene_.timing.scan)) return picture_grid();
-    return picture_grid().then(is_top(exposure) ? PixelGrid::top_field()
-                                                : PixelGrid::bottom_field());
+    if (!is_interlaced(scene_.timing.scan)) return whole_grid();
+    return whole_grid().then(is_top(exposure) ? PixelGrid::top_field() : PixelGrid::bottom_field());
   }
   Field exposure_field(int exposure) const noexcept {
     if (!is_interlaced(scene_.timing.scan)) return Field::kProgressive;
@@ -208,42 +207,43 @@ class Simulator::Impl {
   }
 
   /// Everything of a frame but its pixels.
-  Frame describe(std::uint64_t picture, int part) const {
+  Frame describe(std::uint64_t sequence, int part) const {
     const ScanMode scan = scene_.timing.scan;
-    if (part < 0 || part >= frames_per_picture()) {
-      throw Error(ErrorKind::kBadValue, fmt::format("part {} of a picture - expected 0 to {}", part,
-                                                    frames_per_picture() - 1));
+    if (part < 0 || part >= parts_per_frame()) {
+      throw Error(ErrorKind::kBadValue, fmt::format("part {} of a frame - expected 0 to {}", part,
+                                                    parts_per_frame() - 1));
     }
     Frame frame;
     frame.bit_depth = scene_.imager.bit_depth;
     frame.sensor_size = {scene_.camera.width(), scene_.camera.height()};
-    frame.grid = comes_by_field(scan) ? exposure_grid(part) : picture_grid();
-    frame.sequence = picture;
+    frame.grid = comes_by_field(scan) ? exposure_grid(part) : whole_grid();
+    frame.sequence = sequence;
     frame.exposure_in_picture = part;
     frame.exposures_per_picture = exposures_per_picture();
     if (is_interlaced(scan)) {
       frame.field_period_ns = std::llround(0.5e9 / scene_.timing.picture_rate_hz);
     }
-    frame.time.monotonic_ns = std::llround(1e9 * time_s(picture, 0)) + part * frame.field_period_ns;
-    frame.exposure_ns = std::llround(1e9 * scene_.imager.shutter_s * longer(picture, part));
-    frame.illumination = illumination(picture, part);
+    frame.time.monotonic_ns =
+        std::llround(1e9 * time_s(sequence, 0)) + part * frame.field_period_ns;
+    frame.exposure_ns = std::llround(1e9 * scene_.imager.shutter_s * longer(sequence, part));
+    frame.illumination = illumination(sequence, part);
     frame.field = exposure_field(part);
     if (scan == ScanMode::kTopFirst || scan == ScanMode::kBottomFirst) {
       frame.field =
           scan == ScanMode::kTopFirst ? Field::kInterlacedTopFirst : Field::kInterlacedBottomFirst;
-      if (illumination(picture, 0) != illumination(picture, 1)) {
+      if (illumination(sequence, 0) != illumination(sequence, 1)) {
         frame.illumination = Illumination::unknown();
       }
     }
     return frame;
   }
 
-  Moment& moment(std::uint64_t picture, int exposure) {
-    const std::uint64_t number = is_static_ ? 0 : exposure_number(picture, exposure);
+  Moment& moment(std::uint64_t sequence, int exposure) {
+    const std::uint64_t number = is_static_ ? 0 : exposure_number(sequence, exposure);
     auto& [key, kept] = moments_[number % moments_.size()];
     if (!kept || key != number) {
       key = number;
-      kept = std::make_unique<Moment>(scene_, rays_, is_static_ ? 0.0 : time_s(picture, exposure));
+      kept = std::make_unique<Moment>(scene_, rays_, is_static_ ? 0.0 : time_s(sequence, exposure));
     }
     return *kept;
   }
@@ -269,47 +269,47 @@ class Simulator::Impl {
   }
 
   /// How many times as long as the scene's shutter this exposure is: of a bracket.
-  double longer(std::uint64_t picture, int exposure) const noexcept {
+  double longer(std::uint64_t sequence, int exposure) const noexcept {
     const double exposure_us =
-        scene_.timing.pattern.exposure_us_at(exposure_number(picture, exposure));
+        scene_.timing.pattern.exposure_us_at(exposure_number(sequence, exposure));
     return exposure_us > 0.0 ? 1e-6 * exposure_us / scene_.imager.shutter_s : 1.0;
   }
   /// How many times as much light of a laser comes in: of a pulsed one as much as ever.
-  double more_laser(std::uint64_t picture, int exposure, int laser) const noexcept {
+  double more_laser(std::uint64_t sequence, int exposure, int laser) const noexcept {
     const bool is_continuous = scene_.lasers[static_cast<std::size_t>(laser)].is_continuous;
-    return is_continuous ? longer(picture, exposure) : 1.0;
+    return is_continuous ? longer(sequence, exposure) : 1.0;
   }
 
-  Charge charge(std::uint64_t picture, int exposure) {
-    Moment& now = moment(picture, exposure);
-    const Illumination light = illumination(picture, exposure);
+  Charge charge(std::uint64_t sequence, int exposure) {
+    Moment& now = moment(sequence, exposure);
+    const Illumination light = illumination(sequence, exposure);
     Charge charge;
-    charge.exposure_number = exposure_number(picture, exposure);
+    charge.exposure_number = exposure_number(sequence, exposure);
     charge.gains = gains_;
     charge.daylight =
-        detail::binned(times(daylight(now), longer(picture, exposure)), scene_.imager.binning);
+        detail::binned(times(daylight(now), longer(sequence, exposure)), scene_.imager.binning);
     if (light.is_lit()) {
       const int laser = light.laser_index();
-      const double more = more_laser(picture, exposure, laser);
+      const double more = more_laser(sequence, exposure, laser);
       charge.laser = detail::binned(times(laser_light(now, laser), more), scene_.imager.binning);
     }
     return charge;
   }
 
-  Truth truth_of(std::uint64_t picture, int exposure, int laser) {
-    Moment& now = moment(picture, exposure);
+  Truth truth_of(std::uint64_t sequence, int exposure, int laser) {
+    Moment& now = moment(sequence, exposure);
     Truth truth;
-    truth.sequence = picture;
-    truth.time_s = time_s(picture, exposure);
+    truth.sequence = sequence;
+    truth.time_s = time_s(sequence, exposure);
     truth.laser = laser;
     truth.field = exposure_field(exposure);
     truth.axis = scene_.axis;
-    cv::Size size = picture_size();
+    cv::Size size = whole_size();
     size.height /= exposures_per_picture();
     truth.lines = detail::find_truth(
         {now.view, beams_[static_cast<std::size_t>(laser)], laser, exposure_grid(exposure), size,
-         times(daylight(now), longer(picture, exposure)),
-         times(laser_light(now, laser), more_laser(picture, exposure, laser))});
+         times(daylight(now), longer(sequence, exposure)),
+         times(laser_light(now, laser), more_laser(sequence, exposure, laser))});
     return truth;
   }
 
@@ -320,7 +320,7 @@ class Simulator::Impl {
   cv::Mat gains_;
   std::vector<Beam> beams_;
   std::optional<StriperModel> model_;  // Once it has been asked for.
-  // The latest two moments (the two fields of a picture) of a moving scene, the only one of a
+  // The latest two moments (the two fields of a frame) of a moving scene, the only one of a
   // static one.
   std::array<std::pair<std::uint64_t, std::unique_ptr<Moment>>, 2> moments_;
 };
@@ -343,25 +343,25 @@ Simulator::~Simulator() = default;
 const Scene& Simulator::scene() const noexcept { return impl_->scene(); }
 void Simulator::apply(const SceneSettings& settings) { impl_->apply(settings); }
 int Simulator::exposures_per_picture() const noexcept { return impl_->exposures_per_picture(); }
-int Simulator::frames_per_picture() const noexcept { return impl_->frames_per_picture(); }
-Frame Simulator::render(std::uint64_t picture, int part) { return impl_->render(picture, part); }
-cv::Mat Simulator::expected_dn(std::uint64_t picture, int part) {
-  return impl_->expected_dn(picture, part);
+int Simulator::parts_per_frame() const noexcept { return impl_->parts_per_frame(); }
+Frame Simulator::render(std::uint64_t sequence, int part) { return impl_->render(sequence, part); }
+cv::Mat Simulator::expected_dn(std::uint64_t sequence, int part) {
+  return impl_->expected_dn(sequence, part);
 }
-std::vector<Truth> Simulator::truth(std::uint64_t picture) { return impl_->truth(picture); }
+std::vector<Truth> Simulator::truth(std::uint64_t sequence) { return impl_->truth(sequence); }
 StriperModel Simulator::model() const { return impl_->model(); }
-double Simulator::time_s(std::uint64_t picture, int exposure) const noexcept {
-  return impl_->time_s(picture, exposure);
+double Simulator::time_s(std::uint64_t sequence, int exposure) const noexcept {
+  return impl_->time_s(sequence, exposure);
 }
 
-Eigen::Isometry3d Simulator::T_cam_object(int object, std::uint64_t picture, int exposure) const {
+Eigen::Isometry3d Simulator::T_cam_object(int object, std::uint64_t sequence, int exposure) const {
   const Scene& scene = impl_->scene();
   if (object < 0 || object >= static_cast<int>(scene.objects.size())) {
     throw Error(ErrorKind::kBadValue,
                 fmt::format("object {} - the scene has {} objects", object, scene.objects.size()));
   }
   return detail::T_cam_object_at(scene, scene.objects[static_cast<std::size_t>(object)],
-                                 time_s(picture, exposure));
+                                 time_s(sequence, exposure));
 }
 
 }  // namespace striper

@@ -33,13 +33,13 @@ void CommonKeys::apply(SourceInfo& info) const {
   if (fields) info.field = *fields;
 }
 
-void CommonKeys::apply(Frame& frame, std::int64_t picture_period_ns) const {
+void CommonKeys::apply(Frame& frame, std::int64_t frame_period_ns) const {
   const bool is_one_field = frame.field == Field::kTop || frame.field == Field::kBottom;
   if (fields && !is_one_field) {
     frame.field = *fields;
     frame.exposures_per_picture = 2;
     frame.exposure_in_picture = 0;
-    frame.field_period_ns = picture_period_ns / 2;
+    frame.field_period_ns = frame_period_ns / 2;
   }
   if (!pattern.is_automatic()) frame.illumination = Illumination::unknown();
   if (pattern.is_bracket()) {

@@ -24,12 +24,12 @@ struct CommonKeys {
   /// Puts what was given into what the source says of itself.
   void apply(SourceInfo& info) const;
 
-  /// Puts what was given into a frame. A pattern says nothing of a single frame that the pictures
+  /// Puts what was given into a frame. A pattern says nothing of a single frame that the images
   /// could not refute: where one was given it is the source's, and the frame's own illumination, of
   /// a recording, gives way to it; of a bracket, its exposure too. What was not given leaves the
   /// frame as it is.
-  /// @param picture_period_ns from picture to picture; a field takes half of it.
-  void apply(Frame& frame, std::int64_t picture_period_ns) const;
+  /// @param frame_period_ns from frame to frame; a field takes half of it.
+  void apply(Frame& frame, std::int64_t frame_period_ns) const;
 };
 
 }  // namespace striper::detail

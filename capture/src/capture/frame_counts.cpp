@@ -30,9 +30,9 @@ void FrameCounts::deliver_recorded(const Frame& frame) {
   last_sequence_ = frame.sequence;
 }
 
-void FrameCounts::drop(std::uint64_t pictures) {
+void FrameCounts::drop(std::uint64_t frames) {
   const std::lock_guard lock(mutex_);
-  counts_.dropped += pictures;
+  counts_.dropped += frames;
 }
 
 void FrameCounts::overrun(std::uint64_t frames) {

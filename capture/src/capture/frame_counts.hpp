@@ -20,7 +20,7 @@ class FrameCounts {
   /// The same of a source that gives what is in a file: what its numbers leave out was dropped.
   void deliver_recorded(const Frame& frame);
 
-  void drop(std::uint64_t pictures);
+  void drop(std::uint64_t frames);
   void overrun(std::uint64_t frames);
   void reconnect();
 

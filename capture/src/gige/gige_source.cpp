@@ -33,16 +33,16 @@ using detail::PoolSlot;
 using detail::Session;
 
 constexpr auto kRound = 100ms;                   // of the supervisor
-constexpr std::int64_t kQuiet_ns = 500'000'000;  // without a picture: ask the camera
+constexpr std::int64_t kQuiet_ns = 500'000'000;  // without a frame: ask the camera
 constexpr detail::Reopening::Pauses kPauses{100ms, 2000ms};
 
-/// What the stream says of a picture that is not whole.
-struct PictureFault {
+/// What the stream says of a frame that is not whole.
+struct FrameFault {
   FrameStatus status;
   const char* detail;
 };
 
-PictureFault fault_of(ArvBufferStatus status) {
+FrameFault fault_of(ArvBufferStatus status) {
   switch (status) {
     case ARV_BUFFER_STATUS_SUCCESS:
       return {FrameStatus::kOk, ""};
@@ -51,7 +51,7 @@ PictureFault fault_of(ArvBufferStatus status) {
     case ARV_BUFFER_STATUS_MISSING_PACKETS:
       return {FrameStatus::kIncomplete, "packets are missing"};
     case ARV_BUFFER_STATUS_SIZE_MISMATCH:
-      return {FrameStatus::kWrongSize, "more data than the picture has"};
+      return {FrameStatus::kWrongSize, "more data than the image has"};
     case ARV_BUFFER_STATUS_ABORTED:
       return {FrameStatus::kIncomplete, "the stream was stopped"};
     default:
@@ -59,34 +59,33 @@ PictureFault fault_of(ArvBufferStatus status) {
   }
 }
 
-std::string picture_name(const detail::PictureSetup& setup) {
+std::string image_name(const detail::FrameSetup& setup) {
   return fmt::format("{} {}x{}", setup.layout->name, setup.size.width, setup.size.height);
 }
 
-detail::StreamKind kind_of(const detail::PictureSetup& setup) {
-  return {setup.size,    setup.sensor_size,  setup.layout->bit_depth, setup.layout->channels(),
-          /*layout=*/"", picture_name(setup)};
+detail::StreamKind kind_of(const detail::FrameSetup& setup) {
+  return {setup.size,    setup.sensor_size, setup.layout->bit_depth, setup.layout->channels(),
+          /*layout=*/"", image_name(setup)};
 }
 
-// What is likely to be meant otherwise, while nothing in the pictures speaks against it.
+// What is likely to be meant otherwise, while nothing in the images speaks against it.
 void say_what_keys_mean(const detail::CommonKeys& common, const GigeOptions& options) {
   const bool is_triggered = !options.trigger.empty() && options.trigger != "off";
   if (common.pattern.has_dark() && options.strobe_lines.empty() && !is_triggered) {
     options.events.send(
         {"laser_not_switched",
          fmt::format("'{}': laser={} without strobe= switches nothing; it says what something else "
-                     "does with the laser, in step with the pictures. For a laser on one of the "
+                     "does with the laser, in step with the frames. For a laser on one of the "
                      "camera's own lines name that: strobe=Line2",
                      options.uri, common.pattern.to_string())});
   }
   if (common.fields) {
     options.events.send(
         {"setting_unlikely",
-         fmt::format(
-             "'{}': fields= takes each picture as two fields, exposed one after the other. "
-             "Nearly all cameras of this kind expose whole pictures, in which both show the "
-             "same moment: then leave it out",
-             options.uri)});
+         fmt::format("'{}': fields= takes each frame as two fields, exposed one after the other. "
+                     "Nearly all cameras of this kind expose whole frames, in which both show the "
+                     "same moment: then leave it out",
+                     options.uri)});
   }
 }
 
@@ -122,7 +121,7 @@ struct GigeSource::State {
 
   std::mutex lifecycle;  // one start or stop at a time
 
-  // News are what `next` waits for: a picture, or the end. Their mutex is held for moments only,
+  // News are what `next` waits for: a frame, or the end. Their mutex is held for moments only,
   // since the stream's thread takes it.
   std::mutex news_mutex;
   std::condition_variable news_came;
@@ -155,9 +154,9 @@ GigeSource::State::State(GigeOptions given)
   say_what_keys_mean(common, options);
   session = std::make_shared<Session>(options);
 
-  const detail::PictureSetup& setup = session->setup();
+  const detail::FrameSetup& setup = session->setup();
   info.uri = options.uri;
-  info.description = fmt::format("{}, {}", session->description(), picture_name(setup));
+  info.description = fmt::format("{}, {}", session->description(), image_name(setup));
   info.image_size = setup.size;
   info.sensor_size = setup.sensor_size;
   info.bit_depth = setup.layout->bit_depth;
@@ -285,7 +284,7 @@ bool GigeSource::State::give_next(Frame& frame) {
   return false;
 }
 
-/// @return false for what is left of a picture that was given already, or given up.
+/// @return false for what is left of a frame that was given already, or given up.
 bool GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
   const ArvBufferStatus status = arv_buffer_get_status(slot.buffer.get());
   const std::uint64_t id =
@@ -298,7 +297,7 @@ bool GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
     return false;
   }
 
-  const PictureFault fault = fault_of(status);
+  const FrameFault fault = fault_of(status);
   frame.status = fault.status;
   frame.status_detail = fault.detail;
   frame.sequence = number.sequence;
@@ -311,7 +310,7 @@ bool GigeSource::State::fill(Frame& frame, PoolSlot& slot) {
 }
 
 void GigeSource::State::describe(Frame& frame, PoolSlot& slot, std::uint64_t since_start) {
-  const detail::PictureSetup& setup = session->setup();
+  const detail::FrameSetup& setup = session->setup();
   frame.bit_depth = setup.layout->bit_depth;
   frame.sensor_size = setup.sensor_size;
   frame.grid = setup.grid;
@@ -336,7 +335,7 @@ void GigeSource::State::describe(Frame& frame, PoolSlot& slot, std::uint64_t sin
 }
 
 void GigeSource::State::fill_image(Frame& frame, PoolSlot& slot) {
-  const detail::PictureSetup& setup = session->setup();
+  const detail::FrameSetup& setup = session->setup();
   ArvBuffer* const buffer = slot.buffer.get();
   const cv::Size size(arv_buffer_get_image_width(buffer), arv_buffer_get_image_height(buffer));
   const auto format = static_cast<std::uint32_t>(arv_buffer_get_image_pixel_format(buffer));
@@ -433,7 +432,7 @@ void GigeSource::State::close_in_background(std::shared_ptr<Session> camera) {
       !camera->numbers_by_trigger() && !options.trigger.empty() && options.trigger != "off";
   {
     const std::lock_guard lock(mutex);
-    // The numbering goes on from the last picture that was given. Where pictures come when somebody
+    // The numbering goes on from the last frame that was given. Where frames come when somebody
     // else wants them the time since then tells nothing of their number.
     numbered_until_ns =
         completed_ns == 0 || is_timed_by_others ? detail::monotonic_now_ns() : completed_ns;

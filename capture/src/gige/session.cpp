@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 // time: within 2 s, with a busy computer's delays within 3 s.
 constexpr auto kProbeWithin = 400ms;
 constexpr int kProbes = 3;
-constexpr auto kPictureBegins = 500ms;  // after the exposure, for a software trigger
+constexpr auto kFrameBegins = 500ms;  // after the exposure, for a software trigger
 constexpr std::int64_t kImplausible_ns = 2'000'000'000;
 
 // A late thread loses packets. Without the right to ask for it this does nothing.
@@ -34,7 +34,7 @@ void raise_priority(const EventPort& events) {
   if (pthread_setschedparam(pthread_self(), SCHED_RR, &priority) != 0) {
     events.send({"thread_not_realtime",
                  "the stream thread is not real-time: give the program CAP_SYS_NICE (`setcap "
-                 "cap_sys_nice+ep`) if pictures are lost"});
+                 "cap_sys_nice+ep`) if frames are lost"});
   }
 }
 
@@ -68,7 +68,7 @@ Session::Session(const GigeOptions& options)
       lasers_(at_rest(features_), options),
       clock_(features_, features_mutex_, opened_.address, options.ptp) {
   try {
-    setup_ = set_up_pictures(features_, options);
+    setup_ = set_up_frames(features_, options);
     const std::int64_t longest_ns = longest_exposure_ns(options.pattern);
     exposure_ns_ = longest_ns > 0 ? longest_ns : setup_.exposure_ns;
     is_triggered_by_host_ = lasers_.is_host_switched() || options.trigger == "software";
@@ -176,7 +176,7 @@ void Session::begin_streaming() {
                 fmt::format("camera {}: cannot start: {}", description(), error.message()));
   }
   if (is_triggered_by_host_) {
-    picture_within_ = picture_patience(payload);
+    frame_within_ = frame_patience(payload);
     is_conducting_ = true;
     conductor_ = std::thread(&Session::conduct, this);
   }
@@ -313,7 +313,7 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
     slot.arrival_ns = is_plausible ? first_packet_ns : now_ns;
     slot.completed_ns = now_ns;
     slot.arrival = arrivals_++;
-    // What began to come before the trigger is the picture of an earlier one.
+    // What began to come before the trigger is the frame of an earlier one.
     constexpr std::int64_t kClocksDiffer_ns = 1'000'000;
     const bool is_late = is_awaiting_ && slot.arrival_ns + kClocksDiffer_ns < trigger_.sent_ns;
     const bool is_overdue = is_late && slot.arrival_ns + kClocksDiffer_ns >= overdue_.sent_ns;
@@ -326,7 +326,7 @@ void Session::on_buffer_done(ArvBuffer* buffer) {
   }
   buffer_done_.notify_all();
 
-  // Nobody asks in time: the oldest picture makes room for the next.
+  // Nobody asks in time: the oldest frame makes room for the next.
   gint to_fill = 0;
   gint filled = 0;
   arv_stream_get_n_buffers(stream_.get(), &to_fill, &filled);
@@ -426,14 +426,14 @@ void Session::trigger_once(std::uint64_t number) {
   features_.execute("TriggerSoftware");
 }
 
-/// Until a picture has come whole, on a slow link too, or is given up.
-std::chrono::nanoseconds Session::picture_patience(std::size_t payload_bytes) const {
+/// Until a frame has come whole, on a slow link too, or is given up.
+std::chrono::nanoseconds Session::frame_patience(std::size_t payload_bytes) const {
   constexpr double kSlowestLink_bytes_s = 100e6 / 8;
   const auto bytes = static_cast<double>(payload_bytes);
   const double packets = bytes / std::max(packet_bytes_, 576);
   const double pauses_s = 1e-6 * packets * options_.packet_delay_us.value_or(0.0);
   const std::chrono::duration<double> transfer(bytes / kSlowestLink_bytes_s + pauses_s);
-  return std::chrono::nanoseconds(exposure_ns_) + kPictureBegins + options_.frame_timeout +
+  return std::chrono::nanoseconds(exposure_ns_) + kFrameBegins + options_.frame_timeout +
          std::chrono::duration_cast<std::chrono::nanoseconds>(transfer);
 }
 
@@ -451,7 +451,7 @@ void Session::conduct() {
       }
       trigger_once(number);
       std::unique_lock lock(mutex_);
-      buffer_done_.wait_for(lock, picture_within_,
+      buffer_done_.wait_for(lock, frame_within_,
                             [this] { return !is_awaiting_ || !is_conducting_ || is_lost_; });
       is_awaiting_ = false;
       due += period;

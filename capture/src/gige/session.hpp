@@ -35,7 +35,7 @@ class Session {
   Session& operator=(const Session&) = delete;
   ~Session();
 
-  const PictureSetup& setup() const noexcept { return setup_; }
+  const FrameSetup& setup() const noexcept { return setup_; }
   const std::string& description() const noexcept { return opened_.description; }
 
   /// For the controls, from any thread, while it streams too.
@@ -51,7 +51,7 @@ class Session {
   /// Off: dark whatever the pattern says, until they are on again. @throws Error{kDevice}.
   void switch_lasers(bool on);
 
-  /// What the encoder showed at a picture; empty where it was not asked for.
+  /// What the encoder showed at a frame; empty where it was not asked for.
   std::optional<std::int64_t> encoder_counts(const PoolSlot& slot) const;
 
   /// Begins to stream. @param wake is called when a buffer is ready or the camera is lost, from
@@ -83,7 +83,7 @@ class Session {
   /// the host's own.
   std::int64_t utc_offset_ns(const PoolSlot& slot, std::int64_t start_ns) const;
 
-  /// What lit a picture. @param since_start number of its exposure since acquisition start.
+  /// What lit a frame. @param since_start number of its exposure since acquisition start.
   Illumination illumination(const PoolSlot& slot, std::uint64_t since_start);
 
   /// Number of the exposure since start, where the host triggers and so knows better than the
@@ -104,7 +104,7 @@ class Session {
   void tune_stream();
   void count_stream(GigeStatistics& sum) const;
   void conduct();
-  std::chrono::nanoseconds picture_patience(std::size_t payload_bytes) const;
+  std::chrono::nanoseconds frame_patience(std::size_t payload_bytes) const;
   void trigger_once(std::uint64_t number);
   void lose(const std::string& why);
   Access ask() const;
@@ -119,7 +119,7 @@ class Session {
   LaserLines lasers_;
   std::mutex features_mutex_;  // of the feature tree, which several threads use
   CameraClock clock_;
-  PictureSetup setup_;
+  FrameSetup setup_;
   bool is_triggered_by_host_ = false;
   bool has_line_chunk_ = false;
   const char* encoder_value_ = nullptr;  // the chunk's feature
@@ -138,7 +138,7 @@ class Session {
   std::condition_variable buffer_done_;
   std::thread conductor_;
   bool is_conducting_ = false;
-  bool is_awaiting_ = false;  // a trigger was sent and its picture has not come
+  bool is_awaiting_ = false;  // a trigger was sent and its frame has not come
   std::uint64_t arrivals_ = 0;
   std::uint64_t popped_ = 0;
   struct Trigger {
@@ -146,9 +146,9 @@ class Session {
     Illumination commanded;
     std::int64_t sent_ns = 0;
   };
-  Trigger trigger_;  // the latest
-  Trigger overdue_;  // the one before, whose picture was waited for in vain
-  std::chrono::nanoseconds picture_within_{};  // after a software trigger
+  Trigger trigger_;                          // the latest
+  Trigger overdue_;                          // the one before, whose frame was waited for in vain
+  std::chrono::nanoseconds frame_within_{};  // after a software trigger
   std::string loss_;
 
   std::atomic<std::int64_t> exposure_ns_ = 0;

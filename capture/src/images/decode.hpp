@@ -11,19 +11,19 @@
 
 namespace striper::detail {
 
-/// What is wrong with a picture, as the end of a sentence about it; empty when nothing is.
+/// What is wrong with an image, as the end of a sentence about it; empty when nothing is.
 using Fault = std::string;
 using Bytes = std::span<const std::uint8_t>;
 
-/// Decodes a picture of any known format; `picture.image` keeps its memory where size and type fit.
+/// Decodes an image of any known format; `decoded.image` keeps its memory where size and type fit.
 /// Whatever does not decode to its end is a fault: these functions neither throw nor print.
-Fault decode_picture(Bytes bytes, Picture& picture);
+Fault decode_image(Bytes bytes, DecodedImage& decoded);
 
-Fault decode_png(Bytes bytes, Picture& picture);
-Fault decode_jpeg(Bytes bytes, Picture& picture);
-Fault decode_tiff(Bytes bytes, Picture& picture);
-Fault decode_bmp(Bytes bytes, Picture& picture);
-Fault decode_pnm(Bytes bytes, Picture& picture);
+Fault decode_png(Bytes bytes, DecodedImage& decoded);
+Fault decode_jpeg(Bytes bytes, DecodedImage& decoded);
+Fault decode_tiff(Bytes bytes, DecodedImage& decoded);
+Fault decode_bmp(Bytes bytes, DecodedImage& decoded);
+Fault decode_pnm(Bytes bytes, DecodedImage& decoded);
 
 /// Refuses a size that a damaged header made up, before memory is taken for it.
 Fault check_size(std::uint64_t width, std::uint64_t height);

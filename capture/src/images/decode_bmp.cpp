@@ -102,7 +102,7 @@ void copy_bmp_row(const BmpHeader& header, const Palette& palette, const std::ui
 
 }  // namespace
 
-Fault decode_bmp(Bytes bytes, Picture& picture) {
+Fault decode_bmp(Bytes bytes, DecodedImage& decoded) {
   if (bytes.size() < BmpHeader::kSize) {
     return fmt::format("is a truncated BMP: {} bytes", bytes.size());
   }
@@ -111,13 +111,13 @@ Fault decode_bmp(Bytes bytes, Picture& picture) {
 
   const Palette palette = header.bits == 8 ? read_palette(header, bytes) : Palette{};
   const int rows = std::abs(header.height);
-  picture.image.create(rows, header.width,
+  decoded.image.create(rows, header.width,
                        header.bits == 8 && is_grey(palette) ? CV_8UC1 : CV_8UC3);
-  picture.bit_depth = 8;
+  decoded.bit_depth = 8;
   for (int i = 0; i < rows; ++i) {
     const std::uint8_t* from =
         bytes.data() + header.pixels + header.row_bytes() * static_cast<std::size_t>(i);
-    copy_bmp_row(header, palette, from, picture.image, header.height < 0 ? i : rows - 1 - i);
+    copy_bmp_row(header, palette, from, decoded.image, header.height < 0 ? i : rows - 1 - i);
   }
   return {};
 }

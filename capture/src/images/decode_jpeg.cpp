@@ -90,7 +90,7 @@ class JpegReader {
 
 }  // namespace
 
-Fault decode_jpeg(Bytes bytes, Picture& picture) {
+Fault decode_jpeg(Bytes bytes, DecodedImage& decoded) {
   JpegReader reader(bytes);
   if (!reader.read_header()) {
     return fmt::format("is a damaged or truncated JPEG: {}", reader.message());
@@ -101,10 +101,10 @@ Fault decode_jpeg(Bytes bytes, Picture& picture) {
                        reader.components());
   }
 
-  picture.image.create(static_cast<int>(reader.height()), static_cast<int>(reader.width()),
+  decoded.image.create(static_cast<int>(reader.height()), static_cast<int>(reader.width()),
                        CV_8UC(reader.components()));
-  picture.bit_depth = 8;
-  if (!reader.read_rows(picture.image)) {
+  decoded.bit_depth = 8;
+  if (!reader.read_rows(decoded.image)) {
     return fmt::format("is a damaged or truncated JPEG: {}", reader.message());
   }
   return {};

@@ -84,16 +84,16 @@ class PngReader {
 
 }  // namespace
 
-Fault decode_png(Bytes bytes, Picture& picture) {
+Fault decode_png(Bytes bytes, DecodedImage& decoded) {
   PngReader reader(bytes);
   if (!reader.read_header()) return fmt::format("is a damaged PNG: {}", reader.message());
   if (Fault fault = check_size(reader.width(), reader.height()); !fault.empty()) return fault;
 
   const int depth = reader.bits() == 16 ? CV_16U : CV_8U;
-  picture.image.create(static_cast<int>(reader.height()), static_cast<int>(reader.width()),
+  decoded.image.create(static_cast<int>(reader.height()), static_cast<int>(reader.width()),
                        CV_MAKETYPE(depth, reader.channels()));
-  picture.bit_depth = depth == CV_16U ? 16 : 8;
-  if (!reader.read_rows(picture.image)) {
+  decoded.bit_depth = depth == CV_16U ? 16 : 8;
+  if (!reader.read_rows(decoded.image)) {
     return fmt::format("is a damaged or truncated PNG: {}", reader.message());
   }
   return {};

@@ -48,7 +48,7 @@ class PnmText {
   std::size_t at_ = 2;  // After the magic number.
 };
 
-// Stores sample number `i` of a row; a picture is R, G, B in the file and B, G, R in memory.
+// Stores sample number `i` of a row; a pixel is R, G, B in the file and B, G, R in memory.
 void store(cv::Mat& image, int row, int i, std::uint32_t value) {
   const int channels = image.channels();
   const int at = channels == 1 ? i : i / 3 * 3 + (2 - i % 3);
@@ -94,7 +94,7 @@ Fault read_text(PnmText& text, std::uint32_t maximum, cv::Mat& image) {
 
 }  // namespace
 
-Fault decode_pnm(Bytes bytes, Picture& picture) {
+Fault decode_pnm(Bytes bytes, DecodedImage& decoded) {
   const std::uint8_t kind = bytes[1];
   const bool is_colour = kind == '3' || kind == '6';
   const bool is_text = kind == '2' || kind == '3';
@@ -112,11 +112,11 @@ Fault decode_pnm(Bytes bytes, Picture& picture) {
                        samples);
   }
 
-  picture.bit_depth = std::max(8, static_cast<int>(std::bit_width(*maximum)));
-  picture.image.create(static_cast<int>(*height), static_cast<int>(*width),
-                       CV_MAKETYPE(picture.bit_depth > 8 ? CV_16U : CV_8U, is_colour ? 3 : 1));
-  return is_text ? read_text(text, *maximum, picture.image)
-                 : read_binary(text.pixels(), picture.image);
+  decoded.bit_depth = std::max(8, static_cast<int>(std::bit_width(*maximum)));
+  decoded.image.create(static_cast<int>(*height), static_cast<int>(*width),
+                       CV_MAKETYPE(decoded.bit_depth > 8 ? CV_16U : CV_8U, is_colour ? 3 : 1));
+  return is_text ? read_text(text, *maximum, decoded.image)
+                 : read_binary(text.pixels(), decoded.image);
 }
 
 }  // namespace striper::detail

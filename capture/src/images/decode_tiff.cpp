@@ -68,7 +68,7 @@ TiffHandle open_tiff(TiffFile& file) {
   TIFFOpenOptionsSetErrorHandlerExtR(options, keep_first_error, &file);
   TIFFOpenOptionsSetWarningHandlerExtR(options, ignore_warning, &file);
   // "m": no memory mapping, so that every access goes through read_bytes and its bounds.
-  TIFF* tiff = TIFFClientOpenExt("picture", "rm", &file, read_bytes, refuse_to_write, seek,
+  TIFF* tiff = TIFFClientOpenExt("image", "rm", &file, read_bytes, refuse_to_write, seek,
                                  close_nothing, size_of, nullptr, nullptr, options);
   TIFFOpenOptionsFree(options);
   return {tiff, &TIFFClose};
@@ -151,7 +151,7 @@ bool read_as_rgba(TIFF* tiff, const Layout& layout, cv::Mat& image) {
 
 }  // namespace
 
-Fault decode_tiff(Bytes bytes, Picture& picture) {
+Fault decode_tiff(Bytes bytes, DecodedImage& decoded) {
   TiffFile file{bytes};
   const TiffHandle tiff = open_tiff(file);
   if (tiff == nullptr) return fmt::format("is a damaged or truncated TIFF: {}", file.message);
@@ -165,12 +165,12 @@ Fault decode_tiff(Bytes bytes, Picture& picture) {
         "numbers that are not unsigned); write it as strips",
         layout.bits);
   }
-  const bool is_whole = by_rows ? read_rows(tiff.get(), layout, picture.image)
-                                : read_as_rgba(tiff.get(), layout, picture.image);
+  const bool is_whole = by_rows ? read_rows(tiff.get(), layout, decoded.image)
+                                : read_as_rgba(tiff.get(), layout, decoded.image);
   if (!is_whole || file.message[0] != '\0') {
     return fmt::format("is a damaged or truncated TIFF: {}", file.message);
   }
-  picture.bit_depth = layout.bits == 16 ? 16 : 8;
+  decoded.bit_depth = layout.bits == 16 ? 16 : 8;
   return {};
 }
 

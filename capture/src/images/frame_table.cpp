@@ -29,7 +29,7 @@ constexpr std::array<CsvWord<FrameStatus>, 4> kStatusWords{{
     {FrameStatus::kWrongSize, "wrong_size"},
 }};
 
-// A picture's name: never out of the recording's directory.
+// An image file's name: never out of the recording's directory.
 template <typename Text>
 struct NameCell {
   Text& name;

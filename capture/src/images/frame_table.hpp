@@ -16,8 +16,8 @@ namespace striper::detail {
 
 inline constexpr std::string_view kFrameTableName = "frames.csv";
 
-/// One line of a recording's `frames.csv`: where a frame's picture is and everything else that the
-/// frame says.
+/// One line of a recording's `frames.csv`: where a frame's image file is and everything else that
+/// the frame says.
 struct FrameRow {
   std::string file;             ///< Name in the same directory; empty for a frame without an image.
   Frame frame;                  ///< Without the image.
@@ -30,7 +30,7 @@ std::span<const CsvColumn<FrameRow>> frame_columns();
 /// Reads a table. Columns are found by name; `file` must be there, every other may be missing (then
 /// it is as in a new Frame, with `sequence` counting up), unknown ones are ignored. A last line
 /// that was cut off (no line end, fields missing) is left out and `recording_cut` is sent.
-/// @param default_period_ns from picture to picture where the table has no times.
+/// @param default_period_ns from frame to frame where the table has no times.
 /// @throws Error as `CsvReader` does.
 std::vector<FrameRow> read_frame_table(const std::filesystem::path& path,
                                        std::int64_t default_period_ns, const EventPort& events);

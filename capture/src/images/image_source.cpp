@@ -28,9 +28,9 @@ using detail::FrameRow;
 
 constexpr double kNsPerSecond = 1e9;
 
-std::vector<FrameRow> rows_of_plain_pictures(const std::string& pattern, double rate_hz) {
-  const std::vector<fs::path> files = picture_files(pattern);
-  const std::vector<std::uint64_t> numbers = detail::picture_numbers(files);
+std::vector<FrameRow> rows_of_plain_images(const std::string& pattern, double rate_hz) {
+  const std::vector<fs::path> files = image_files(pattern);
+  const std::vector<std::uint64_t> numbers = detail::image_numbers(files);
   std::vector<FrameRow> rows;
   for (std::size_t i = 0; i < files.size(); ++i) {
     FrameRow& row = rows.emplace_back();
@@ -56,7 +56,7 @@ std::vector<FrameRow> rows_of_recording(const fs::path& directory, double rate_h
   return rows;
 }
 
-// Pictures a second as their times say; 0 where they do not.
+// Frames a second as their times say; 0 where they do not.
 double rate_of(const std::vector<FrameRow>& rows) {
   const Frame& first = rows.front().frame;
   const Frame& last = rows.back().frame;
@@ -65,7 +65,7 @@ double rate_of(const std::vector<FrameRow>& rows) {
   return static_cast<double>(last.sequence - first.sequence) * kNsPerSecond / elapsed_ns;
 }
 
-std::uint64_t count_pictures(const std::vector<FrameRow>& rows) {
+std::uint64_t count_frames(const std::vector<FrameRow>& rows) {
   std::uint64_t count = rows.empty() ? 0 : 1;
   for (std::size_t i = 1; i < rows.size(); ++i) {
     if (rows[i].frame.sequence != rows[i - 1].frame.sequence) ++count;
@@ -94,26 +94,26 @@ struct ImageSource::State {
   SourceInfo info;
   detail::CommonKeys common;
   std::optional<int> bits;  // That were asked for.
-  std::int64_t picture_period_ns = 0;
+  std::int64_t frame_period_ns = 0;
   std::vector<FrameRow> rows;
   detail::FrameShapes shapes;
 
   std::atomic<bool> is_streaming = false;
   std::size_t next_row = 0;
-  Picture picture;
+  DecodedImage decoded;
   std::vector<std::uint8_t> bytes;
 
   detail::FrameCounts counts;
 
-  void list_pictures(const ImageOptions& options);
-  void look_at_first_picture();
+  void list_frames(const ImageOptions& options);
+  void look_at_first_image();
   void check_bits(const FrameRow& row) const;
   detail::Fault read(const FrameRow& row);
   void fill(const FrameRow& row, Frame& frame);
   void take_image(const FrameRow& row, Frame& frame);
 };
 
-void ImageSource::State::list_pictures(const ImageOptions& options) {
+void ImageSource::State::list_frames(const ImageOptions& options) {
   events = options.events;
   common = {options.pattern, options.fields};
   bits = options.bits;
@@ -126,11 +126,11 @@ void ImageSource::State::list_pictures(const ImageOptions& options) {
   std::error_code ignored;
   const bool is_recording = fs::exists(path / detail::kFrameTableName, ignored);
   rows = is_recording ? rows_of_recording(path, options.fps, events)
-                      : rows_of_plain_pictures(options.path, options.fps);
+                      : rows_of_plain_images(options.path, options.fps);
 
-  info.pictures = count_pictures(rows);
+  info.pictures = count_frames(rows);
   info.description =
-      fmt::format("{} picture{} of '{}'{}", *info.pictures, *info.pictures == 1 ? "" : "s",
+      fmt::format("{} frame{} of '{}'{}", *info.pictures, *info.pictures == 1 ? "" : "s",
                   options.path, is_recording ? " (a recording)" : "");
   info.picture_rate_hz = is_recording ? rate_of(rows) : options.fps;
   info.has_clock = rows.front().frame.time.utc_offset_ns.has_value();
@@ -139,13 +139,13 @@ void ImageSource::State::list_pictures(const ImageOptions& options) {
   if (info.field == Field::kBottom) info.field = Field::kTop;  // Stands for single fields.
   common.apply(info);
   if (info.picture_rate_hz > 0.0) {
-    picture_period_ns = std::llround(kNsPerSecond / info.picture_rate_hz);
+    frame_period_ns = std::llround(kNsPerSecond / info.picture_rate_hz);
   }
 }
 
 // The first one that decodes says what the stream is. Where none does, the size stays 0x0 and every
 // frame will say why.
-void ImageSource::State::look_at_first_picture() {
+void ImageSource::State::look_at_first_image() {
   for (const FrameRow& row : rows) {
     if (row.frame.status != FrameStatus::kOk || !read(row).empty()) continue;
     check_bits(row);
@@ -159,11 +159,11 @@ void ImageSource::State::look_at_first_picture() {
   }
 }
 
-// Against the picture that was read for the row: the one that decides.
+// Against the image that was read for the row: the one that decides.
 void ImageSource::State::check_bits(const FrameRow& row) const {
-  const cv::Mat& image = picture.image;
+  const cv::Mat& image = decoded.image;
   const bool is_recording = !row.frame.sensor_size.empty();
-  if (!bits && (is_recording || picture.bit_depth != 16)) return;
+  if (!bits && (is_recording || decoded.bit_depth != 16)) return;
   double highest = 0.0;
   cv::minMaxIdx(image.reshape(1), nullptr, &highest);
   if (bits && (image.depth() != CV_16U ||
@@ -184,18 +184,18 @@ void ImageSource::State::check_bits(const FrameRow& row) const {
   }
 }
 
-// Decodes a row's picture into `picture`.
+// Decodes a row's image file into `decoded`.
 detail::Fault ImageSource::State::read(const FrameRow& row) {
-  if (row.file.empty()) return "the recording has no picture for this frame";
+  if (row.file.empty()) return "the recording has no image for this frame";
   const int failure = detail::read_whole_file(row.file, bytes);
   const detail::Fault fault = failure != 0 ? std::generic_category().message(failure)
-                                           : detail::decode_picture(bytes, picture);
+                                           : detail::decode_image(bytes, decoded);
   if (fault.empty()) return {};
-  return fmt::format("picture '{}'{} {}", row.file, failure != 0 ? ":" : "", fault);
+  return fmt::format("image file '{}'{} {}", row.file, failure != 0 ? ":" : "", fault);
 }
 
 void ImageSource::State::fill(const FrameRow& row, Frame& frame) {
-  picture.image = is_sole_owner(frame.image) ? std::move(frame.image) : cv::Mat();
+  decoded.image = is_sole_owner(frame.image) ? std::move(frame.image) : cv::Mat();
   frame = row.frame;
   detail::Fault fault = read(row);
   if (fault.empty()) {
@@ -204,15 +204,15 @@ void ImageSource::State::fill(const FrameRow& row, Frame& frame) {
     frame.status = FrameStatus::kCorrupt;
     frame.status_detail = std::move(fault);
   }
-  picture.image.release();
-  common.apply(frame, picture_period_ns);
+  decoded.image.release();
+  common.apply(frame, frame_period_ns);
 }
 
 void ImageSource::State::take_image(const FrameRow& row, Frame& frame) {
-  frame.image = picture.image;
-  if (frame.sensor_size.empty()) {  // Not a recording: the picture is all there is.
+  frame.image = decoded.image;
+  if (frame.sensor_size.empty()) {  // Not a recording: the image is all there is.
     frame.sensor_size = frame.image.size();
-    frame.bit_depth = picture.bit_depth;
+    frame.bit_depth = decoded.bit_depth;
   }
   if (bits) frame.bit_depth = *bits;
   if (frame.status != FrameStatus::kOk) return;
@@ -220,12 +220,12 @@ void ImageSource::State::take_image(const FrameRow& row, Frame& frame) {
   const std::string difference = shapes.difference(frame);
   if (difference.empty()) return;
   frame.status = FrameStatus::kWrongSize;
-  frame.status_detail = fmt::format("picture '{}' {}", row.file, difference);
+  frame.status_detail = fmt::format("image file '{}' {}", row.file, difference);
 }
 
 ImageSource::ImageSource(const ImageOptions& options) : state_(std::make_unique<State>()) {
-  state_->list_pictures(options);
-  state_->look_at_first_picture();
+  state_->list_frames(options);
+  state_->look_at_first_image();
 }
 
 ImageSource::~ImageSource() = default;

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 9> kExtensions{".png", ".jpg", ".jpeg", ".tif", ".tiff",
                                                       ".bmp", ".pgm", ".ppm",  ".pnm"};
 
-bool is_picture_name(const fs::path& path) {
+bool is_image_name(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -26,7 +26,7 @@ bool is_picture_name(const fs::path& path) {
 }
 
 [[noreturn]] void refuse(ErrorKind kind, const std::string& pattern, const std::string& reason) {
-  throw Error(kind, fmt::format("pictures '{}': {}", pattern, reason));
+  throw Error(kind, fmt::format("image files '{}': {}", pattern, reason));
 }
 
 std::vector<fs::path> files_of_directory(const std::string& directory) {
@@ -34,14 +34,14 @@ std::vector<fs::path> files_of_directory(const std::string& directory) {
   std::vector<fs::path> files;
   auto entry = fs::directory_iterator(directory, failure);
   for (; !failure && entry != fs::directory_iterator(); entry.increment(failure)) {
-    if (is_picture_name(entry->path()) && !fs::is_directory(entry->path())) {
+    if (is_image_name(entry->path()) && !fs::is_directory(entry->path())) {
       files.push_back(entry->path());
     }
   }
   if (failure) refuse(ErrorKind::kIo, directory, failure.message());
   if (files.empty()) {
     refuse(ErrorKind::kNotFound, directory,
-           "the directory holds no pictures (png, jpg, tif, bmp, pgm, ppm)");
+           "the directory holds no image files (png, jpg, tif, bmp, pgm, ppm)");
   }
   return files;
 }
@@ -55,9 +55,9 @@ std::vector<fs::path> files_of_pattern(const std::string& pattern) {
     if (!fs::is_directory(found.gl_pathv[i], ignored)) files.emplace_back(found.gl_pathv[i]);
   }
   ::globfree(&found);
-  // `shots/*` also matches what lies beside the pictures: a recording's frames.csv, notes.
-  if (std::any_of(files.begin(), files.end(), is_picture_name)) {
-    std::erase_if(files, [](const fs::path& file) { return !is_picture_name(file); });
+  // `shots/*` also matches what lies beside the image files: a recording's frames.csv, notes.
+  if (std::any_of(files.begin(), files.end(), is_image_name)) {
+    std::erase_if(files, [](const fs::path& file) { return !is_image_name(file); });
   }
   if (result == GLOB_NOSPACE) refuse(ErrorKind::kIo, pattern, "out of memory");
   if (files.empty()) {
@@ -105,7 +105,7 @@ bool natural_less(std::string_view a, std::string_view b) noexcept {
   return whole_a.size() != whole_b.size() ? whole_a.size() < whole_b.size() : whole_a < whole_b;
 }
 
-std::vector<fs::path> picture_files(const std::string& pattern) {
+std::vector<fs::path> image_files(const std::string& pattern) {
   if (pattern.empty()) refuse(ErrorKind::kUsage, pattern, "name a directory, a file or a pattern");
   std::error_code failure;
   const fs::file_status status = fs::status(pattern, failure);

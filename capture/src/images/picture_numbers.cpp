@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::string_view kDigits = "0123456789";
 
-// Of fewer pictures the numbers may as well be a choice of somebody's.
-constexpr std::size_t kLeastPictures = 6;
+// Of fewer files the numbers may as well be a choice of somebody's.
+constexpr std::size_t kLeastFiles = 6;
 
-// A picture's name with the last number taken out of it.
+// A file's name with the last number taken out of it.
 struct NumberedName {
   std::string around;
   std::uint64_t number = 0;
@@ -33,7 +33,7 @@ std::optional<NumberedName> take_apart(const std::filesystem::path& file) {
   NumberedName name;
   const auto [end, failure] =
       std::from_chars(stem.data() + first, stem.data() + last + 1, name.number);
-  if (failure != std::errc()) return std::nullopt;  // Longer than any number of a picture.
+  if (failure != std::errc()) return std::nullopt;  // Longer than any number of a frame.
   name.around = (file.parent_path() / stem.substr(0, first)).string() + '\0' +
                 stem.substr(last + 1) + file.extension().string();
   return name;
@@ -55,9 +55,9 @@ std::vector<std::uint64_t> steps_between(const std::vector<std::filesystem::path
   return steps;
 }
 
-// The step from one picture to the next where none is lost; 0 if there is no such thing.
+// The step from one frame to the next where none is lost; 0 if there is no such thing.
 std::uint64_t step_of(const std::vector<std::uint64_t>& steps) {
-  if (steps.size() + 1 < kLeastPictures) return 0;
+  if (steps.size() + 1 < kLeastFiles) return 0;
   std::map<std::uint64_t, std::size_t> times;
   for (const std::uint64_t step : steps) ++times[step];
   const auto usual = std::max_element(
@@ -70,7 +70,7 @@ std::uint64_t step_of(const std::vector<std::uint64_t>& steps) {
 
 }  // namespace
 
-std::vector<std::uint64_t> picture_numbers(const std::vector<std::filesystem::path>& files) {
+std::vector<std::uint64_t> image_numbers(const std::vector<std::filesystem::path>& files) {
   std::vector<std::uint64_t> numbers(files.size());
   std::iota(numbers.begin(), numbers.end(), std::uint64_t{0});
   const std::vector<std::uint64_t> steps = steps_between(files);

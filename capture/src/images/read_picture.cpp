@@ -29,7 +29,7 @@ using namespace std::string_view_literals;
 
 struct Format {
   std::string_view magic;
-  Fault (*decode)(Bytes, Picture&);
+  Fault (*decode)(Bytes, DecodedImage&);
 };
 
 constexpr std::array<Format, 9> kFormats{{
@@ -60,14 +60,14 @@ Fault check_size(std::uint64_t width, std::uint64_t height) {
   return {};
 }
 
-Fault decode_picture(Bytes bytes, Picture& picture) {
+Fault decode_image(Bytes bytes, DecodedImage& decoded) {
   if (bytes.empty()) return "is empty (0 bytes)";
   const auto format = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& candidate) {
     return begins_with(bytes, candidate.magic);
   });
   if (format == kFormats.end()) return "is no PNG, JPEG, TIFF, BMP, PGM or PPM";
   try {
-    return format->decode(bytes, picture);
+    return format->decode(bytes, decoded);
   } catch (const std::bad_alloc&) {
     return "does not fit into memory";
   } catch (const cv::Exception& error) {
@@ -76,7 +76,7 @@ Fault decode_picture(Bytes bytes, Picture& picture) {
 }
 
 int read_whole_file(const std::filesystem::path& path, std::vector<std::uint8_t>& bytes) {
-  // Not to hang on a pipe, nor to read a directory: only regular files have pictures.
+  // Not to hang on a pipe, nor to read a directory: only regular files have images.
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return errno;
   struct stat status {};
@@ -100,18 +100,18 @@ int read_whole_file(const std::filesystem::path& path, std::vector<std::uint8_t>
 
 }  // namespace detail
 
-Picture read_picture(const std::filesystem::path& path) {
+DecodedImage read_image(const std::filesystem::path& path) {
   std::vector<std::uint8_t> bytes;
   if (const int failure = detail::read_whole_file(path, bytes); failure != 0) {
-    throw Error(
-        failure == ENOENT ? ErrorKind::kNotFound : ErrorKind::kIo,
-        fmt::format("picture '{}': {}", path.string(), std::generic_category().message(failure)));
+    throw Error(failure == ENOENT ? ErrorKind::kNotFound : ErrorKind::kIo,
+                fmt::format("image file '{}': {}", path.string(),
+                            std::generic_category().message(failure)));
   }
-  Picture picture;
-  if (const detail::Fault fault = detail::decode_picture(bytes, picture); !fault.empty()) {
-    throw Error(ErrorKind::kBadFile, fmt::format("picture '{}' {}", path.string(), fault));
+  DecodedImage decoded;
+  if (const detail::Fault fault = detail::decode_image(bytes, decoded); !fault.empty()) {
+    throw Error(ErrorKind::kBadFile, fmt::format("image file '{}' {}", path.string(), fault));
   }
-  return picture;
+  return decoded;
 }
 
 }  // namespace striper

@@ -48,9 +48,9 @@ void write_whole_file(const fs::path& path, std::span<const unsigned char> bytes
   }
 }
 
-bool holds_pictures(const fs::path& directory) {
+bool holds_images(const fs::path& directory) {
   try {
-    return !picture_files(directory.string()).empty();
+    return !image_files(directory.string()).empty();
   } catch (const Error& error) {
     if (error.kind() == ErrorKind::kNotFound) return false;
     throw;
@@ -63,10 +63,10 @@ void make_empty_directory(const fs::path& directory) {
   if (failure) fail(directory, failure.value());
   const bool has_table = fs::exists(directory / detail::kFrameTableName, failure);
   if (failure) fail(directory, failure.value());
-  if (has_table || holds_pictures(directory)) {
+  if (has_table || holds_images(directory)) {
     throw Error(
         ErrorKind::kUsage,
-        fmt::format("'{}' already holds a recording or pictures: name another directory, or "
+        fmt::format("'{}' already holds a recording or image files: name another directory, or "
                     "remove it first",
                     directory.string()));
   }
@@ -104,13 +104,13 @@ Recorder::~Recorder() {
 }
 
 void Recorder::write(const Frame& frame) {
-  table_->add({write_picture(frame), frame, pattern_});
+  table_->add({write_image(frame), frame, pattern_});
   table_->flush();
   ++frames_;
 }
 
-// Returns the picture's name, empty where the frame has no image.
-std::string Recorder::write_picture(const Frame& frame) {
+// Returns the image file's name, empty where the frame has no image.
+std::string Recorder::write_image(const Frame& frame) {
   if (!is_recordable(frame.image)) return {};
   std::string name = fmt::format("{:08}.png", frames_);
   // A stripe on a dark ground is mostly runs; higher levels cost much and gain little.

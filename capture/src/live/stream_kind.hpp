@@ -7,7 +7,7 @@
 
 namespace striper::detail {
 
-/// What the reader of a live source relies on from the first picture to the last. A device that was
+/// What the reader of a live source relies on from the first frame to the last. A device that was
 /// lost may come back with other settings, or another one in its place.
 struct StreamKind {
   cv::Size image_size;

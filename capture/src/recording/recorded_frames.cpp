@@ -180,7 +180,7 @@ void RecordedFrames::take_info(const wire::McapMessage& message, Frame& frame) {
   if (frame.image.empty() && frame.status == FrameStatus::kOk) {
     frame.status = FrameStatus::kCorrupt;
     frame.status_detail =
-        image_fault_.empty() ? "the recording has no picture for this frame" : image_fault_;
+        image_fault_.empty() ? "the recording has no image for this frame" : image_fault_;
   }
 }
 

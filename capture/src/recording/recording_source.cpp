@@ -50,7 +50,7 @@ struct RecordingSource::State {
 
   RecordingOptions options;
   detail::CommonKeys common;
-  std::int64_t picture_period_ns = 0;
+  std::int64_t frame_period_ns = 0;
   SourceInfo info;
 
   // Of the thread that calls `start` and `next`.
@@ -101,7 +101,7 @@ void RecordingSource::State::look_at_first_frame() {
   }
   common.apply(info);
   if (info.picture_rate_hz > 0.0) {
-    picture_period_ns = std::llround(kNsPerSecond / info.picture_rate_hz);
+    frame_period_ns = std::llround(kNsPerSecond / info.picture_rate_hz);
   }
 }
 
@@ -122,7 +122,7 @@ NextStatus RecordingSource::State::read(Frame& frame) {
     return NextStatus::kEnd;
   }
   if (options.bits) frame.bit_depth = *options.bits;
-  common.apply(frame, picture_period_ns);
+  common.apply(frame, frame_period_ns);
   require_shape(frame);
   return NextStatus::kFrame;
 }

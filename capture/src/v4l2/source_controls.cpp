@@ -47,9 +47,9 @@ ControlRow exposure_row(const Device& device) {
           }};
 }
 
-ControlRow region_row(cv::Size picture) {
-  const ControlValue all{0.0, 0.0, static_cast<double>(picture.width),
-                         static_cast<double>(picture.height)};
+ControlRow region_row(cv::Size image) {
+  const ControlValue all{0.0, 0.0, static_cast<double>(image.width),
+                         static_cast<double>(image.height)};
   return {"region", ControlType::kRegion, "px",
           [all] {
             return ControlState{all, all, all};
@@ -71,10 +71,10 @@ ControlRow own_row(const Device& device, const Control& control) {
 
 }  // namespace
 
-Controls make_controls(const VideoDevice& opened, cv::Size picture,
+Controls make_controls(const VideoDevice& opened, cv::Size image,
                        std::function<void(std::int64_t)> on_exposure) {
   const Device device{opened.calls(), opened.path(), std::move(on_exposure)};
-  std::vector<ControlRow> rows{exposure_row(device), region_row(picture)};
+  std::vector<ControlRow> rows{exposure_row(device), region_row(image)};
   for (const Control& control : list_controls(opened)) {
     if (is_usable(control)) rows.push_back(own_row(device, control));
   }

@@ -19,7 +19,7 @@ namespace striper::detail::v4l2 {
 /// Each call opens the device for itself, which the kernel allows beside a stream: a control can be
 /// set whoever streams, and while a lost device is being waited for it is an error.
 /// @param on_exposure is told the exposure after every change, in nanoseconds; 0: not known.
-Controls make_controls(const VideoDevice& opened, cv::Size picture,
+Controls make_controls(const VideoDevice& opened, cv::Size image,
                        std::function<void(std::int64_t)> on_exposure);
 
 }  // namespace striper::detail::v4l2

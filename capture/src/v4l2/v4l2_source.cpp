@@ -23,9 +23,9 @@
 namespace striper::detail::v4l2 {
 namespace {
 
-// A picture that the reader has in hand: one frame of it, or two fields one after the other.
-struct PictureInHand {
-  Picture picture;
+// The frame that is given to the reader: at once, or its two fields one after the other.
+struct CurrentFrame {
+  QueuedFrame queued;
   std::shared_ptr<const void> lease;
   int next_part = 0;
   int parts = 0;
@@ -46,11 +46,11 @@ class V4l2Source final : public FrameSource {
   Controls& controls() override { return controls_; }
 
  private:
-  void take_in_hand();
+  void take_current();
   void fill(Frame& frame);
   void fill_place(Frame& frame, int part) const;
   void fill_image(Frame& frame, int part);
-  RawPicture raw_part(int part) const;
+  RawImage raw_part(int part) const;
   Field field_of(int part) const;
 
   V4l2Options options_;
@@ -63,9 +63,9 @@ class V4l2Source final : public FrameSource {
   Controls controls_;
 
   FrameCounts counts_;
-  PictureQueue queue_;
-  PictureInHand in_hand_;  ///< Of the thread that calls `next`.
-  std::mutex control_;     ///< Guards starting and stopping.
+  FrameQueue queue_;
+  CurrentFrame current_;  ///< Of the thread that calls `next`.
+  std::mutex control_;    ///< Guards starting and stopping.
   std::unique_ptr<Streamer> streamer_;
 };
 
@@ -77,7 +77,7 @@ V4l2Source::V4l2Source(V4l2Options options, std::shared_ptr<VideoCalls> calls)
   device_ = std::make_unique<VideoDevice>(calls_, options_.device);
   agreement_ = negotiate(*device_, options_);
   exposure_ns_ = agreement_.exposure_ns;
-  controls_ = make_controls(*device_, agreement_.picture_size(),
+  controls_ = make_controls(*device_, agreement_.frame_size(),
                             [this](std::int64_t exposure_ns) { exposure_ns_ = exposure_ns; });
   card_ = fmt::format("{} ({}, {})", device_->card(), device_->driver(), device_->bus());
   if (options_.fields && agreement_.is_sequential()) {
@@ -94,7 +94,7 @@ SourceInfo V4l2Source::info() const {
   SourceInfo info;
   info.uri = options_.uri.empty() ? "v4l2:" + options_.device : options_.uri;
   info.description = fmt::format("{}, {}", card_, agreement_.describe());
-  info.sensor_size = agreement_.picture_size();
+  info.sensor_size = agreement_.frame_size();
   info.image_size = info.sensor_size;
   info.bit_depth = agreement_.format->bit_depth;
   info.channels = agreement_.format->channels();
@@ -124,7 +124,7 @@ void V4l2Source::start() {
     exposure_ns_ = agreement_.exposure_ns;
   }
   counts_.reset();
-  in_hand_ = {};
+  current_ = {};
   // A device that refuses to stream is closed, so that the next attempt begins afresh.
   streamer_ = std::make_unique<Streamer>(std::move(device_), options_, agreement_, queue_, counts_);
 }
@@ -142,67 +142,67 @@ NextStatus V4l2Source::next(Frame& frame, std::chrono::milliseconds timeout) {
   // Memory of the driver's goes back before anything else; memory of our own is used again.
   if (!is_sole_owner(frame.image)) frame.image.release();
   frame.lease.reset();
-  if (!in_hand_.is_done() && queue_.is_stopped()) in_hand_ = {};
-  if (in_hand_.is_done()) {
-    const NextStatus status = queue_.pop(in_hand_.picture, timeout);
+  if (!current_.is_done() && queue_.is_stopped()) current_ = {};
+  if (current_.is_done()) {
+    const NextStatus status = queue_.pop(current_.queued, timeout);
     if (status != NextStatus::kFrame) return status;
-    take_in_hand();
+    take_current();
   }
   fill(frame);
   counts_.deliver(frame);
   return NextStatus::kFrame;
 }
 
-void V4l2Source::take_in_hand() {
-  Picture& picture = in_hand_.picture;
-  const bool is_usable = picture.status == FrameStatus::kOk;
-  in_hand_.next_part = 0;
-  in_hand_.parts = is_usable && agreement_.is_sequential() ? 2 : 1;
-  if (is_usable) in_hand_.lease = picture.ring->lend(picture.buffer.index);
+void V4l2Source::take_current() {
+  QueuedFrame& queued = current_.queued;
+  const bool is_usable = queued.status == FrameStatus::kOk;
+  current_.next_part = 0;
+  current_.parts = is_usable && agreement_.is_sequential() ? 2 : 1;
+  if (is_usable) current_.lease = queued.ring->lend(queued.buffer.index);
 }
 
 void V4l2Source::fill(Frame& frame) {
-  const int part = in_hand_.next_part++;
-  const Picture& picture = in_hand_.picture;
-  frame.status = picture.status;
-  frame.status_detail = picture.detail;
+  const int part = current_.next_part++;
+  const QueuedFrame& queued = current_.queued;
+  frame.status = queued.status;
+  frame.status_detail = queued.detail;
   fill_place(frame, part);
-  if (picture.status == FrameStatus::kOk) {
+  if (queued.status == FrameStatus::kOk) {
     fill_image(frame, part);
   } else {
     frame.image.release();
   }
-  if (in_hand_.is_done()) {
-    in_hand_.lease.reset();
-    in_hand_.picture.ring.reset();
+  if (current_.is_done()) {
+    current_.lease.reset();
+    current_.queued.ring.reset();
   }
 }
 
 void V4l2Source::fill_place(Frame& frame, int part) const {
-  const Picture& picture = in_hand_.picture;
-  const std::int64_t period_ns = agreement_.picture_period_ns();
+  const QueuedFrame& queued = current_.queued;
+  const std::int64_t period_ns = agreement_.frame_period_ns();
   frame.bit_depth = agreement_.format->bit_depth;
-  frame.sensor_size = agreement_.picture_size();
+  frame.sensor_size = agreement_.frame_size();
   frame.field = field_of(part);
   frame.grid = {};
   if (frame.field == Field::kTop) frame.grid = PixelGrid::top_field();
   if (frame.field == Field::kBottom) frame.grid = PixelGrid::bottom_field();
-  frame.sequence = picture.place.picture;
+  frame.sequence = queued.place.frame;
   frame.exposures_per_picture = exposures_per_picture(agreement_);
-  frame.exposure_in_picture = picture.place.exposure_in_picture + part;
+  frame.exposure_in_picture = queued.place.exposure_in_picture + part;
   frame.field_period_ns = frame.exposures_per_picture == 2 ? period_ns / 2 : 0;
   frame.exposure_ns = exposure_ns_;
-  frame.time.monotonic_ns = picture.place.midpoint_ns + part * frame.field_period_ns;
+  frame.time.monotonic_ns = queued.place.midpoint_ns + part * frame.field_period_ns;
   frame.time.utc_offset_ns = utc_offset_now_ns();
   frame.illumination = Illumination::unknown();
   keys_.apply(frame, period_ns);
 }
 
-// Which lines a part of the picture in hand holds.
+// Which rows a part of the current frame holds.
 Field V4l2Source::field_of(int part) const {
   const Field first = agreement_.first_field();
   if (agreement_.is_one_field_a_buffer()) {
-    const Field told = in_hand_.picture.field;
+    const Field told = current_.queued.field;
     return told == Field::kProgressive ? first : told;
   }
   if (agreement_.is_sequential()) {
@@ -213,29 +213,29 @@ Field V4l2Source::field_of(int part) const {
   return first == Field::kTop ? Field::kInterlacedTopFirst : Field::kInterlacedBottomFirst;
 }
 
-RawPicture V4l2Source::raw_part(int part) const {
-  const Picture& picture = in_hand_.picture;
-  const int height = agreement_.buffer_height / in_hand_.parts;
+RawImage V4l2Source::raw_part(int part) const {
+  const QueuedFrame& queued = current_.queued;
+  const int height = agreement_.buffer_height / current_.parts;
   const std::size_t skip =
-      picture.buffer.offset + agreement_.stride * static_cast<std::size_t>(height * part);
+      queued.buffer.offset + agreement_.stride * static_cast<std::size_t>(height * part);
   const std::size_t filled =
-      picture.buffer.bytes > 0 ? picture.buffer.bytes : picture.ring->size(picture.buffer.index);
-  return {picture.ring->data(picture.buffer.index) + skip, filled - std::min(filled, skip),
+      queued.buffer.bytes > 0 ? queued.buffer.bytes : queued.ring->size(queued.buffer.index);
+  return {queued.ring->data(queued.buffer.index) + skip, filled - std::min(filled, skip),
           agreement_.stride, agreement_.width, height};
 }
 
 void V4l2Source::fill_image(Frame& frame, int part) {
   constexpr int kDriverNeeds = 2;
   const PixelFormat& format = *agreement_.format;
-  const RawPicture raw = raw_part(part);
-  const bool driver_runs_dry = in_hand_.picture.ring->with_driver() < kDriverNeeds;
+  const RawImage raw = raw_part(part);
+  const bool driver_runs_dry = current_.queued.ring->with_driver() < kDriverNeeds;
   if (format.is_usable_in_place() && !driver_runs_dry) {
     frame.image = view(format, raw);
-    frame.lease = in_hand_.lease;
+    frame.lease = current_.lease;
   } else if (!convert(format, raw, frame.image)) {
     frame.image.release();
     frame.status = FrameStatus::kCorrupt;
-    frame.status_detail = "the picture does not decode to its end";
+    frame.status_detail = "the image does not decode to its end";
   }
 }
 

@@ -31,7 +31,7 @@ struct SequencerSet {
 struct CameraState {
   cv::Size sensor;
   cv::Size binning{1, 1};
-  cv::Rect region;  // of the binned picture
+  cv::Rect region;  // of the binned image
   std::uint32_t pixel_format = 0;
 
   std::uint32_t exposure_ns = 1'000'000;

@@ -173,7 +173,7 @@ void Device::forget_controller() {
 VirtualCameraStatistics Device::statistics() const {
   const std::lock_guard lock(mutex_);
   VirtualCameraStatistics result;
-  result.pictures = pictures_;
+  result.frames = frames_;
   result.packets = sender_.packets;
   result.lost = sender_.lost;
   result.resent = sender_.resent;

@@ -32,7 +32,7 @@ inline constexpr std::uint32_t kLoopbackMask = 0xff000000;
 inline constexpr std::uint32_t kLoopback = 0x7f000000;
 
 /// The virtual camera itself: one thread answers the control protocol, one takes and sends
-/// pictures.
+/// frames.
 class Device {
  public:
   Device(std::shared_ptr<VirtualScene> scene, VirtualCameraOptions options,
@@ -46,7 +46,7 @@ class Device {
 
   // Faults that tests switch on and off.
   void set_silent(bool is_silent);  ///< Answers nothing, sends nothing: a pulled plug.
-  /// Answers and sends no pictures: a firewall.
+  /// Answers and sends no frames: a firewall.
   void set_stream_blocked(bool is_blocked) { sender_.is_silent = is_blocked; }
   void set_stuck(std::set<std::string> features);  ///< As CameraFaults::stuck.
   void forget_controller();                        ///< As after a reset: nobody is in control.
@@ -102,7 +102,7 @@ class Device {
   void drop_control();
   sockaddr_in stream_destination() const;
 
-  // Pictures (device_stream.cpp).
+  // Frames (device_stream.cpp).
   void acquire(bool is_acquiring);
   void trigger(TriggerSource source);
   void run_stream();
@@ -111,7 +111,7 @@ class Device {
   Exposure open_shutter();
   Illumination light_of(const Exposure& exposure) const;
   void take_and_send(const Exposure& exposure);
-  void fill_payload(const Exposure& exposure, const cv::Mat& sensor, SentPicture& picture);
+  void fill_payload(const Exposure& exposure, const cv::Mat& sensor, SentFrame& frame);
   std::uint32_t encoder_counts(std::int64_t time_ns) const noexcept;
   std::int64_t device_time_ns(const CameraState& state, std::int64_t host_ns) const;
 
@@ -138,7 +138,7 @@ class Device {
   std::uint32_t sequencer_at_ = 0;
   std::int64_t due_ns_ = 0;
   const std::int64_t born_ns_ = monotonic_now_ns();
-  std::uint64_t pictures_ = 0;
+  std::uint64_t frames_ = 0;
 
   int control_fd_ = -1;
   int broadcast_fd_ = -1;

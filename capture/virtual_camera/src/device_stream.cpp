@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The virtual camera's pictures: when they are taken, what lights them, how they are sent.
+// The virtual camera's frames: when they are taken, what lights them, how they are sent.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -26,12 +26,12 @@ std::uint16_t block_id_of(std::uint64_t number) {
   return static_cast<std::uint16_t>(number % 0xffff + 1);
 }
 
-cv::Mat binned(const cv::Mat& picture, cv::Size binning) {
-  if (binning == cv::Size(1, 1)) return picture;
-  cv::Mat result(picture.rows / binning.height, picture.cols / binning.width, picture.type());
+cv::Mat binned(const cv::Mat& image, cv::Size binning) {
+  if (binning == cv::Size(1, 1)) return image;
+  cv::Mat result(image.rows / binning.height, image.cols / binning.width, image.type());
   const auto value = [&](int v, int u) {
-    return picture.depth() == CV_8U ? static_cast<int>(picture.at<std::uint8_t>(v, u))
-                                    : static_cast<int>(picture.at<std::uint16_t>(v, u));
+    return image.depth() == CV_8U ? static_cast<int>(image.at<std::uint8_t>(v, u))
+                                  : static_cast<int>(image.at<std::uint16_t>(v, u));
   };
   for (int v = 0; v < result.rows; ++v) {
     for (int u = 0; u < result.cols; ++u) {
@@ -42,7 +42,7 @@ cv::Mat binned(const cv::Mat& picture, cv::Size binning) {
         }
       }
       const int mean = sum / binning.area();
-      if (picture.depth() == CV_8U) {
+      if (image.depth() == CV_8U) {
         result.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(mean);
       } else {
         result.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(mean);
@@ -53,12 +53,12 @@ cv::Mat binned(const cv::Mat& picture, cv::Size binning) {
 }
 
 /// To the format's bits: the most significant ones are kept.
-cv::Mat at_depth(const cv::Mat& picture, int from_bits, const PixelLayout& layout, double gain,
+cv::Mat at_depth(const cv::Mat& image, int from_bits, const PixelLayout& layout, double gain,
                  double black) {
   const double scale = std::ldexp(gain, layout.bit_depth - from_bits);
-  if (scale == 1.0 && black == 0.0 && picture.type() == layout.mat_type()) return picture;
+  if (scale == 1.0 && black == 0.0 && image.type() == layout.mat_type()) return image;
   cv::Mat result;
-  picture.convertTo(result, layout.mat_type(), scale, black);
+  image.convertTo(result, layout.mat_type(), scale, black);
   const int full_scale = full_scale_dn(layout.bit_depth);
   if (result.depth() == CV_16U && layout.bit_depth < 16) cv::min(result, full_scale, result);
   return result;
@@ -151,7 +151,7 @@ Device::Exposure Device::open_shutter() {
   exposure.packet_bytes = word(gvcp::kStreamPacketSize) & 0xffff;
   exposure.packet_delay_ns = word(gvcp::kStreamPacketDelay);
   exposure.to = stream_destination();
-  ++pictures_;
+  ++frames_;
   return exposure;
 }
 
@@ -165,16 +165,15 @@ Illumination Device::light_of(const Exposure& exposure) const {
 void Device::take_and_send(const Exposure& exposure) {
   const std::int64_t exposure_ns = exposure.state.exposure_ns;
   const bool is_own = exposure_ns == std::llround(1e3 * scene_->shutter_us());
-  const cv::Mat sensor = scene_->picture(exposure.number, exposure.light,
-                                         is_own ? 0.0 : 1e-3 * static_cast<double>(exposure_ns));
-  const std::shared_ptr<SentPicture> picture = sender_.make_picture(payload_bytes(exposure.state));
-  picture->timestamp =
-      static_cast<std::uint64_t>(device_time_ns(exposure.state, exposure.begin_ns));
-  picture->pixel_format = exposure.state.pixel_format;
-  picture->region = exposure.state.region;
-  picture->has_chunks = exposure.state.chunk_mode;
-  picture->packet_payload = exposure.packet_bytes - kPacketOverhead;
-  fill_payload(exposure, sensor, *picture);
+  const cv::Mat sensor = scene_->image(exposure.number, exposure.light,
+                                       is_own ? 0.0 : 1e-3 * static_cast<double>(exposure_ns));
+  const std::shared_ptr<SentFrame> frame = sender_.make_frame(payload_bytes(exposure.state));
+  frame->timestamp = static_cast<std::uint64_t>(device_time_ns(exposure.state, exposure.begin_ns));
+  frame->pixel_format = exposure.state.pixel_format;
+  frame->region = exposure.state.region;
+  frame->has_chunks = exposure.state.chunk_mode;
+  frame->packet_payload = exposure.packet_bytes - kPacketOverhead;
+  fill_payload(exposure, sensor, *frame);
 
   const std::int64_t shutter_closes_ns = exposure.begin_ns + exposure_ns;
   {
@@ -184,24 +183,24 @@ void Device::take_and_send(const Exposure& exposure) {
     if (is_ending_ || !state_.is_acquiring || exposure.to.sin_port == 0) return;
   }
   if (exposure.packet_bytes <= static_cast<std::size_t>(options_.mtu)) {
-    sender_.send(picture, exposure.block_id, exposure.to, exposure.packet_delay_ns);
+    sender_.send(frame, exposure.block_id, exposure.to, exposure.packet_delay_ns);
   }
 }
 
-void Device::fill_payload(const Exposure& exposure, const cv::Mat& sensor, SentPicture& picture) {
+void Device::fill_payload(const Exposure& exposure, const cv::Mat& sensor, SentFrame& frame) {
   const CameraState& state = exposure.state;
   const PixelLayout& layout = *find_layout(state.pixel_format);
   const double gain = std::pow(10.0, 1e-3 * state.gain / 20.0);
   const cv::Mat region = binned(sensor, state.binning)(state.region);
   const cv::Mat pixels =
       at_depth(region, scene_->bit_depth(), layout, gain, static_cast<double>(state.black_level));
-  picture.payload.resize(payload_bytes(state));
-  pack(layout, pixels, picture.payload.data());
+  frame.payload.resize(payload_bytes(state));
+  pack(layout, pixels, frame.payload.data());
   if (!state.chunk_mode) return;
 
   const std::size_t image_bytes =
       layout.row_bytes(pixels.cols) * static_cast<std::size_t>(pixels.rows);
-  std::uint8_t* at = picture.payload.data() + image_bytes;
+  std::uint8_t* at = frame.payload.data() + image_bytes;
   gvcp::put32(at, kImageChunk);
   gvcp::put32(at + 4, static_cast<std::uint32_t>(image_bytes));
   at += 8;

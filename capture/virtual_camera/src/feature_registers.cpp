@@ -14,7 +14,7 @@ using Registers = std::map<std::uint32_t, RegisterHooks>;
 
 constexpr std::uint32_t kAnyWord = 0xffffffff;
 
-// While pictures stream their shape does not change.
+// While frames stream their shape does not change.
 bool is_locked(const CameraState& state) { return state.is_acquiring; }
 
 cv::Size binned_sensor(const CameraState& state) {
@@ -59,7 +59,7 @@ RegisterHooks fixed(std::uint32_t value) {
   return {[value] { return value; }, [value](std::uint32_t wanted) { return wanted == value; }};
 }
 
-void add_picture_registers(Registers& registers, CameraState& s) {
+void add_image_registers(Registers& registers, CameraState& s) {
   const auto u32 = [](int value) { return static_cast<std::uint32_t>(value); };
   const auto region_part = [&s, u32](int cv::Rect::*part) {
     return RegisterHooks{[&s, part, u32] { return u32(s.region.*part); },
@@ -212,7 +212,7 @@ void add_ptp_registers(Registers& registers, CameraState& s) {
 
 std::uint32_t payload_bytes(const CameraState& state) {
   const PixelLayout& layout = *find_layout(state.pixel_format);
-  const std::size_t picture =
+  const std::size_t image =
       layout.row_bytes(state.region.width) * static_cast<std::size_t>(state.region.height);
   constexpr std::size_t kChunkTail = 8;
   std::size_t chunks = 0;
@@ -220,12 +220,12 @@ std::uint32_t payload_bytes(const CameraState& state) {
   if (state.chunk_mode) {
     chunks = kChunkTail + (state.line_chunk ? kWord : 0) + (state.encoder_chunk ? kWord : 0);
   }
-  return static_cast<std::uint32_t>(picture + chunks);
+  return static_cast<std::uint32_t>(image + chunks);
 }
 
 Registers feature_registers(CameraState& state, const RegisterActions& actions) {
   Registers registers;
-  add_picture_registers(registers, state);
+  add_image_registers(registers, state);
   add_acquisition_registers(registers, state, actions);
   add_line_registers(registers, state);
   add_sequencer_registers(registers, state);

@@ -76,7 +76,7 @@ struct RegisterActions {
   std::function<void(std::uint32_t)> set_lost_ppm;
 };
 
-/// Bytes of one picture on the wire, chunks included.
+/// Bytes of one frame on the wire, chunks included.
 std::uint32_t payload_bytes(const CameraState& state);
 
 /// The camera's registers over its state. The state must outlive them.

@@ -165,7 +165,7 @@ void add_device(Description& d) {
   d.text("DeviceUserID", gvcp::kUserName, 16);
 }
 
-void add_pictures(Description& d) {
+void add_image_format(Description& d) {
   d.category("ImageFormatControl");
   d.integer("SensorWidth", kRegSensorWidth, "", "RO");
   d.integer("SensorHeight", kRegSensorHeight, "", "RO");
@@ -284,7 +284,7 @@ void add_transport(Description& d) {
 Description describe_camera(const std::set<std::string>& lacking) {
   Description description(lacking);
   add_device(description);
-  add_pictures(description);
+  add_image_format(description);
   add_acquisition(description);
   add_lines(description);
   add_sequencer(description);

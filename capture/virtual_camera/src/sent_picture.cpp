@@ -22,50 +22,50 @@ void put_header(GvspPacket& packet, std::uint16_t block_id, std::uint32_t format
   packet.head_bytes = kHeader;
 }
 
-std::uint32_t payload_type(const SentPicture& picture) {
-  return picture.has_chunks ? kImage | kWithChunks : kImage;
+std::uint32_t payload_type(const SentFrame& frame) {
+  return frame.has_chunks ? kImage | kWithChunks : kImage;
 }
 
-void put_leader(GvspPacket& packet, const SentPicture& picture) {
+void put_leader(GvspPacket& packet, const SentFrame& frame) {
   std::uint8_t* const at = &packet.head[kHeader];
   const auto u32 = [](int value) { return static_cast<std::uint32_t>(value); };
-  gvcp::put16(at + 2, payload_type(picture));
-  gvcp::put64(at + 4, picture.timestamp);
-  gvcp::put32(at + 12, picture.pixel_format);
-  gvcp::put32(at + 16, u32(picture.region.width));
-  gvcp::put32(at + 20, u32(picture.region.height));
-  gvcp::put32(at + 24, u32(picture.region.x));
-  gvcp::put32(at + 28, u32(picture.region.y));
+  gvcp::put16(at + 2, payload_type(frame));
+  gvcp::put64(at + 4, frame.timestamp);
+  gvcp::put32(at + 12, frame.pixel_format);
+  gvcp::put32(at + 16, u32(frame.region.width));
+  gvcp::put32(at + 20, u32(frame.region.height));
+  gvcp::put32(at + 24, u32(frame.region.x));
+  gvcp::put32(at + 28, u32(frame.region.y));
   packet.head_bytes += 36;
 }
 
-void put_trailer(GvspPacket& packet, const SentPicture& picture) {
+void put_trailer(GvspPacket& packet, const SentFrame& frame) {
   std::uint8_t* const at = &packet.head[kHeader];
-  gvcp::put16(at + 2, payload_type(picture));
-  gvcp::put32(at + 4, static_cast<std::uint32_t>(picture.region.height));
-  packet.head_bytes += picture.has_chunks ? 12 : 8;
+  gvcp::put16(at + 2, payload_type(frame));
+  gvcp::put32(at + 4, static_cast<std::uint32_t>(frame.region.height));
+  packet.head_bytes += frame.has_chunks ? 12 : 8;
 }
 
 }  // namespace
 
-std::uint32_t SentPicture::packet_count() const noexcept {
+std::uint32_t SentFrame::packet_count() const noexcept {
   const std::size_t pieces = (payload.size() + packet_payload - 1) / packet_payload;
   return static_cast<std::uint32_t>(pieces) + 2;
 }
 
-GvspPacket make_packet(const SentPicture& picture, std::uint32_t packet_id) {
+GvspPacket make_packet(const SentFrame& frame, std::uint32_t packet_id) {
   GvspPacket packet;
   if (packet_id == 0) {
-    put_header(packet, picture.block_id, kLeader);
-    put_leader(packet, picture);
-  } else if (packet_id + 1 == picture.packet_count()) {
-    put_header(packet, picture.block_id, kTrailer | packet_id);
-    put_trailer(packet, picture);
+    put_header(packet, frame.block_id, kLeader);
+    put_leader(packet, frame);
+  } else if (packet_id + 1 == frame.packet_count()) {
+    put_header(packet, frame.block_id, kTrailer | packet_id);
+    put_trailer(packet, frame);
   } else {
-    put_header(packet, picture.block_id, kPayload | packet_id);
-    const std::size_t begin = (packet_id - 1) * picture.packet_payload;
-    const std::size_t size = std::min(picture.packet_payload, picture.payload.size() - begin);
-    packet.body = std::span(picture.payload).subspan(begin, size);
+    put_header(packet, frame.block_id, kPayload | packet_id);
+    const std::size_t begin = (packet_id - 1) * frame.packet_payload;
+    const std::size_t size = std::min(frame.packet_payload, frame.payload.size() - begin);
+    packet.body = std::span(frame.payload).subspan(begin, size);
   }
   return packet;
 }

@@ -90,7 +90,7 @@ bool StreamSender::loses_one() {
   return static_cast<double>(random_() >> 11) * 0x1.0p-53 < lost_packets;
 }
 
-std::shared_ptr<SentPicture> StreamSender::make_picture(std::size_t bytes) {
+std::shared_ptr<SentFrame> StreamSender::make_frame(std::size_t bytes) {
   constexpr std::size_t kMemory = 32 << 20;
   constexpr std::size_t kFewest = 12;
   constexpr std::size_t kMost = 256;
@@ -100,28 +100,28 @@ std::shared_ptr<SentPicture> StreamSender::make_picture(std::size_t bytes) {
     kept_.assign(count, nullptr);
     oldest_ = 0;
   }
-  std::shared_ptr<SentPicture>& slot = kept_[oldest_];
+  std::shared_ptr<SentFrame>& slot = kept_[oldest_];
   oldest_ = (oldest_ + 1) % kept_.size();
   // Somebody may be sending of it right now: then a new one takes its place.
-  if (!slot || slot.use_count() > 1) slot = std::make_shared<SentPicture>();
+  if (!slot || slot.use_count() > 1) slot = std::make_shared<SentFrame>();
   slot->block_id = 0;
   return slot;
 }
 
-void StreamSender::send(const std::shared_ptr<SentPicture>& picture, std::uint16_t block_id,
+void StreamSender::send(const std::shared_ptr<SentFrame>& frame, std::uint16_t block_id,
                         const sockaddr_in& to, std::int64_t packet_delay_ns) {
   {
     const std::lock_guard lock(mutex_);
-    picture->block_id = block_id;
+    frame->block_id = block_id;
   }
   constexpr double kWorthSleeping_ns = 150e3;
-  const std::uint32_t count = picture->packet_count();
+  const std::uint32_t count = frame->packet_count();
   Batch batch(fd_, to);
   const std::int64_t begin_ns = monotonic_now_ns();
   double wire_ns = 0.0;
   double slept_at_ns = 0.0;
   for (std::uint32_t id = 0; id < count; ++id) {
-    const GvspPacket packet = make_packet(*picture, id);
+    const GvspPacket packet = make_packet(*frame, id);
     wire_ns += ns_per_byte_ * static_cast<double>(packet.bytes() + 42) +
                static_cast<double>(packet_delay_ns);
     ++packets;
@@ -141,20 +141,20 @@ void StreamSender::send(const std::shared_ptr<SentPicture>& picture, std::uint16
 
 bool StreamSender::resend(std::uint16_t block_id, std::uint32_t first, std::uint32_t last,
                           const sockaddr_in& to) {
-  std::shared_ptr<SentPicture> picture;
+  std::shared_ptr<SentFrame> frame;
   {
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
       return kept && kept->block_id == block_id;
     });
     if (found == kept_.end()) return false;
-    picture = *found;
+    frame = *found;
   }
   Batch batch(fd_, to);
-  last = std::min(last, picture->packet_count() - 1);
+  last = std::min(last, frame->packet_count() - 1);
   for (std::uint32_t id = first; id <= last; ++id) {
     if (is_silent) continue;
-    batch.add(make_packet(*picture, id));
+    batch.add(make_packet(*frame, id));
     ++resent;
     if (batch.is_full()) batch.flush();
   }

@@ -15,7 +15,7 @@
 
 namespace striper::detail {
 
-/// Sends pictures packet by packet at the pace of a link, loses some on purpose, and keeps the last
+/// Sends frames packet by packet at the pace of a link, loses some on purpose, and keeps the last
 /// ones to send packets again. `send` is for one thread, `resend` for another.
 class StreamSender {
  public:
@@ -26,16 +26,16 @@ class StreamSender {
 
   std::uint16_t local_port() const noexcept;
 
-  /// A picture to be filled and sent: one that nobody needs any more.
+  /// A frame to be filled and sent: one that nobody needs any more.
   /// @param bytes of its payload: small ones are kept longer.
-  std::shared_ptr<SentPicture> make_picture(std::size_t bytes);
+  std::shared_ptr<SentFrame> make_frame(std::size_t bytes);
 
-  /// From here on the picture is not changed, and can be asked for again by its block id.
+  /// From here on the frame is not changed, and can be asked for again by its block id.
   /// @param packet_delay_ns pause after each packet, on top of the link's.
-  void send(const std::shared_ptr<SentPicture>& picture, std::uint16_t block_id,
-            const sockaddr_in& to, std::int64_t packet_delay_ns);
+  void send(const std::shared_ptr<SentFrame>& frame, std::uint16_t block_id, const sockaddr_in& to,
+            std::int64_t packet_delay_ns);
 
-  /// @return false where the picture is not kept any more.
+  /// @return false where the frame is not kept any more.
   bool resend(std::uint16_t block_id, std::uint32_t first, std::uint32_t last,
               const sockaddr_in& to);
 
@@ -56,7 +56,7 @@ class StreamSender {
   double ns_per_byte_;
   std::mt19937_64 random_;
   std::mutex mutex_;
-  std::vector<std::shared_ptr<SentPicture>> kept_;
+  std::vector<std::shared_ptr<SentFrame>> kept_;
   std::size_t oldest_ = 0;
 };
 

@@ -10,7 +10,7 @@
 namespace striper {
 namespace {
 
-/// Picture n with a given light is that of a simulator whose pattern has the light there: a lit one
+/// Image n with a given light is that of a simulator whose pattern has the light there: a lit one
 /// of the constant pattern, a dark one of whichever alternation is dark at n.
 class SimulatedVirtualScene : public VirtualScene {
  public:
@@ -27,7 +27,7 @@ class SimulatedVirtualScene : public VirtualScene {
   double shutter_us() const override { return 1e6 * scene_.imager.shutter_s; }
   IlluminationPattern pattern() const override { return scene_.timing.pattern; }
 
-  cv::Mat picture(std::uint64_t n, Illumination light, double exposure_us) override {
+  cv::Mat image(std::uint64_t n, Illumination light, double exposure_us) override {
     return simulator_for(n, light, exposure_us).render(n).image;
   }
 
@@ -69,7 +69,7 @@ class LoopedScene final : public VirtualScene {
   LoopedScene(std::shared_ptr<VirtualScene> scene, int count)
       : scene_(std::move(scene)), count_(static_cast<std::uint64_t>(count)) {
     // The lights that it has of its own are made now, others when they are first asked for.
-    for (std::uint64_t n = 0; n < count_; ++n) picture(n, scene_->pattern().at(n), 0.0);
+    for (std::uint64_t n = 0; n < count_; ++n) image(n, scene_->pattern().at(n), 0.0);
   }
 
   cv::Size sensor_size() const override { return scene_->sensor_size(); }
@@ -79,10 +79,10 @@ class LoopedScene final : public VirtualScene {
 
   double shutter_us() const override { return scene_->shutter_us(); }
 
-  cv::Mat picture(std::uint64_t n, Illumination light, double /*exposure_us*/) override {
+  cv::Mat image(std::uint64_t n, Illumination light, double /*exposure_us*/) override {
     const int laser = light.is_lit() ? light.laser_index() : -1;
     cv::Mat& made = made_[{n % count_, laser}];
-    if (made.empty()) made = scene_->picture(n % count_, light).clone();
+    if (made.empty()) made = scene_->image(n % count_, light).clone();
     return made;
   }
 

@@ -24,7 +24,7 @@ using std::chrono::steady_clock;
 constexpr milliseconds kPatience{2000};  // Frames come at 10 a second or more.
 constexpr int kFrames = 20;
 
-// A number that changes with any byte of the picture (FNV-1a).
+// A number that changes with any byte of the image (FNV-1a).
 std::uint64_t checksum(const cv::Mat& image) {
   std::uint64_t sum = 14695981039346656037ULL;
   for (int row = 0; row < image.rows; ++row) {
@@ -121,7 +121,7 @@ TEST_P(FrameSourceConformance, NumbersGrowAndEveryGapIsCounted) {
   }
 }
 
-TEST_P(FrameSourceConformance, TimesGrowAsThePicturesDo) {
+TEST_P(FrameSourceConformance, TimesGrowAsTheFramesDo) {
   const auto source = GetParam().open();
   source->start();
   const double rate_hz = source->info().picture_rate_hz;
@@ -135,7 +135,7 @@ TEST_P(FrameSourceConformance, TimesGrowAsThePicturesDo) {
       frames.front().exposures_per_picture;
   const double passed_s = 1e-9 * static_cast<double>(frames.back().time.monotonic_ns -
                                                      frames.front().time.monotonic_ns);
-  // A live source's stamps may be late by a picture at either end on a busy machine.
+  // A live source's stamps may be late by a frame at either end on a busy machine.
   const double slack = source->info().is_live ? 2.5 / rate_hz : 1e-6;
   EXPECT_NEAR(passed_s, exposures / rate_hz, slack);
 }
@@ -155,7 +155,7 @@ TEST_P(FrameSourceConformance, TimesAreThePresentOrCountFromTheFirstFrame) {
     }
     return;
   }
-  // Some drivers put the end of a picture before it comes: up to a picture ahead is theirs.
+  // Some drivers put the end of a frame before it comes: up to a frame ahead is theirs.
   const double rate_hz = source->info().picture_rate_hz;
   const double ahead_s = rate_hz > 0.0 ? 1.0 / rate_hz : 0.1;
   EXPECT_LE(1e-9 * static_cast<double>(frames.back().time.monotonic_ns - now_ns), ahead_s);
@@ -185,7 +185,7 @@ TEST_P(FrameSourceConformance, FieldsKeepTheirParityAndPlace) {
     const int top_place_here = is_top ? frame.exposure_in_picture : 1 - frame.exposure_in_picture;
     if (frame.exposures_per_picture == 2) {
       if (top_place < 0) top_place = top_place_here;
-      EXPECT_EQ(top_place_here, top_place) << "picture " << frame.sequence;
+      EXPECT_EQ(top_place_here, top_place) << "frame " << frame.sequence;
     }
   }
 }
@@ -278,7 +278,7 @@ TEST_P(FrameSourceConformance, FrameInHandIsNotOverwritten) {
     ASSERT_EQ(source->next(frame, kPatience), NextStatus::kFrame);
     sums.push_back(checksum(frame.image));
   }
-  const Frame copy = held[0];  // Shares the picture.
+  const Frame copy = held[0];  // Shares the image.
   take(*source, 12);
   ASSERT_EQ(source->next(held[0], kPatience), NextStatus::kFrame) << "handed in with a copy about";
   EXPECT_EQ(checksum(copy.image), sums[0]);
@@ -336,24 +336,24 @@ TEST_P(FrameSourceConformance, SecondOneIsServedOrRefusedByName) {
 
 TEST_P(FrameSourceConformance, EndIsTheEndAndNothingIsMissing) {
   const auto source = GetParam().open();
-  const auto pictures = source->info().pictures;
+  const auto frames = source->info().pictures;
   if (source->info().is_live) {
-    EXPECT_FALSE(pictures.has_value()) << "nobody knows how many a camera will give";
+    EXPECT_FALSE(frames.has_value()) << "nobody knows how many a camera will give";
     return;
   }
-  if (!pictures || *pictures > 1000) return;
+  if (!frames || *frames > 1000) return;
   source->start();
   Frame frame;
-  std::uint64_t last_picture = 0;
+  std::uint64_t last_frame = 0;
   std::uint64_t count = 0;
   while (source->next(frame, kPatience) == NextStatus::kFrame) {
-    last_picture = frame.sequence;
+    last_frame = frame.sequence;
     ++count;
   }
   EXPECT_EQ(source->next(frame, kPatience), NextStatus::kEnd);
   EXPECT_EQ(source->statistics().delivered, count);
-  EXPECT_GE(count, *pictures);
-  EXPECT_GE(last_picture + 1, *pictures);
+  EXPECT_GE(count, *frames);
+  EXPECT_GE(last_frame + 1, *frames);
 }
 
 }  // namespace

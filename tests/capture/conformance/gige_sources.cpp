@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that the GigE Vision source keeps the promises of a source, with pictures used in place
+// Proves that the GigE Vision source keeps the promises of a source, with images used in place
 // and unpacked ones, a region, and a laser that is switched by the camera and by the host: over
 // real packets on loopback, from the virtual camera.
 #include <memory>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that pictures of a directory, whole and as interlaced fields, keep the promises of a
+// Proves that image files of a directory, whole and as interlaced fields, keep the promises of a
 // source.
 #include <filesystem>
 #include <string>
@@ -15,23 +15,22 @@
 namespace striper::testing {
 namespace {
 
-// Thirty different pictures, written once; the directory goes with the program.
-class Pictures {
+// Thirty different images, written once; the directory goes with the program.
+class ImageFiles {
  public:
-  Pictures()
+  ImageFiles()
       : folder_(std::filesystem::temp_directory_path() /
                 ("striper_conformance_" + std::to_string(::getpid()))) {
     std::filesystem::create_directories(folder_);
     for (int number = 0; number < 30; ++number) {
-      cv::Mat picture(48, 64, CV_8UC1);
-      for (int row = 0; row < picture.rows; ++row)
-        picture.row(row).setTo((7 * number + 3 * row) % 256);
-      cv::imwrite(folder_ / ("picture" + std::to_string(number) + ".png"), picture);
+      cv::Mat image(48, 64, CV_8UC1);
+      for (int row = 0; row < image.rows; ++row) image.row(row).setTo((7 * number + 3 * row) % 256);
+      cv::imwrite(folder_ / ("image" + std::to_string(number) + ".png"), image);
     }
   }
-  Pictures(const Pictures&) = delete;
-  Pictures& operator=(const Pictures&) = delete;
-  ~Pictures() { std::filesystem::remove_all(folder_); }
+  ImageFiles(const ImageFiles&) = delete;
+  ImageFiles& operator=(const ImageFiles&) = delete;
+  ~ImageFiles() { std::filesystem::remove_all(folder_); }
 
   std::string path() const { return folder_.string(); }
   std::string uri(const std::string& query) const { return "images:" + path() + query; }
@@ -40,19 +39,19 @@ class Pictures {
   std::filesystem::path folder_;
 };
 
-const Pictures& pictures() {
-  static const Pictures kPictures;
-  return kPictures;
+const ImageFiles& written_files() {
+  static const ImageFiles kFiles;
+  return kFiles;
 }
 
 SourceUnderTest directory(const std::string& name, const std::string& query) {
-  return {name, [query] { return open_source(pictures().uri(query)); }, true};
+  return {name, [query] { return open_source(written_files().uri(query)); }, true};
 }
 
 SourceUnderTest from_options() {
   const auto open = [] {
     ImageOptions options;
-    options.path = pictures().path();
+    options.path = written_files().path();
     options.fps = 25.0;
     options.pattern = IlluminationPattern::parse("0,dark");
     options.fields = Field::kInterlacedTopFirst;
@@ -64,7 +63,7 @@ SourceUnderTest from_options() {
 INSTANTIATE_TEST_SUITE_P(Images, FrameSourceConformance,
                          ::testing::Values(directory("progressive", "?fps=25"),
                                            directory("interlaced", "?fps=25&fields=split-bottom"),
-                                           directory("cadence", "?fps=50&laser=0,dark"),
+                                           directory("pattern", "?fps=50&laser=0,dark"),
                                            from_options()),
                          source_name);
 

@@ -54,7 +54,7 @@ SourceUnderTest from_options() {
 INSTANTIATE_TEST_SUITE_P(Recordings, FrameSourceConformance,
                          ::testing::Values(recorded("whole", ""),
                                            recorded("realtime", "?realtime=yes"),
-                                           recorded("cadence", "?laser=0,dark"), from_options()),
+                                           recorded("pattern", "?laser=0,dark"), from_options()),
                          source_name);
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the V4L2 source keeps the promises of a source for every order of fields, for
-// pictures used in place and copied ones, single- and multi-planar. The device is a fake in
+// images used in place and copied ones, single- and multi-planar. The device is a fake in
 // this process: what a kernel's driver does is tried in the virtual machine (tests/v4l2_vm).
 #include <map>
 #include <memory>

@@ -85,7 +85,7 @@ TEST_F(AravisFakeCamera, RegionAndPixelFormatAreSet) {
   EXPECT_EQ(frame.grid, PixelGrid::region(16, 32));
 }
 
-/// A picture whose every pixel follows from its first.
+/// An image whose every pixel follows from its first.
 void fill_counted(ArvBuffer* buffer, void* count, guint32, guint32, ArvPixelFormat) {
   const auto first = static_cast<unsigned>(++*static_cast<std::atomic<unsigned>*>(count));
   const int width = arv_buffer_get_image_width(buffer);
@@ -101,18 +101,18 @@ void fill_counted(ArvBuffer* buffer, void* count, guint32, guint32, ArvPixelForm
   }
 }
 
-bool is_whole(const cv::Mat& picture) {
-  const unsigned first = picture.at<std::uint8_t>(0, 0);
-  for (int v = 0; v < picture.rows; ++v) {
-    for (int u = 0; u < picture.cols; ++u) {
+bool is_whole(const cv::Mat& image) {
+  const unsigned first = image.at<std::uint8_t>(0, 0);
+  for (int v = 0; v < image.rows; ++v) {
+    for (int u = 0; u < image.cols; ++u) {
       const unsigned expected = first + static_cast<unsigned>(u) + 3 * static_cast<unsigned>(v);
-      if (picture.at<std::uint8_t>(v, u) != static_cast<std::uint8_t>(expected)) return false;
+      if (image.at<std::uint8_t>(v, u) != static_cast<std::uint8_t>(expected)) return false;
     }
   }
   return true;
 }
 
-TEST_F(AravisFakeCamera, PicturesThatLostPacketsAreCountedAndThoseDeliveredAreExact) {
+TEST_F(AravisFakeCamera, FramesThatLostPacketsAreCountedAndThoseDeliveredAreExact) {
   static std::atomic<unsigned> count = 0;  // Static: the camera's thread may outlive this function.
   ArvFakeCamera* const inside = arv_gv_fake_camera_get_fake_camera(camera_);
   arv_fake_camera_set_fill_pattern(inside, fill_counted, &count);
@@ -121,8 +121,8 @@ TEST_F(AravisFakeCamera, PicturesThatLostPacketsAreCountedAndThoseDeliveredAreEx
     const auto source = open_source("gige:127.0.0.1?roi=0,0,320,240&fps=100&packet_size=1400");
     SCOPED_TRACE(::testing::Message() << "loss " << ratio);
     source->start();
-    const auto taken = testing::take_pictures(
-        *source, 50, [](const Frame& frame) { return is_whole(frame.image); });
+    const auto taken =
+        testing::take_frames(*source, 50, [](const Frame& frame) { return is_whole(frame.image); });
     source->stop();
     const SourceStatistics got = source->statistics();
     taken.expect_accounted_for(got);

@@ -18,7 +18,7 @@ TEST(FrameNumbers, CountFromZeroAndTellGaps) {
   EXPECT_EQ(after_gap.since_start, 4u);
 }
 
-TEST(FrameNumbers, FirstPicturesThatAreLostAreMissing) {
+TEST(FrameNumbers, FirstFramesThatAreLostAreMissing) {
   FrameNumbers numbers;
   const auto first = numbers.next(3);
   EXPECT_EQ(first.sequence, 2u);
@@ -82,7 +82,7 @@ TEST(FrameNumbers, GoOnInStepWithThePatternAfterARestart) {
   }
 }
 
-TEST(FrameNumbers, ARestartBeforeAnyPictureChangesNothing) {
+TEST(FrameNumbers, ARestartBeforeAnyFrameChangesNothing) {
   FrameNumbers numbers(2);
   numbers.restart(100);
   EXPECT_EQ(numbers.next(1).sequence, 0u);

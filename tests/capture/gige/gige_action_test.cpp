@@ -47,8 +47,8 @@ std::unique_ptr<GigeSource> started(const VirtualStriper& striper, const ActionK
 
 using Numbers = std::vector<std::uint64_t>;
 
-/// The numbers of the pictures that come: of so many, and of any that should not.
-Numbers pictures_of(FrameSource& source, std::size_t expected) {
+/// The numbers of the frames that come: of so many, and of any that should not.
+Numbers frames_of(FrameSource& source, std::size_t expected) {
   Numbers numbers;
   Frame frame;
   while (source.next(frame, numbers.size() < expected ? 3000ms : 200ms) == NextStatus::kFrame) {
@@ -64,12 +64,12 @@ TEST(GigeAction, TriggersTheCamerasOfItsGroupAtOnce) {
   const auto right_source = started(right, own_keys(2), "Action1");
 
   EXPECT_EQ(trigger_gige_action(own_keys(3), 2, 3000ms), 2);
-  EXPECT_EQ(pictures_of(*left_source, 1), Numbers({0}));
-  EXPECT_EQ(pictures_of(*right_source, 1), Numbers({0}));
+  EXPECT_EQ(frames_of(*left_source, 1), Numbers({0}));
+  EXPECT_EQ(frames_of(*right_source, 1), Numbers({0}));
 
   EXPECT_EQ(trigger_gige_action(own_keys(2), 1, 3000ms), 1);
-  EXPECT_EQ(pictures_of(*left_source, 0), Numbers());
-  EXPECT_EQ(pictures_of(*right_source, 1), Numbers({1}));
+  EXPECT_EQ(frames_of(*left_source, 0), Numbers());
+  EXPECT_EQ(frames_of(*right_source, 1), Numbers({1}));
 }
 
 TEST(GigeAction, WithOtherKeysDoesNothing) {
@@ -82,7 +82,7 @@ TEST(GigeAction, WithOtherKeysDoesNothing) {
   for (const ActionKeys& keys : {other_device, other_group, own_keys(0xfffffffeU)}) {
     EXPECT_EQ(trigger_gige_action(keys), 0);
   }
-  EXPECT_EQ(pictures_of(*source, 0), Numbers());
+  EXPECT_EQ(frames_of(*source, 0), Numbers());
 }
 
 TEST(GigeAction, DoesNothingToACameraThatNobodyControls) {
@@ -109,7 +109,7 @@ TEST(GigeAction, NeedsNoSelectorInACameraThatHasOneAction) {
                                faults);
   const auto source = started(striper, own_keys(1));
   EXPECT_EQ(trigger_gige_action(own_keys(1), 1, 3000ms), 1);
-  EXPECT_EQ(pictures_of(*source, 1), Numbers({0}));
+  EXPECT_EQ(frames_of(*source, 1), Numbers({0}));
 }
 
 TEST(GigeAction, OnTheCamerasOwnKeysIsWarnedOf) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves, with the virtual camera and its packets, that what is set while a camera streams reaches
 // it and is what the frames then say, that a laser switched off stays off through a stop and a
-// loss, and that an encoder's counts come with the picture they belong to.
+// loss, and that an encoder's counts come with the frame they belong to.
 #include <chrono>
 #include <cmath>
 
@@ -84,7 +84,7 @@ TEST(GigeControls, LaserIsSwitchedHoweverItFollowsItsPattern) {
   }
 }
 
-TEST(GigeControls, EncoderCountsComeWithTheirPicture) {
+TEST(GigeControls, EncoderCountsComeWithTheirFrame) {
   VirtualCameraOptions options;
   options.encoder_counts_per_s = 12345.0;
   const VirtualStriper striper(pattern(), options);
@@ -116,7 +116,7 @@ TEST(GigeControls, CameraWithoutAnEncoderIsRefusedByName) {
   const VirtualStriper striper(pattern(), {}, faults);
   const Error error = testing::error_of([&] { striper.open("encoder=yes"); });
   EXPECT_EQ(error.kind(), ErrorKind::kUnsupported);
-  EXPECT_THAT(error.what(), HasSubstr("encoder=yes: its pictures come without EncoderValue"));
+  EXPECT_THAT(error.what(), HasSubstr("encoder=yes: its frames come without EncoderValue"));
   EXPECT_THAT(testing::error_of([&] { striper.open("encoder=wheel"); }).what(),
               HasSubstr("encoder=wheel - expected yes, no, or which one"));
 }

@@ -27,9 +27,9 @@ VirtualStriper lit_striper() {
   return VirtualStriper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 50.0));
 }
 
-void read(GigeSource& source, int pictures) {
+void read(GigeSource& source, int frames) {
   Frame frame;
-  for (int n = 0; n < pictures; ++n) ASSERT_EQ(source.next(frame, 5000ms), NextStatus::kFrame);
+  for (int n = 0; n < frames; ++n) ASSERT_EQ(source.next(frame, 5000ms), NextStatus::kFrame);
 }
 
 /// Until the source has counted so many losses, seconds; a reader reads on meanwhile.
@@ -54,7 +54,7 @@ bool comes_back(GigeSource& source, std::uint64_t reconnects) {
 struct Loss {
   const char* name;
   const char* query;
-  bool gives_pictures = true;
+  bool gives_frames = true;
 };
 
 void PrintTo(const Loss& loss, std::ostream* out) { *out << loss.name; }
@@ -68,7 +68,7 @@ TEST_P(GigeLossNoticed, WithinThreeSecondsOfAPulledPlug) {
   // Silence may begin while the clocks are compared, or a register is written: tried at several
   // moments of the quarter second in which that happens.
   for (std::uint64_t round = 1; round <= 3; ++round) {
-    if (GetParam().gives_pictures) read(*source, 10 + static_cast<int>(round) * 4);
+    if (GetParam().gives_frames) read(*source, 10 + static_cast<int>(round) * 4);
     striper.camera->set_silent(true);
     const double seconds = seconds_to_loss(*source, round);
     fmt::print("{}: noticed after {:.2f} s\n", GetParam().name, seconds);
@@ -88,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Loss{"trigger_that_never_comes", "trigger=Line1", false}),
     [](const auto& tried) { return std::string(tried.param.name); });
 
-TEST(GigeLossNumbering, CountsThePicturesOfTheWholeOutage) {
+TEST(GigeLossNumbering, CountsTheFramesOfTheWholeOutage) {
   const VirtualStriper striper = lit_striper();
   const auto source = striper.open("exposure_us=300");
   source->start();
@@ -108,9 +108,9 @@ TEST(GigeLossNumbering, CountsThePicturesOfTheWholeOutage) {
   }
   const double seconds =
       1e-9 * static_cast<double>(frame.time.monotonic_ns - before.time.monotonic_ns);
-  const auto pictures = static_cast<double>(frame.sequence - before.sequence);
+  const auto frames = static_cast<double>(frame.sequence - before.sequence);
   EXPECT_GT(seconds, 1.5);
-  EXPECT_NEAR(pictures, seconds * source->info().picture_rate_hz, 6.0) << "of 50 a second";
+  EXPECT_NEAR(frames, seconds * source->info().picture_rate_hz, 6.0) << "of 50 a second";
 }
 
 bool comes_true(const std::function<bool()>& condition) {
@@ -126,7 +126,7 @@ void replug(GigeSource& source, VirtualStriper& striper, std::uint64_t losses) {
   striper.plug_in();
 }
 
-TEST(GigeReopened, InterlacedPicturesGoOnAsTheyWere) {
+TEST(GigeReopened, InterlacedFramesGoOnAsTheyWere) {
   VirtualStriper striper = lit_striper();
   const auto source = striper.open("fields=split-bottom&laser=0,dark");
   source->start();
@@ -147,7 +147,7 @@ TEST(GigeReopened, InterlacedPicturesGoOnAsTheyWere) {
   }
 }
 
-TEST(GigeReopened, ACameraWithAnotherPictureSizeIsNotTaken) {
+TEST(GigeReopened, ACameraWithAnotherImageSizeIsNotTaken) {
   const auto of_another_size = ::testing::Contains(::testing::AllOf(
       ::testing::Field(&Event::code, EventCode("source_not_open")),
       ::testing::Field(&Event::message, ::testing::HasSubstr("came back with Mono8 96x48"))));

@@ -109,7 +109,7 @@ TEST(GigeNetwork, PacketsThatAreTooLargeAreToldFromATriggerThatNeverComes) {
                        "packet_size=1400")));
   EXPECT_THAT(
       examine_gige_stream(striper.options.address, 1400),
-      Contains(finding("camera_silent", "test packets arrive and pictures do not", "trigger")));
+      Contains(finding("camera_silent", "test packets arrive and frames do not", "trigger")));
   EXPECT_FALSE(striper.camera->statistics().is_controlled) << "control is given back";
 }
 

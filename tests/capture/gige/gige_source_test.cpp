@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves, with the virtual camera over real packets on loopback, that pictures arrive bit for bit
+// Proves, with the virtual camera over real packets on loopback, that frames arrive bit for bit
 // in every format and region, that frames say what lit them, that the laser is off whenever it must
-// be, that lost packets are asked for again, and that a camera's clock is followed. Does not prove
+// be, that lost packets are asked for again, and that a camera's clock is tracked. Does not prove
 // that a camera of a particular maker behaves like ours.
 #include <chrono>
 #include <thread>
@@ -76,7 +76,7 @@ TEST_P(GigeFormats, ArriveBitForBitWithAndWithoutARegion) {
       EXPECT_EQ(frame.grid, PixelGrid::region(region.x, region.y));
       const cv::Mat truth =
           PatternScene::expected(kSize, bits, frame.sequence, Illumination::laser(0))(region);
-      EXPECT_TRUE(is_same(frame.image, truth)) << name << " picture " << frame.sequence;
+      EXPECT_TRUE(is_same(frame.image, truth)) << name << " frame " << frame.sequence;
     }
   }
 }
@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(All, GigeFormats,
                                            Format{"Mono16", 16}),
                          [](const auto& tried) { return std::string(tried.param.name); });
 
-TEST(GigeSource, BinnedPicturesHaveTheGridOfTheirBins) {
+TEST(GigeSource, BinnedFramesHaveTheGridOfTheirBins) {
   const VirtualStriper striper(pattern());
   const auto source = striper.open("binning=2&roi=4,6,32,16");
   source->start();
@@ -135,7 +135,7 @@ TEST(GigeSource, PatternWithoutALineToSwitchIsExplained) {
               Not(has_event("laser_not_switched")));
 }
 
-TEST(GigeSource, FieldsOfACameraOfWholePicturesAreExplained) {
+TEST(GigeSource, FieldsOfACameraOfWholeFramesAreExplained) {
   EXPECT_THAT(events_when_opened_with("fields=split-top"), has_event("setting_unlikely"));
   EXPECT_THAT(events_when_opened_with(""), Not(has_event("setting_unlikely")));
 }
@@ -171,10 +171,10 @@ TEST(GigeSource, WhatTheCameraDoesNotTakeIsRefusedWithWhatItDoes) {
   EXPECT_THAT(refusal(striper, "BlackLevel=x"), HasSubstr("BlackLevel=x - expected a number"));
 }
 
-/// A picture takes 0.84 s. The shorter time is over before that, so the next trigger goes first.
-class SlowPicture : public ::testing::TestWithParam<int> {};
+/// A frame takes 0.84 s. The shorter time is over before that, so the next trigger goes first.
+class SlowFrame : public ::testing::TestWithParam<int> {};
 
-TEST_P(SlowPicture, HasTheLightThatWasCommandedForIt) {
+TEST_P(SlowFrame, HasTheLightThatWasCommandedForIt) {
   VirtualCameraOptions options;
   detail::CameraFaults faults;
   faults.lacking = {"ChunkModeActive"};
@@ -192,13 +192,13 @@ TEST_P(SlowPicture, HasTheLightThatWasCommandedForIt) {
     ASSERT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
     EXPECT_EQ(frame.sequence, n);
     const Illumination light = n % 3 == 0 ? Illumination::laser(0) : Illumination::dark();
-    EXPECT_EQ(frame.illumination, light) << "of picture " << n;
+    EXPECT_EQ(frame.illumination, light) << "of frame " << n;
     EXPECT_EQ(cv::norm(frame.image, PatternScene::expected(size, 8, n, light), cv::NORM_INF), 0.0)
-        << "of picture " << n;
+        << "of frame " << n;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(FrameTimeout_ms, SlowPicture, ::testing::Values(200, 400));
+INSTANTIATE_TEST_SUITE_P(FrameTimeout_ms, SlowFrame, ::testing::Values(200, 400));
 
 struct Switching {
   const char* name;
@@ -221,7 +221,7 @@ TEST_P(GigeLaser, FramesSayWhatReallyLitThem) {
     EXPECT_EQ(frame.illumination,
               frame.sequence % 2 == 0 ? Illumination::laser(0) : Illumination::dark());
     const cv::Mat truth = PatternScene::expected(kSize, 8, frame.sequence, frame.illumination);
-    EXPECT_TRUE(is_same(frame.image, truth)) << "picture " << frame.sequence;
+    EXPECT_TRUE(is_same(frame.image, truth)) << "frame " << frame.sequence;
   }
   EXPECT_EQ(source->info().pattern, IlluminationPattern::parse("0,dark"));
 }
@@ -264,7 +264,7 @@ TEST(GigeSource, TheLaserIsOffWhenOpeningFailsHalfWay) {
   EXPECT_FALSE(striper.camera->statistics().is_controlled);
 }
 
-TEST(GigeSource, SoftwareTriggersTakePictures) {
+TEST(GigeSource, SoftwareTriggersTakeFrames) {
   const VirtualStriper striper(pattern());
   const auto source = striper.open("trigger=software&fps=50");
   source->start();
@@ -290,7 +290,7 @@ TEST(GigeSource, LostPacketsAreAskedForAgain) {
   EXPECT_GE(source->stream_statistics().resent_packets, resent) << "kept when the stream is gone";
 }
 
-TEST(GigeSource, WithoutResendBrokenPicturesAreCountedAndNeverUsed) {
+TEST(GigeSource, WithoutResendBrokenFramesAreCountedAndNeverUsed) {
   VirtualCameraOptions options;
   options.lost_packets = 0.05;
   const VirtualStriper striper(pattern(8, 200.0), options);
@@ -371,7 +371,7 @@ TEST(GigeSource, TimesOfDayArePtpsWhileTheCameraFollowsIt) {
   }
 }
 
-TEST(GigeSource, AReaderThatSleepsLosesTheOldestPictures) {
+TEST(GigeSource, AReaderThatSleepsLosesTheOldestFrames) {
   const VirtualStriper striper(pattern(8, 200.0));
   const auto source = striper.open("buffers=6");
   source->start();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves over real packets on loopback that fast streams become scans without a picture lost, that
+// Proves over real packets on loopback that fast streams become scans without a frame lost, that
 // resend saves whole streams, and that a camera which is killed and started again twenty times is
 // opened again every time, with its settings, its laser in step and nothing left behind. The camera
 // and the reader share one machine, so this says little about network cards.
@@ -84,7 +84,7 @@ TEST_P(GigeStream, BecomesScansWithoutLoss) {
   std::sort(latencies_ms.begin(), latencies_ms.end());
   RecordProperty("latency_p99_ms", std::to_string(latencies_ms[latencies_ms.size() * 99 / 100]));
   fmt::print(
-      "{}: {} pictures, {} scans, {} dropped, {} overrun, {} packets resent, {} thrown away "
+      "{}: {} frames, {} scans, {} dropped, {} overrun, {} packets resent, {} thrown away "
       "by the kernel; last packet to scan p50 {:.2f} ms, p99 {:.2f} ms\n",
       name, got.delivered, scans, got.dropped, got.overrun, network.resent_packets,
       network.socket_drops, latencies_ms[latencies_ms.size() / 2],
@@ -116,7 +116,7 @@ bool is_as_sent(const Frame& frame) {
   return cv::norm(frame.image, sent, cv::NORM_INF) == 0.0;
 }
 
-TEST(GigeResend, SavesEveryOneOfAThousandPicturesAtOnePerMille) {
+TEST(GigeResend, SavesEveryOneOfAThousandFramesAtOnePerMille) {
   const VirtualStriper striper = pattern_striper(0.001);
   const auto source = striper.open("packet_size=1400");
   source->start();
@@ -124,7 +124,7 @@ TEST(GigeResend, SavesEveryOneOfAThousandPicturesAtOnePerMille) {
   for (int n = 0; n < 1000; ++n) {
     ASSERT_EQ(source->next(frame, 2000ms), NextStatus::kFrame);
     ASSERT_EQ(frame.status, FrameStatus::kOk) << frame.status_detail;
-    ASSERT_TRUE(is_as_sent(frame)) << "picture " << frame.sequence;
+    ASSERT_TRUE(is_as_sent(frame)) << "frame " << frame.sequence;
   }
   EXPECT_EQ(source->statistics().dropped, 0u);
   EXPECT_GT(source->stream_statistics().resent_packets, 0u);
@@ -132,12 +132,12 @@ TEST(GigeResend, SavesEveryOneOfAThousandPicturesAtOnePerMille) {
 
 class GigeLoss : public ::testing::TestWithParam<int> {};
 
-TEST_P(GigeLoss, EveryPictureDeliveredIsExactAndTheOthersAreCounted) {
+TEST_P(GigeLoss, EveryFrameDeliveredIsExactAndTheOthersAreCounted) {
   for (const char* query : {"packet_size=1400", "packet_size=1400&resend=no"}) {
     const VirtualStriper striper = pattern_striper(1e-3 * GetParam());
     const auto source = striper.open(query);
     source->start();
-    const TakenPictures taken = take_pictures(*source, 300, is_as_sent);
+    const TakenFrames taken = take_frames(*source, 300, is_as_sent);
     const SourceStatistics got = source->statistics();
     taken.expect_accounted_for(got);
     const GigeStatistics causes = source->stream_statistics();
@@ -193,8 +193,8 @@ TEST(GigeReconnection, TwentyTimesKilledAndStartedAgain) {
       striper.open("strobe=Line2&laser=0,dark&exposure_us=321&roi=16,8,64,32&gain=3&black_level=5");
   source->start();
   Frame frame;
-  const auto check = [&](int pictures) {
-    for (int n = 0; n < pictures;) {
+  const auto check = [&](int frames) {
+    for (int n = 0; n < frames;) {
       const NextStatus status = source->next(frame, 10s);
       ASSERT_EQ(status, NextStatus::kFrame);
       if (frame.status != FrameStatus::kOk) continue;

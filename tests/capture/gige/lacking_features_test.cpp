@@ -25,13 +25,13 @@ VirtualStriper camera_without(std::set<std::string> lacking) {
   return VirtualStriper(std::make_shared<PatternScene>(cv::Size(64, 48), 8, 200.0), {}, faults);
 }
 
-/// What becomes of opening the camera and taking a picture.
+/// What becomes of opening the camera and taking a frame.
 std::string outcome(const VirtualStriper& striper, const std::string& query) {
   try {
     const auto source = striper.open(query);
     source->start();
     Frame frame;
-    if (source->next(frame, 3000ms) != NextStatus::kFrame) return "no picture";
+    if (source->next(frame, 3000ms) != NextStatus::kFrame) return "no frame";
     return frame.status == FrameStatus::kOk ? "works" : frame.status_detail;
   } catch (const Error& error) {
     return error.what();

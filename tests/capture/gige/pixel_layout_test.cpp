@@ -12,32 +12,32 @@
 namespace striper::detail {
 namespace {
 
-cv::Mat random_picture(const PixelLayout& layout, cv::Size size) {
-  cv::Mat picture(size, layout.mat_type());
+cv::Mat random_image(const PixelLayout& layout, cv::Size size) {
+  cv::Mat image(size, layout.mat_type());
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
       const int value = static_cast<int>(testing::uniform(0.0, 1 << layout.bit_depth));
       if (layout.bit_depth == 8) {
-        picture.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(value);
+        image.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(value);
       } else {
-        picture.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(value);
+        image.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(value);
       }
     }
   }
-  return picture;
+  return image;
 }
 
 TEST(PixelLayout, UnpackUndoesPackForEveryGreyFormatAndWidth) {
   for (const PixelLayout& layout : known_layouts()) {
     if (layout.mosaic != Mosaic::kNone || layout.channels() != 1) continue;
     for (int width = 4; width <= 36; width += 4) {
-      const cv::Mat picture = random_picture(layout, {width, 3});
+      const cv::Mat image = random_image(layout, {width, 3});
       std::vector<std::uint8_t> bytes(3 * layout.row_bytes(width));
-      pack(layout, picture, bytes.data());
+      pack(layout, image, bytes.data());
       cv::Mat scratch;
       cv::Mat result;
-      unpack(layout, picture.size(), bytes.data(), scratch, result);
-      EXPECT_EQ(cv::norm(picture, result, cv::NORM_INF), 0.0) << layout.name << " " << width;
+      unpack(layout, image.size(), bytes.data(), scratch, result);
+      EXPECT_EQ(cv::norm(image, result, cv::NORM_INF), 0.0) << layout.name << " " << width;
     }
   }
 }
@@ -69,14 +69,14 @@ TEST(PixelLayout, AMosaicOfGreyLightIsGrey) {
   for (const char* name : {"BayerRG8", "BayerGR8", "BayerGB8", "BayerBG8", "BayerRG12p"}) {
     const PixelLayout& layout = *find_layout(name);
     const PixelLayout& grey = *find_layout(layout.bit_depth == 8 ? "Mono8" : "Mono12p");
-    const cv::Mat picture(8, 8, grey.mat_type(), cv::Scalar(100));
+    const cv::Mat image(8, 8, grey.mat_type(), cv::Scalar(100));
     std::vector<std::uint8_t> bytes(8 * grey.row_bytes(8));
-    pack(grey, picture, bytes.data());
+    pack(grey, image, bytes.data());
     cv::Mat scratch;
     cv::Mat result;
-    unpack(layout, picture.size(), bytes.data(), scratch, result);
-    EXPECT_EQ(result.type(), picture.type()) << name;
-    EXPECT_EQ(cv::norm(picture, result, cv::NORM_INF), 0.0) << name;
+    unpack(layout, image.size(), bytes.data(), scratch, result);
+    EXPECT_EQ(result.type(), image.type()) << name;
+    EXPECT_EQ(cv::norm(image, result, cv::NORM_INF), 0.0) << name;
   }
 }
 

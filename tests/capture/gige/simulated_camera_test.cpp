@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that the simulator's pictures come out of a GigE Vision camera bit for bit as they come
+// Proves that the simulator's images come out of a GigE Vision camera bit for bit as they come
 // out of `sim:`, over real packets on loopback: whole and in regions, 8, 12 and 16 bits, lit and
 // dark by the client's own command. What scans become of them is compared in tests/end_to_end.
 #include <chrono>
@@ -19,17 +19,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Picture {
-  const char* format;
+struct Format {
+  const char* name;
   int bit_depth;
   cv::Rect region;
 };
 
-void PrintTo(const Picture& picture, std::ostream* out) {
-  *out << picture.format << " of " << picture.region;
+void PrintTo(const Format& format, std::ostream* out) {
+  *out << format.name << " of " << format.region;
 }
 
-class SimulatedCamera : public ::testing::TestWithParam<Picture> {};
+class SimulatedCamera : public ::testing::TestWithParam<Format> {};
 
 Scene scene_of(int bit_depth) {
   Scene scene = parse_scene(R"(striper_scene: 1
@@ -48,7 +48,7 @@ objects:
   return scene;
 }
 
-TEST_P(SimulatedCamera, GivesThePicturesOfTheSimulatorBitForBit) {
+TEST_P(SimulatedCamera, GivesTheImagesOfTheSimulatorBitForBit) {
   const auto [format, bits, region] = GetParam();
   Scene scene = scene_of(bits);
   const VirtualStriper striper(make_virtual_scene(scene));
@@ -72,13 +72,13 @@ TEST_P(SimulatedCamera, GivesThePicturesOfTheSimulatorBitForBit) {
     EXPECT_EQ(frame.bit_depth, expected.bit_depth);
     ASSERT_EQ(frame.image.size(), expected.image.size());
     ASSERT_EQ(frame.image.type(), expected.image.type());
-    EXPECT_EQ(cv::norm(frame.image, expected.image, cv::NORM_INF), 0.0) << "picture " << n;
+    EXPECT_EQ(cv::norm(frame.image, expected.image, cv::NORM_INF), 0.0) << "frame " << n;
   }
 }
 
 // The camera's sequencer holds each entry's exposure; the laser shines on while the shutter is
 // open.
-TEST(BracketOfACamera, GivesThePicturesOfTheSimulatorBitForBit) {
+TEST(BracketOfACamera, GivesTheImagesOfTheSimulatorBitForBit) {
   const std::string pattern = "0@100,dark@100,0@8100,dark@8100";
   Scene scene = scene_of(8);
   scene.lasers.front().is_continuous = true;
@@ -99,12 +99,12 @@ TEST(BracketOfACamera, GivesThePicturesOfTheSimulatorBitForBit) {
     EXPECT_EQ(frame.illumination, expected.illumination);
     EXPECT_EQ(frame.exposure_ns, n % 4 < 2 ? 100'000 : 8'100'000);
     EXPECT_EQ(frame.exposure_ns, expected.exposure_ns);
-    EXPECT_EQ(cv::norm(frame.image, expected.image, cv::NORM_INF), 0.0) << "picture " << n;
+    EXPECT_EQ(cv::norm(frame.image, expected.image, cv::NORM_INF), 0.0) << "frame " << n;
     // From middle to middle, 20 ms after each other, where one is 8 ms longer than the other.
     const double apart_ms = 1e-6 * static_cast<double>(frame.time.monotonic_ns - last_ns);
     const double expected_ms = n % 4 == 2 ? 24.0 : n % 4 == 0 ? 16.0 : 20.0;
     if (n > 4) {
-      EXPECT_NEAR(apart_ms, expected_ms, 1.5) << "picture " << n;
+      EXPECT_NEAR(apart_ms, expected_ms, 1.5) << "frame " << n;
     }
     last_ns = frame.time.monotonic_ns;
   }
@@ -130,11 +130,11 @@ const cv::Rect kWhole(0, 0, 160, 120);
 const cv::Rect kPart(24, 40, 96, 64);
 
 INSTANTIATE_TEST_SUITE_P(
-    Pictures, SimulatedCamera,
-    ::testing::Values(Picture{"Mono8", 8, kWhole}, Picture{"Mono8", 8, kPart},
-                      Picture{"Mono12", 12, kWhole}, Picture{"Mono12", 12, kPart},
-                      Picture{"Mono12Packed", 12, kPart}, Picture{"Mono16", 16, kWhole},
-                      Picture{"Mono16", 16, kPart}),
+    Formats, SimulatedCamera,
+    ::testing::Values(Format{"Mono8", 8, kWhole}, Format{"Mono8", 8, kPart},
+                      Format{"Mono12", 12, kWhole}, Format{"Mono12", 12, kPart},
+                      Format{"Mono12Packed", 12, kPart}, Format{"Mono16", 16, kWhole},
+                      Format{"Mono16", 16, kPart}),
     [](const auto& tried) {
       return std::string(tried.param.format) + (tried.param.region == kWhole ? "" : "_region");
     });

@@ -11,12 +11,12 @@
 
 namespace striper::testing {
 
-/// What became of the pictures of a lossy stream.
-struct TakenPictures {
+/// What became of the frames of a lossy stream.
+struct TakenFrames {
   std::uint64_t whole = 0;
   std::uint64_t last = 0;  ///< Number of the last one taken.
 
-  /// Every picture up to the last one is delivered or counted as lost, and not whole only where
+  /// Every frame up to the last one is delivered or counted as lost, and not whole only where
   /// that is counted too.
   void expect_accounted_for(const SourceStatistics& got) const {
     EXPECT_EQ(last + 1, got.delivered + got.dropped + got.overrun);
@@ -24,20 +24,20 @@ struct TakenPictures {
   }
 };
 
-/// Takes `count` pictures, of which each that is whole must be as it was sent.
-inline TakenPictures take_pictures(FrameSource& source, int count,
-                                   const std::function<bool(const Frame&)>& is_as_sent) {
-  TakenPictures taken;
+/// Takes `count` frames, of which each that is whole must be as it was sent.
+inline TakenFrames take_frames(FrameSource& source, int count,
+                               const std::function<bool(const Frame&)>& is_as_sent) {
+  TakenFrames taken;
   Frame frame;
   for (int n = 0; n < count; ++n) {
     if (source.next(frame, std::chrono::seconds(2)) != NextStatus::kFrame) {
-      ADD_FAILURE() << "no picture after " << n;
+      ADD_FAILURE() << "no frame after " << n;
       break;
     }
     taken.last = frame.sequence;
     if (frame.status != FrameStatus::kOk) continue;
     ++taken.whole;
-    EXPECT_TRUE(is_as_sent(frame)) << "picture " << frame.sequence;
+    EXPECT_TRUE(is_as_sent(frame)) << "frame " << frame.sequence;
   }
   return taken;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that what a virtual camera looks at is the simulator's picture, bit for bit, whichever
-// laser a client lights, and that a looped scene repeats the first pictures. That the pictures then
+// Proves that what a virtual camera looks at is the simulator's image, bit for bit, whichever
+// laser a client lights, and that a looped scene repeats the first images. That the images then
 // cross the wire unchanged is proved in simulated_camera_test.cpp.
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
@@ -42,14 +42,14 @@ TEST(VirtualScene, TellsWhatTheSceneIs) {
   EXPECT_EQ(scene->pattern(), IlluminationPattern::parse("0,dark,1"));
 }
 
-TEST(VirtualScene, APictureIsTheSimulatorsWithThatLight) {
+TEST(VirtualScene, AnImageIsTheSimulatorsWithThatLight) {
   const auto scene = make_virtual_scene(two_lasers("0"));
   for (std::uint64_t n = 0; n < 4; ++n) {
     const std::string dark = n % 2 == 0 ? "dark,0" : "0,dark";
-    const cv::Mat by_laser_0 = scene->picture(n, Illumination::laser(0)).clone();
+    const cv::Mat by_laser_0 = scene->image(n, Illumination::laser(0)).clone();
     EXPECT_EQ(difference(by_laser_0, rendered("0", n)), 0.0) << n;
-    EXPECT_EQ(difference(scene->picture(n, Illumination::laser(1)), rendered("1", n)), 0.0) << n;
-    EXPECT_EQ(difference(scene->picture(n, Illumination::dark()), rendered(dark, n)), 0.0) << n;
+    EXPECT_EQ(difference(scene->image(n, Illumination::laser(1)), rendered("1", n)), 0.0) << n;
+    EXPECT_EQ(difference(scene->image(n, Illumination::dark()), rendered(dark, n)), 0.0) << n;
     EXPECT_GT(difference(by_laser_0, rendered("1", n)), 10.0) << "the lasers light the same";
     EXPECT_GT(difference(by_laser_0, rendered(dark, n)), 10.0) << "the laser lights nothing";
   }
@@ -57,7 +57,7 @@ TEST(VirtualScene, APictureIsTheSimulatorsWithThatLight) {
 
 TEST(VirtualScene, ALineWithoutALaserLightsNothing) {
   const auto scene = make_virtual_scene(two_lasers("0"));
-  EXPECT_EQ(difference(scene->picture(2, Illumination::laser(5)), rendered("dark,0", 2)), 0.0);
+  EXPECT_EQ(difference(scene->image(2, Illumination::laser(5)), rendered("dark,0", 2)), 0.0);
 }
 
 TEST(VirtualScene, TheSensorIsReadWholeWhateverTheSceneReads) {
@@ -65,16 +65,15 @@ TEST(VirtualScene, TheSensorIsReadWholeWhateverTheSceneReads) {
   scene.imager.region = cv::Rect(8, 8, 32, 16);
   const auto whole = make_virtual_scene(scene);
   EXPECT_EQ(whole->sensor_size(), cv::Size(96, 64));
-  EXPECT_EQ(difference(whole->picture(0, Illumination::laser(0)), rendered("0", 0)), 0.0);
+  EXPECT_EQ(difference(whole->image(0, Illumination::laser(0)), rendered("0", 0)), 0.0);
 }
 
-TEST(VirtualScene, ALoopedOneRepeatsItsFirstPictures) {
+TEST(VirtualScene, ALoopedOneRepeatsItsFirstImages) {
   const auto looped = make_looped_scene(make_virtual_scene(two_lasers("0,dark")), 3);
   EXPECT_EQ(looped->sensor_size(), cv::Size(96, 64));
   EXPECT_EQ(looped->pattern(), IlluminationPattern::parse("0,dark"));
   for (const std::uint64_t n : {0U, 1U, 2U, 3U, 7U, 3000001U}) {
-    EXPECT_EQ(difference(looped->picture(n, Illumination::laser(0)), rendered("0", n % 3)), 0.0)
-        << n;
+    EXPECT_EQ(difference(looped->image(n, Illumination::laser(0)), rendered("0", n % 3)), 0.0) << n;
   }
 }
 

@@ -27,7 +27,7 @@ inline std::string own_address() {
                      count++ % 250 + 1);
 }
 
-/// A scene whose every pixel tells the picture's number, its light and where it is.
+/// A scene whose every pixel tells the image's number, its light and where it is.
 class PatternScene : public VirtualScene {
  public:
   PatternScene(cv::Size size, int bit_depth, double rate_hz)
@@ -39,27 +39,27 @@ class PatternScene : public VirtualScene {
   IlluminationPattern pattern() const override {
     return IlluminationPattern({Illumination::laser(0)});
   }
-  cv::Mat picture(std::uint64_t n, Illumination light, double /*exposure_us*/) override {
+  cv::Mat image(std::uint64_t n, Illumination light, double /*exposure_us*/) override {
     return expected(size_, bit_depth_, n, light);
   }
 
   static cv::Mat expected(cv::Size size, int bit_depth, std::uint64_t n, Illumination light) {
     const auto salt = static_cast<std::uint32_t>(n * 2654435761U + (light.is_lit() ? 7 : 99));
     const std::uint32_t mask = (1U << bit_depth) - 1;
-    cv::Mat picture(size, bit_depth > 8 ? CV_16UC1 : CV_8UC1);
+    cv::Mat pixels(size, bit_depth > 8 ? CV_16UC1 : CV_8UC1);
     for (int v = 0; v < size.height; ++v) {
       for (int u = 0; u < size.width; ++u) {
         const std::uint32_t value =
             (salt + static_cast<std::uint32_t>(u) * 40503U + static_cast<std::uint32_t>(v) * 9973U);
         const std::uint32_t mixed = (value ^ (value >> 13)) & mask;
         if (bit_depth > 8) {
-          picture.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(mixed);
+          pixels.at<std::uint16_t>(v, u) = static_cast<std::uint16_t>(mixed);
         } else {
-          picture.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(mixed);
+          pixels.at<std::uint8_t>(v, u) = static_cast<std::uint8_t>(mixed);
         }
       }
     }
-    return picture;
+    return pixels;
   }
 
  private:
@@ -81,7 +81,7 @@ struct VirtualStriper {
   void plug_in() { camera = std::make_unique<detail::Device>(scene, options, faults); }
   void pull_the_plug() { camera.reset(); }
 
-  /// A machine that is busy with other tests is no reason to give a picture up.
+  /// A machine that is busy with other tests is no reason to give a frame up.
   std::string uri(const std::string& query = "") const {
     return fmt::format("gige:{}?frame_timeout_ms=1500{}{}", options.address,
                        query.empty() ? "" : "&", query);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what `images:` makes of a directory: numbers and times, the keys of its address, and that
-// a bad picture is a frame with its reason, counted, and not the end. Recordings:
+// a bad image file is a frame with its reason, counted, and not the end. Recordings:
 // recorder_test.cpp.
 #include <array>
 #include <deque>
@@ -32,7 +32,7 @@ using ::testing::StartsWith;
 
 class ImagesOfADirectory : public ::testing::Test {
  protected:
-  // A picture whose every pixel is `value`.
+  // An image file whose every pixel is `value`.
   void put(const std::string& name, int value = 7, int type = CV_8UC1, cv::Size size = {32, 24}) {
     const cv::Mat image(size, type, cv::Scalar::all(value));
     ASSERT_TRUE(cv::imwrite((scratch_ / name).string(), image));
@@ -93,7 +93,7 @@ class NumbersInNames : public ImagesOfADirectory {
 };
 using Numbers = std::vector<std::uint64_t>;
 
-TEST_F(NumbersInNames, TellWhichPicturesAreLost) {
+TEST_F(NumbersInNames, TellWhichFramesAreLost) {
   EXPECT_EQ(numbers_of({"shot_007.png", "shot_008.png", "shot_010.png", "shot_011.png",
                         "shot_012.png", "shot_013.png"}),
             (Numbers{0, 1, 3, 4, 5, 6}));
@@ -113,18 +113,18 @@ TEST_F(NumbersInNames, GoOnAcrossALongGap) {
             (Numbers{0, 1, 2, 7, 8, 9}));
 }
 
-// Where fewer than half have a neighbour nobody can tell whether they count pictures.
+// Where fewer than half have a neighbour nobody can tell whether they count frames.
 TEST_F(NumbersInNames, OfWhichMostNeighboursAreMissingAreNone) {
   EXPECT_EQ(numbers_of({"n1.png", "n3.png", "n4.png", "n7.png", "n8.png", "n11.png"}),
             (Numbers{0, 1, 2, 3, 4, 5}));
 }
 
-TEST_F(NumbersInNames, ThatAreChosenPicturesOrTimesAreNone) {
+TEST_F(NumbersInNames, ThatAreChosenImagesOrTimesAreNone) {
   EXPECT_EQ(numbers_of({"p1.png", "p7.png", "p19.png", "p23.png", "p24.png", "p100.png"}),
             (Numbers{0, 1, 2, 3, 4, 5}));
 }
 
-TEST_F(NumbersInNames, OfAFewPicturesAreNone) {
+TEST_F(NumbersInNames, OfAFewFilesAreNone) {
   EXPECT_EQ(numbers_of({"f1.png", "f2.png", "f3.png", "f10.png"}), (Numbers{0, 1, 2, 3}));
 }
 
@@ -133,7 +133,7 @@ TEST_F(NumbersInNames, BesideOtherNamesAreNone) {
             (Numbers{0, 1, 2, 3, 4, 5}));
 }
 
-TEST_F(ImagesOfADirectory, InfoSaysWhatTheFirstPictureIs) {
+TEST_F(ImagesOfADirectory, InfoSaysWhatTheFirstImageIs) {
   put("a.png", 7, CV_16UC3, {20, 10});
   put("b.png", 7, CV_16UC3, {20, 10});
   const SourceInfo info = open("?bits=12&fps=5&laser=0,dark")->info();
@@ -146,10 +146,10 @@ TEST_F(ImagesOfADirectory, InfoSaysWhatTheFirstPictureIs) {
   EXPECT_FALSE(info.is_live);
   EXPECT_FALSE(info.has_clock);
   EXPECT_EQ(info.pattern, IlluminationPattern::parse("0,dark"));
-  EXPECT_THAT(info.description, HasSubstr("2 pictures of '"));
+  EXPECT_THAT(info.description, HasSubstr("2 frames of '"));
 }
 
-TEST_F(ImagesOfADirectory, TruncatedPictureIsACorruptFrameAndNotTheEnd) {
+TEST_F(ImagesOfADirectory, TruncatedImageFileIsACorruptFrameAndNotTheEnd) {
   put("1.jpg");
   put("2.jpg");
   put("3.jpg");
@@ -168,7 +168,7 @@ TEST_F(ImagesOfADirectory, TruncatedPictureIsACorruptFrameAndNotTheEnd) {
   EXPECT_EQ(source->statistics().corrupt, 1U);
 }
 
-TEST_F(ImagesOfADirectory, FirstPictureCorruptLeavesTheSizeToTheNext) {
+TEST_F(ImagesOfADirectory, FirstImageCorruptLeavesTheSizeToTheNext) {
   put("1.png");
   put("2.png");
   cut_in_half("1.png");
@@ -179,7 +179,7 @@ TEST_F(ImagesOfADirectory, FirstPictureCorruptLeavesTheSizeToTheNext) {
   EXPECT_EQ(frames.at(1).status, FrameStatus::kOk);
 }
 
-TEST_F(ImagesOfADirectory, NoPictureThatDecodesIsStillAStreamOfReasons) {
+TEST_F(ImagesOfADirectory, NoImageThatDecodesIsStillAStreamOfReasons) {
   put("1.png");
   cut_in_half("1.png");
   const auto source = open();
@@ -205,7 +205,7 @@ TEST_F(ImagesOfADirectory, AnotherSizeOrTypeThanTheFirstIsWrongSize) {
   EXPECT_EQ(source->statistics().wrong_size, 3U);
 }
 
-TEST_F(ImagesOfADirectory, PictureThatVanishesMeanwhileIsACorruptFrame) {
+TEST_F(ImagesOfADirectory, ImageFileThatVanishesMeanwhileIsACorruptFrame) {
   put("1.png");
   put("2.png");
   const auto source = open();
@@ -251,8 +251,8 @@ TEST_F(ImagesOfADirectory, FrameHandedInIsReusedOnlyIfNobodyElseHoldsIt) {
 // Another thread looks at each frame while the next ones are read into the same variable; the
 // ThreadSanitizer sees more than the values do.
 TEST_F(ImagesOfADirectory, FrameInAnotherThreadIsNeverWrittenTo) {
-  constexpr int kPictures = 60;
-  for (int i = 0; i < kPictures; ++i) put(std::to_string(i) + ".png", i);
+  constexpr int kImages = 60;
+  for (int i = 0; i < kImages; ++i) put(std::to_string(i) + ".png", i);
   std::mutex mutex;
   std::deque<Frame> handed_over;
   bool is_done = false;

@@ -19,15 +19,15 @@ using testing::write_bytes;
 
 std::vector<std::string> names(const std::string& pattern) {
   std::vector<std::string> result;
-  for (const auto& file : picture_files(pattern)) result.push_back(file.filename().string());
+  for (const auto& file : image_files(pattern)) result.push_back(file.filename().string());
   return result;
 }
 
 Error error_of(const std::string& pattern) {
-  return testing::error_of([&] { picture_files(pattern); });
+  return testing::error_of([&] { image_files(pattern); });
 }
 
-TEST(PictureFiles, DirectoryGivesItsPicturesInNaturalOrder) {
+TEST(ImageFiles, DirectoryGivesItsImageFilesInNaturalOrder) {
   const ScratchDirectory scratch;
   for (const char* name : {"img10.png", "img9.JPG", "img1.tiff", "notes.txt", "frames.csv"}) {
     write_bytes(scratch / name, "x");
@@ -36,7 +36,7 @@ TEST(PictureFiles, DirectoryGivesItsPicturesInNaturalOrder) {
   EXPECT_THAT(names(scratch.path()), ElementsAre("img1.tiff", "img9.JPG", "img10.png"));
 }
 
-TEST(PictureFiles, PatternIsExpandedAndLeavesOutWhatIsNoPicture) {
+TEST(ImageFiles, PatternIsExpandedAndLeavesOutWhatIsNoImageFile) {
   const ScratchDirectory scratch;
   for (const char* name : {"a1.png", "a2.png", "a12.png", "b1.png", "a.csv"}) {
     write_bytes(scratch / name, "x");
@@ -47,24 +47,24 @@ TEST(PictureFiles, PatternIsExpandedAndLeavesOutWhatIsNoPicture) {
   EXPECT_THAT(names(scratch / "*.csv"), ElementsAre("a.csv")) << "asked for by name";
 }
 
-TEST(PictureFiles, ExistingNameWinsOverItsMeaningAsAPattern) {
+TEST(ImageFiles, ExistingNameWinsOverItsMeaningAsAPattern) {
   const ScratchDirectory scratch;
   write_bytes(scratch / "shot[1].png", "x");
   write_bytes(scratch / "shot1.png", "x");
   EXPECT_THAT(names(scratch / "shot[1].png"), ElementsAre("shot[1].png"));
 }
 
-TEST(PictureFiles, NothingThereIsNotFound) {
+TEST(ImageFiles, NothingThereIsNotFound) {
   const ScratchDirectory scratch;
   EXPECT_EQ(error_of(scratch.path()).kind(), ErrorKind::kNotFound);
-  EXPECT_THAT(error_of(scratch.path()).what(), HasSubstr("holds no pictures"));
+  EXPECT_THAT(error_of(scratch.path()).what(), HasSubstr("holds no image files"));
   EXPECT_EQ(error_of(scratch / "none").kind(), ErrorKind::kNotFound);
   EXPECT_THAT(error_of(scratch / "none").what(), HasSubstr("no such file or directory"));
   EXPECT_THAT(error_of(scratch / "*.png").what(), HasSubstr("no file matches the pattern"));
   EXPECT_EQ(error_of("").kind(), ErrorKind::kUsage);
 }
 
-TEST(PictureFiles, UnreadableDirectoryIsAnIoError) {
+TEST(ImageFiles, UnreadableDirectoryIsAnIoError) {
   const ScratchDirectory scratch;
   std::filesystem::create_symlink(scratch / "loop", scratch / "loop");
   EXPECT_EQ(error_of(scratch / "loop").kind(), ErrorKind::kIo);

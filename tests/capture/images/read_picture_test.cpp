@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that every format is read to the bit that OpenCV's encoders wrote (JPEG: to the bit that
-// OpenCV decodes), and that a file cut at any of many lengths is never taken for a whole picture.
+// OpenCV decodes), and that a file cut at any of many lengths is never taken for a whole image.
 // Does not prove that damage within compressed data is found where the format has no check sum.
 #include <set>
 
@@ -28,8 +28,8 @@ bool is_equal(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0.0;
 }
 
-// A bright line on noise, so that compressed pictures have something to lose on every row.
-cv::Mat draw_picture(int type, cv::Size size = {61, 47}) {
+// A bright stripe on noise, so that compressed images have something to lose on every row.
+cv::Mat draw_image(int type, cv::Size size = {61, 47}) {
   const double full_scale = CV_MAT_DEPTH(type) == CV_16U ? 65535.0 : 255.0;
   cv::Mat image(size, type);
   cv::Mat plain = image.reshape(1);
@@ -47,7 +47,7 @@ cv::Mat draw_picture(int type, cv::Size size = {61, 47}) {
 }
 
 Error error_of(const std::filesystem::path& path) {
-  return testing::error_of([&] { read_picture(path); });
+  return testing::error_of([&] { read_image(path); });
 }
 
 struct Encoding {
@@ -62,7 +62,7 @@ struct Encoding {
 class EveryFormat : public ::testing::TestWithParam<Encoding> {
  protected:
   std::filesystem::path write(const cv::Mat& image) {
-    auto path = scratch_ / ("picture" + GetParam().extension);
+    auto path = scratch_ / ("image" + GetParam().extension);
     EXPECT_TRUE(cv::imwrite(path.string(), image, GetParam().parameters));
     return path;
   }
@@ -72,18 +72,18 @@ class EveryFormat : public ::testing::TestWithParam<Encoding> {
 };
 
 TEST_P(EveryFormat, ReadsBackWhatWasWritten) {
-  const cv::Mat image = draw_picture(GetParam().type);
+  const cv::Mat image = draw_image(GetParam().type);
   const auto path = write(image);
-  const Picture picture = read_picture(path);
+  const DecodedImage decoded = read_image(path);
   const cv::Mat expected = is_lossless() ? image : cv::imread(path, cv::IMREAD_UNCHANGED);
-  EXPECT_TRUE(is_equal(picture.image, expected));
-  EXPECT_EQ(picture.bit_depth, image.depth() == CV_16U ? 16 : 8);
+  EXPECT_TRUE(is_equal(decoded.image, expected));
+  EXPECT_EQ(decoded.bit_depth, image.depth() == CV_16U ? 16 : 8);
 }
 
 TEST_P(EveryFormat, IsRefusedWhenCutAtAnyLength) {
-  const cv::Mat image = draw_picture(GetParam().type);
+  const cv::Mat image = draw_image(GetParam().type);
   const std::string whole = testing::read_bytes(write(image));
-  const cv::Mat pixels = read_picture(scratch_ / ("picture" + GetParam().extension)).image;
+  const cv::Mat pixels = read_image(scratch_ / ("image" + GetParam().extension)).image;
   const auto cut = scratch_ / ("cut" + GetParam().extension);
 
   std::set<std::size_t> lengths{0, 1, 2, 3, 4, 8};
@@ -94,15 +94,15 @@ TEST_P(EveryFormat, IsRefusedWhenCutAtAnyLength) {
   for (const std::size_t length : lengths) {
     testing::write_bytes(cut, whole.substr(0, length));
     try {
-      // Only where what is missing is not picture (a trailing tag) may it still be read.
-      EXPECT_TRUE(is_equal(read_picture(cut).image, pixels)) << length << " of " << whole.size();
+      // Only where what is missing is not pixels (a trailing tag) may it still be read.
+      EXPECT_TRUE(is_equal(read_image(cut).image, pixels)) << length << " of " << whole.size();
       ++complete_all_the_same;
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
       EXPECT_THAT(error.what(), HasSubstr("'" + cut.string() + "' is "));
     }
   }
-  // TIFF: the pointer to a second picture; plain text: the last blank and line end.
+  // TIFF: the pointer to a second image; plain text: the last blank and line end.
   EXPECT_LE(complete_all_the_same, 4U);
 }
 
@@ -132,48 +132,48 @@ const std::vector<Encoding> kEncodings{
     {"PpmText", ".ppm", CV_8UC3, {cv::IMWRITE_PXM_BINARY, 0}},
 };
 
-INSTANTIATE_TEST_SUITE_P(ReadPicture, EveryFormat, ::testing::ValuesIn(kEncodings),
+INSTANTIATE_TEST_SUITE_P(ReadImage, EveryFormat, ::testing::ValuesIn(kEncodings),
                          [](const auto& encoding) { return encoding.param.name; });
 
-TEST(ReadPicture, PgmMaximumSaysHowManyBitsAreSignificant) {
+TEST(ReadImage, PgmMaximumSaysHowManyBitsAreSignificant) {
   const ScratchDirectory scratch;
   const std::string pixels("\x0f\xff\x00\x01", 4);  // Big-endian 4095, 1.
   testing::write_bytes(scratch / "a.pgm", "P5 # a comment\n2 1\n4095\n" + pixels);
-  const Picture picture = read_picture(scratch / "a.pgm");
-  EXPECT_EQ(picture.bit_depth, 12);
-  EXPECT_EQ(picture.image.at<std::uint16_t>(0, 0), 4095);
-  EXPECT_EQ(picture.image.at<std::uint16_t>(0, 1), 1);
+  const DecodedImage decoded = read_image(scratch / "a.pgm");
+  EXPECT_EQ(decoded.bit_depth, 12);
+  EXPECT_EQ(decoded.image.at<std::uint16_t>(0, 0), 4095);
+  EXPECT_EQ(decoded.image.at<std::uint16_t>(0, 1), 1);
 }
 
-TEST(ReadPicture, AlphaIsDropped) {
+TEST(ReadImage, AlphaIsDropped) {
   const ScratchDirectory scratch;
   cv::Mat image(3, 4, CV_8UC4, cv::Scalar(10, 20, 30, 128));
   cv::imwrite((scratch / "a.png").string(), image);
-  const Picture picture = read_picture(scratch / "a.png");
-  ASSERT_EQ(picture.image.type(), CV_8UC3);
-  EXPECT_EQ(picture.image.at<cv::Vec3b>(2, 3), cv::Vec3b(10, 20, 30));
+  const DecodedImage decoded = read_image(scratch / "a.png");
+  ASSERT_EQ(decoded.image.type(), CV_8UC3);
+  EXPECT_EQ(decoded.image.at<cv::Vec3b>(2, 3), cv::Vec3b(10, 20, 30));
 }
 
-TEST(ReadPicture, FormatIsToldByContentNotByName) {
+TEST(ReadImage, FormatIsToldByContentNotByName) {
   const ScratchDirectory scratch;
-  const cv::Mat image = draw_picture(CV_8UC1);
+  const cv::Mat image = draw_image(CV_8UC1);
   cv::imwrite((scratch / "a.png").string(), image);
   std::filesystem::rename(scratch / "a.png", scratch / "a.jpg");
-  EXPECT_TRUE(is_equal(read_picture(scratch / "a.jpg").image, image));
+  EXPECT_TRUE(is_equal(read_image(scratch / "a.jpg").image, image));
 }
 
-TEST(ReadPicture, DamagedBytesInPngAreFoundByItsCheckSum) {
+TEST(ReadImage, DamagedBytesInPngAreFoundByItsCheckSum) {
   const ScratchDirectory scratch;
-  cv::imwrite((scratch / "a.png").string(), draw_picture(CV_8UC1));
+  cv::imwrite((scratch / "a.png").string(), draw_image(CV_8UC1));
   std::string bytes = testing::read_bytes(scratch / "a.png");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x10);
   testing::write_bytes(scratch / "a.png", bytes);
   EXPECT_THAT(error_of(scratch / "a.png").what(), HasSubstr("damaged"));
 }
 
-// Flips bits all over the file: whatever is made of it, it is an Error or a picture, never a crash.
+// Flips bits all over the file: whatever is made of it, it is an Error or an image, never a crash.
 TEST_P(EveryFormat, SurvivesFlippedBits) {
-  const cv::Mat image = draw_picture(GetParam().type, {23, 17});
+  const cv::Mat image = draw_image(GetParam().type, {23, 17});
   const std::string whole = testing::read_bytes(write(image));
   const auto path = scratch_ / "flipped";
   for (int trial = 0; trial < 150; ++trial) {
@@ -187,14 +187,14 @@ TEST_P(EveryFormat, SurvivesFlippedBits) {
     }
     testing::write_bytes(path, bytes);
     try {
-      EXPECT_FALSE(read_picture(path).image.empty());
+      EXPECT_FALSE(read_image(path).image.empty());
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
     }
   }
 }
 
-TEST(ReadPicture, MadeUpSizesAreRefusedBeforeMemoryIsTaken) {
+TEST(ReadImage, MadeUpSizesAreRefusedBeforeMemoryIsTaken) {
   const ScratchDirectory scratch;
   testing::write_bytes(scratch / "a.pgm", "P5 60000 60000 255\n");
   EXPECT_THAT(error_of(scratch / "a.pgm").what(), HasSubstr("claims a size of 60000x60000"));
@@ -202,7 +202,7 @@ TEST(ReadPicture, MadeUpSizesAreRefusedBeforeMemoryIsTaken) {
   EXPECT_THAT(error_of(scratch / "b.pgm").what(), HasSubstr("claims a size of 0x5"));
 }
 
-TEST(ReadPicture, ErrorsNameTheFileAndTheirKind) {
+TEST(ReadImage, ErrorsNameTheFileAndTheirKind) {
   const ScratchDirectory scratch;
   EXPECT_EQ(error_of(scratch / "none.png").kind(), ErrorKind::kNotFound);
   EXPECT_THAT(error_of(scratch / "none.png").what(), HasSubstr("none.png': No such file"));
@@ -218,10 +218,10 @@ TEST(ReadPicture, ErrorsNameTheFileAndTheirKind) {
   EXPECT_EQ(error_of(scratch / "pipe.png").kind(), ErrorKind::kIo);
 }
 
-TEST(ReadPicture, RealJpegsAreWhole) {
+TEST(ReadImage, RealJpegsAreWhole) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
   const auto path = testing::real_data("neil-rover-striper") / "img0002.jpg";
-  EXPECT_TRUE(is_equal(read_picture(path).image, cv::imread(path, cv::IMREAD_UNCHANGED)));
+  EXPECT_TRUE(is_equal(read_image(path).image, cv::imread(path, cv::IMREAD_UNCHANGED)));
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ TEST(Recorder, FieldsReplayExactly) {
 
 TEST(Recorder, BadFramesKeepTheirReason) { record_and_compare(testing::bad_frames()); }
 
-TEST(Recorder, LostPicturesAreCountedAgainOnReplay) {
+TEST(Recorder, LostFramesAreCountedAgainOnReplay) {
   const ScratchDirectory scratch;
   {
     Recorder recorder(scratch.path(), {});
@@ -106,13 +106,13 @@ TEST(Recorder, AddressOverridesWhatWasRecorded) {
   EXPECT_EQ(info.pattern, IlluminationPattern::parse("dark,1"));
 }
 
-TEST(Recorder, NeverWritesIntoADirectoryOfPictures) {
+TEST(Recorder, NeverWritesIntoADirectoryOfImageFiles) {
   const ScratchDirectory scratch;
   { Recorder(scratch.path(), {}).write(plain_frame(0)); }
   const std::string table = testing::read_bytes(scratch / "frames.csv");
   const Error error = testing::error_of([&] { Recorder(scratch.path(), {}); });
   EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-  EXPECT_THAT(error.what(), HasSubstr("already holds a recording or pictures"));
+  EXPECT_THAT(error.what(), HasSubstr("already holds a recording or image files"));
   EXPECT_EQ(testing::read_bytes(scratch / "frames.csv"), table);
 }
 
@@ -154,7 +154,7 @@ std::size_t record_until_full(const std::filesystem::path& directory, cv::Size s
   const FileSizeLimit limit(bytes);
   for (std::uint64_t i = 0; i < 1000; ++i) {
     Frame frame = plain_frame(i);
-    // The first is small, so that both a picture and a line can be what does not fit.
+    // The first is small, so that both an image file and a line can be what does not fit.
     frame.image = draw_noise(CV_8UC1, i == 0 ? cv::Size(4, 4) : size);
     try {
       recorder.write(frame);
@@ -167,7 +167,7 @@ std::size_t record_until_full(const std::filesystem::path& directory, cv::Size s
   return 1000;
 }
 
-TEST(Recorder, FullDiskWithinAPictureLeavesAWholeRecording) {
+TEST(Recorder, FullDiskWithinAnImageFileLeavesAWholeRecording) {
   const ScratchDirectory scratch;
   EXPECT_EQ(record_until_full(scratch.path(), {200, 200}, 2000), 1U);
   EXPECT_EQ(replay(scratch.path()).size(), 1U);

@@ -158,7 +158,7 @@ TEST(RecordingSource, TakesOtherPeoplesImages) {
   EXPECT_THAT(frames[2].status_detail, HasSubstr("'yuv422'"));
 }
 
-// Cut at every 97th byte: whole frames come, each with its own picture, and the loss is said.
+// Cut at every 97th byte: whole frames come, each with its own image, and the loss is said.
 TEST(RecordingSource, ReadsACutFileToItsLastWholeChunk) {
   const ScratchDirectory scratch;
   const std::filesystem::path path = scratch / "run.mcap";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a picture depends on nothing but scene, seed and number: golden hashes, any order, in
-// part and binned. The hashes are of noisy pictures; if they change on purpose, run
+// Proves that an image depends on nothing but scene, seed and number: golden hashes, any order, in
+// part and binned. The hashes are of noisy images; if they change on purpose, run
 // `simulator_tests --gtest_filter=Determinism.*` and take the new ones from its output.
 #include <cstdint>
 
@@ -40,7 +40,7 @@ Scene noisy_room() {
   return scene;
 }
 
-TEST(Determinism, GoldenPictures) {
+TEST(Determinism, GoldenImages) {
   Simulator room(load_scene(testing::source_path("data/scenes/room.yaml")));
   EXPECT_EQ(hash_of(room.render(0).image), 17248708907072496603ULL);
   EXPECT_EQ(hash_of(room.render(7).image), 3520586210886423581ULL);
@@ -50,7 +50,7 @@ TEST(Determinism, GoldenPictures) {
   EXPECT_EQ(hash_of(Simulator(scene).render(1000000).image), 829214460643710309ULL);
 }
 
-TEST(Determinism, GoldenPicturesOfMovingScenes) {
+TEST(Determinism, GoldenImagesOfMovingScenes) {
   Scene sun = load_scene(testing::source_path("data/scenes/ntsc_sun.yaml"));
   sun.device_motion.velocity_m_s = {5.0, 0.5, 0.0};
   EXPECT_EQ(hash_of(Simulator(sun).render(3).image), 18278953447976537933ULL);
@@ -61,7 +61,7 @@ TEST(Determinism, GoldenPicturesOfMovingScenes) {
   EXPECT_EQ(hash_of(Simulator(room).render(9).image), 37739690758276281ULL);
 }
 
-TEST(Determinism, OrderOfPicturesDoesNotMatter) {
+TEST(Determinism, OrderOfImagesDoesNotMatter) {
   Scene scene = noisy_room();
   scene.objects[4].motion.velocity_m_s = {0.0, 0.5, 0.0};
   Simulator forward(scene);
@@ -80,7 +80,7 @@ TEST(Determinism, SeedsDiffer) {
   EXPECT_NE(hash_of(Simulator(scene).render(0).image), first);
 }
 
-TEST(Determinism, RegionOfInterestIsCutFromTheWholePictureNoiseAndAll) {
+TEST(Determinism, RegionOfInterestIsCutFromTheWholeImageNoiseAndAll) {
   Scene scene = noisy_room();
   Simulator whole(scene);
   scene.imager.region = cv::Rect(101, 202, 300, 150);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that interlaced fields are the rows of the progressive picture of their own time,
+// Proves that interlaced fields are the rows of the progressive image of their own time,
 // interlaced or one by one, and that the lasers follow their pattern. Does not prove how a source
 // hands them out.
 #include <cmath>
@@ -31,7 +31,7 @@ cv::Mat rows_of(const cv::Mat& image, int first) {
 
 double difference(const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF); }
 
-TEST(SimulatedFields, InterlacedFieldsOfAStaticSceneAreTheProgressivePicture) {
+TEST(SimulatedFields, InterlacedFieldsOfAStaticSceneAreTheProgressiveImage) {
   Scene scene = quiet_wall();
   const Frame progressive = Simulator(scene).render(3);
   for (const ScanMode scan : {ScanMode::kTopFirst, ScanMode::kBottomFirst}) {
@@ -48,7 +48,7 @@ TEST(SimulatedFields, InterlacedFieldsOfAStaticSceneAreTheProgressivePicture) {
   }
 }
 
-TEST(SimulatedFields, FieldsOneByOneAreTheRowsOfTheInterlacedPicture) {
+TEST(SimulatedFields, FieldsOneByOneAreTheRowsOfTheInterlacedImage) {
   Scene scene = quiet_wall();
   scene.objects[0].motion.velocity_m_s = {-5.0, 0.0, 0.0};
   scene.timing.pattern = IlluminationPattern::parse("0,dark");
@@ -57,7 +57,7 @@ TEST(SimulatedFields, FieldsOneByOneAreTheRowsOfTheInterlacedPicture) {
   EXPECT_TRUE(interlaced.illumination.is_unknown());  // Its two fields differ.
   scene.timing.scan = ScanMode::kAlternateBottomFirst;
   Simulator by_field(scene);
-  ASSERT_EQ(by_field.frames_per_picture(), 2);
+  ASSERT_EQ(by_field.parts_per_frame(), 2);
   const Frame first = by_field.render(2, 0);
   const Frame second = by_field.render(2, 1);
   EXPECT_EQ(difference(first.image, rows_of(interlaced.image, 1)), 0.0);
@@ -129,13 +129,13 @@ TEST(SimulatedPattern, LasersTakeTurns) {
   scene.timing.pattern = IlluminationPattern::parse("0,1,dark");
   Simulator simulator(scene);
   const double f = scene.camera.fx();
-  for (std::uint64_t picture = 0; picture < 6; ++picture) {
-    const Frame frame = simulator.render(picture);
-    const std::vector<Truth> truths = simulator.truth(picture);
-    EXPECT_EQ(frame.illumination, scene.timing.pattern.at(picture));
-    ASSERT_EQ(truths.size(), picture % 3 == 2 ? 0U : 1U);
+  for (std::uint64_t sequence = 0; sequence < 6; ++sequence) {
+    const Frame frame = simulator.render(sequence);
+    const std::vector<Truth> truths = simulator.truth(sequence);
+    EXPECT_EQ(frame.illumination, scene.timing.pattern.at(sequence));
+    ASSERT_EQ(truths.size(), sequence % 3 == 2 ? 0U : 1U);
     if (truths.empty()) continue;
-    const int laser = static_cast<int>(picture % 3);
+    const int laser = static_cast<int>(sequence % 3);
     EXPECT_EQ(truths[0].laser, laser);
     EXPECT_NEAR(truths[0].lines[5].brightest.v_px, 239.5 + f * (laser == 0 ? 0.5 : 0.7) / 2.0,
                 1e-8);
@@ -145,10 +145,10 @@ TEST(SimulatedPattern, LasersTakeTurns) {
   EXPECT_NEAR(simulator.model().lasers[1].plane.distance_m(), 0.7, 1e-12);
 }
 
-TEST(SimulatedPattern, PartThatAPictureDoesNotHaveIsRefused) {
+TEST(SimulatedPattern, PartThatAFrameDoesNotHaveIsRefused) {
   Simulator simulator(quiet_wall());
   const Error error = testing::error_of([&] { simulator.render(0, 1); });
-  EXPECT_STREQ(error.what(), "part 1 of a picture - expected 0 to 0");
+  EXPECT_STREQ(error.what(), "part 1 of a frame - expected 0 to 0");
 }
 
 }  // namespace

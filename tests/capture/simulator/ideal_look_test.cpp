@@ -51,12 +51,12 @@ TEST(IdealLook, KnowsWaistBlurBinningAndFalloff) {
   expect_as_on_a_wall(scene, 2.0);
 }
 
-TEST(IdealLook, ReachesOverAllThatThePictureShows) {
+TEST(IdealLook, ReachesOverAllThatTheImageShows) {
   const Scene scene = Scene::flat_wall(2.0);
   const StripeLook look = ideal_look(scene, 0);
   ASSERT_GE(look.width_at.size(), 4U);
   ASSERT_TRUE(look.width_px.has_value());
-  // The picture's lower edge sees the level laser at s / tan(half of the view): CONVENTIONS.md.
+  // The image's lower edge sees the level laser at s / tan(half of the view): CONVENTIONS.md.
   const double nearest_m =
       0.5 / ((scene.camera.height() - 1 - scene.camera.cy()) / scene.camera.fy());
   EXPECT_NEAR(look.width_at.front().range_m, nearest_m, 0.03 * nearest_m);
@@ -64,7 +64,7 @@ TEST(IdealLook, ReachesOverAllThatThePictureShows) {
   EXPECT_GE(look.amplitude_at.back().amplitude_dn, 1.0);
 }
 
-TEST(IdealLook, IsEmptyWhereTheFanDoesNotReachIntoThePicture) {
+TEST(IdealLook, IsEmptyWhereTheFanDoesNotReachIntoTheImage) {
   Scene scene = Scene::flat_wall(2.0);
   scene.lasers[0].T_device_laser.translation().x() = 1000.0;
   const StripeLook look = ideal_look(scene, 0);

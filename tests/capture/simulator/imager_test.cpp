@@ -112,7 +112,7 @@ TEST(SimulatedNoise, VarianceIsThePhotonTransferLineOfTheModel) {
   }
 }
 
-TEST(SimulatedNoise, FixedPatternIsTheSameInEveryPicture) {
+TEST(SimulatedNoise, FixedPatternIsTheSameInEveryImage) {
   Scene scene = even_light(10000.0);
   scene.imager.noise.prnu = 0.02;
   Simulator simulator(scene);
@@ -134,9 +134,9 @@ TEST(SimulatedNoise, SpeckleMultipliesTheLasersLightOnly) {
   double sum2 = 0.0;
   double product = 0.0;
   int count = 0;
-  for (int picture = 0; picture < 8; picture += 2) {
-    const cv::Mat_<std::uint16_t> rough = speckled.render(picture).image;
-    const cv::Mat_<std::uint16_t> other = speckled.render(picture + 1).image;
+  for (int number = 0; number < 8; number += 2) {
+    const cv::Mat_<std::uint16_t> rough = speckled.render(number).image;
+    const cv::Mat_<std::uint16_t> other = speckled.render(number + 1).image;
     for (int row = 0; row < smooth.rows; ++row) {
       for (int column = 0; column < smooth.cols; ++column) {
         const double laser = smooth.at<float>(row, column) - 1000.0;
@@ -158,7 +158,7 @@ TEST(SimulatedNoise, SpeckleMultipliesTheLasersLightOnly) {
   EXPECT_NEAR(product / count, 0.0, 4.0 * 0.01 / std::sqrt(count));  // New in every exposure.
 }
 
-TEST(SimulatedNoise, PicturesAndPixelsAreIndependent) {
+TEST(SimulatedNoise, ImagesAndPixelsAreIndependent) {
   Scene scene = even_light(400.0);
   scene.imager.noise.shot = true;
   Simulator simulator(scene);
@@ -191,7 +191,7 @@ TEST(SimulatedNoise, SwitchingOneOffLeavesTheOthersAsTheyAre) {
   EXPECT_LE(cv::norm(both - 1000, read_only - 1000 + shot_only - 1000, cv::NORM_INF), 1.0);
 }
 
-TEST(SimulatedNoise, WithoutAnyNoiseAPictureIsItsExpectationRounded) {
+TEST(SimulatedNoise, WithoutAnyNoiseAnImageIsItsExpectationRounded) {
   Scene scene = Scene::flat_wall(2.0);
   scene.imager.noise = {.shot = false, .read_noise_e = 0.0};
   Simulator simulator(scene);

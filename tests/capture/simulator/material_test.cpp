@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves what surfaces put into the picture: checkerboard corners against a corner finder, paint,
+// Proves what surfaces put into the image: checkerboard corners against a corner finder, paint,
 // mottling, wood, posters, retroreflection. Does not prove that grass looks like grass.
 #include <cmath>
 #include <numbers>
@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 using testing::lit_scene;
 using testing::object;
 
-/// The picture in 8 bits, its brightest pixel at 220.
+/// The image in 8 bits, its brightest pixel at 220.
 cv::Mat exposed(const cv::Mat& expected) {
   double most = 0.0;
   cv::minMaxIdx(expected, nullptr, &most);

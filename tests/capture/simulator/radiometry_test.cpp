@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDegree = M_PI / 180.0;
 
-/// The paper's striper in the paper's sun: 60 x 0.4 degree line, 10.4 uJ, 1/400000 s, 25 nm.
+/// The paper's striper in the paper's sun: 60 x 0.4 degree fan, 10.4 uJ, 1/400000 s, 25 nm.
 Scene paper_in_sun(double distance_m) {
   Scene scene = Scene::flat_wall(distance_m);
   scene.daylight.sun_w_m2_nm = 856.0 / 1000.0;
@@ -58,7 +58,7 @@ TEST(Radiometry, StripeToSunIsThePapersSixAndAHalfAtTwoMetres) {
   EXPECT_NEAR(stripe_to_sun_ratio(narrow, 0, 2.0) / stripe_to_sun_ratio(scene, 0, 2.0), 2.5, 1e-9);
 }
 
-TEST(Radiometry, RenderedPictureHasTheStripeToSunRatioOfTheFormula) {
+TEST(Radiometry, RenderedImageHasTheStripeToSunRatioOfTheFormula) {
   for (const double distance_m : {1.5, 2.0, 3.0}) {
     Scene scene = paper_in_sun(distance_m);
     Simulator simulator(scene);
@@ -91,15 +91,15 @@ TEST(Radiometry, SheetIsThinnestAtItsFocus) {
   laser.waist_sigma_m = 0.5e-3;
   laser.divergence_sigma_rad = 1e-3;
   laser.focus_m = 2.0;
-  EXPECT_DOUBLE_EQ(sheet_sigma_m(laser, 2.0), 0.5e-3);
-  EXPECT_DOUBLE_EQ(sheet_sigma_m(laser, 1.0), sheet_sigma_m(laser, 3.0));
-  EXPECT_NEAR(sheet_sigma_m(laser, 3.0), std::hypot(0.5e-3, 1e-3), 1e-15);
+  EXPECT_DOUBLE_EQ(thickness_sigma_m(laser, 2.0), 0.5e-3);
+  EXPECT_DOUBLE_EQ(thickness_sigma_m(laser, 1.0), thickness_sigma_m(laser, 3.0));
+  EXPECT_NEAR(thickness_sigma_m(laser, 3.0), std::hypot(0.5e-3, 1e-3), 1e-15);
 }
 
 TEST(Radiometry, EnergyOfThePulseIsAllOnTheWall) {
-  // The fluence integrated over line and thickness is the pulse: only the fan's length is an arc.
+  // The fluence integrated over stripe and thickness is the pulse: only the fan's length is an arc.
   const SimulatedLaser laser;
-  const double sigma_m = sheet_sigma_m(laser, 2.0);
+  const double sigma_m = thickness_sigma_m(laser, 2.0);
   double sum = 0.0;
   const double step_m = 0.02 * sigma_m;
   for (int n = -400; n <= 400; ++n) {

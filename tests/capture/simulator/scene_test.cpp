@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves the frames and lenses of a scene, that a scene made by hand is checked like one from a
 // file (whose messages scene_yaml_test.cpp has, all of them), and what sun and sky put into the
-// picture.
+// image.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -28,7 +28,7 @@ using testing::object;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-// The angle between the rays through the left and the right edge of the picture.
+// The angle between the rays through the left and the right edge of the image.
 double angle_across_deg(const CameraModel& camera) {
   const double v = 0.5 * (camera.height() - 1);
   const auto ray = [&](double u) {

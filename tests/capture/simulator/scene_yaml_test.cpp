@@ -220,7 +220,7 @@ constexpr Malformed kMalformed[] = {
     {"striper_scene: 1\nimager: {region: [600, 0, 100, 100]}\n",
      "x:2: imager.region: [600, 0, 100, 100] - expected a part of the sensor, which is 640x480"},
     {"striper_scene: 1\nimager: {binning: [3, 1]}\n",
-     "x:2: imager.binning: [3, 1] - expected divisors of the picture's size, 640x480"},
+     "x:2: imager.binning: [3, 1] - expected divisors of the image's size, 640x480"},
     {"striper_scene: 1\nnoise: {shot: perhaps}\n",
      "x:2: noise.shot: 'perhaps' - expected yes or no"},
     {"striper_scene: 1\nnoise: {read_e: -1}\n",

@@ -33,8 +33,8 @@ Frame next(FrameSource& source) {
   return frame;
 }
 
-double middle_range_m(SimulatedSource& source, std::uint64_t picture) {
-  const Truth truth = source.simulator().truth(picture).at(0);
+double middle_range_m(SimulatedSource& source, std::uint64_t sequence) {
+  const Truth truth = source.simulator().truth(sequence).at(0);
   return truth.lines.at(truth.lines.size() / 2).brightest.range_m;
 }
 
@@ -56,7 +56,7 @@ TEST(SimulatedControls, PoseMovesAnObjectBetweenFrames) {
   moved[0] += 1.0;
   EXPECT_EQ(source.controls().set("sim.pose.wall", moved).state.value, moved);
   const Frame after = next(source);
-  // From 2 m to 3 m along the axis, which the middle line is almost on.
+  // From 2 m to 3 m along the axis, which the middle scan line is almost on.
   EXPECT_NEAR(middle_range_m(source, after.sequence), 1.5 * near_m, 1e-9);
   EXPECT_GT(cv::norm(before.image, after.image, cv::NORM_INF), 10.0);
 

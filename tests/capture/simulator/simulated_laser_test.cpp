@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what a laser's stated angles mean for its light. The light budget is proved with the
-// radiometry, the pictures with the wall.
+// radiometry, the images with the wall.
 #include <cmath>
 #include <numbers>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what `sim:` addresses mean and how the simulated source behaves as a source. What is in
-// the pictures is proved elsewhere.
+// the images is proved elsewhere.
 #include <chrono>
 #include <functional>
 #include <thread>
@@ -39,7 +39,7 @@ std::string refusal(const std::string& uri, ErrorKind kind) {
   return error.what();
 }
 
-TEST(SimulatedSource, GivesTheNumberOfPicturesThatIsAskedFor) {
+TEST(SimulatedSource, GivesTheNumberOfFramesThatIsAskedFor) {
   const auto source = open_source(wall("?frames=3&fps=20"));
   EXPECT_EQ(source->info().pictures, 3U);
   EXPECT_EQ(source->info().image_size, cv::Size(640, 480));
@@ -59,7 +59,7 @@ TEST(SimulatedSource, GivesTheNumberOfPicturesThatIsAskedFor) {
   EXPECT_EQ(source->next(frame, milliseconds(0)), NextStatus::kEnd);
 }
 
-TEST(SimulatedSource, StartsAgainFromTheFirstPicture) {
+TEST(SimulatedSource, StartsAgainFromTheFirstFrame) {
   const auto source = open_source(wall("?frames=2"));
   const std::vector<Frame> first = all_frames(*source);
   source->stop();
@@ -123,33 +123,33 @@ TEST(SimulatedSource, FieldsAreInterlacedOrOneByOne) {
   EXPECT_EQ(frames[3].image.rows, 240);
 }
 
-TEST(SimulatedSource, RealTimeWaitsUntilAPictureIsDue) {
+TEST(SimulatedSource, RealTimeWaitsUntilAFrameIsDue) {
   const auto source = open_source(wall("?frames=3&fps=4&realtime=yes"));
   source->start();
   const auto begin = std::chrono::steady_clock::now();
   Frame frame;
-  for (int picture = 0; picture < 3; ++picture) {
+  for (int n = 0; n < 3; ++n) {
     EXPECT_EQ(source->next(frame, milliseconds(1000)), NextStatus::kFrame);
   }
   EXPECT_GE(std::chrono::steady_clock::now() - begin, milliseconds(500));
 }
 
-// Who waits for the next picture hears of a Ctrl-C meanwhile, and misses nothing.
-TEST(SimulatedSource, RealTimeTimesOutBeforeAPictureIsDue) {
+// Who waits for the next frame hears of a Ctrl-C meanwhile, and misses nothing.
+TEST(SimulatedSource, RealTimeTimesOutBeforeAFrameIsDue) {
   const auto source = open_source(wall("?frames=2&fps=4&realtime=yes"));
   source->start();
   Frame frame;
   int timeouts = 0;
-  for (std::uint64_t picture = 0; picture < 2; ++picture) {
+  for (std::uint64_t n = 0; n < 2; ++n) {
     NextStatus status = NextStatus::kTimeout;
     while ((status = source->next(frame, milliseconds(20))) == NextStatus::kTimeout) ++timeouts;
     ASSERT_EQ(status, NextStatus::kFrame);
-    EXPECT_EQ(frame.sequence, picture);
+    EXPECT_EQ(frame.sequence, n);
   }
   EXPECT_GE(timeouts, 3);
 }
 
-TEST(SimulatedSource, StopEndsTheWaitForAPicture) {
+TEST(SimulatedSource, StopEndsTheWaitForAFrame) {
   const auto source = open_source(wall("?fps=0.01&realtime=yes"));
   source->start();
   Frame frame;

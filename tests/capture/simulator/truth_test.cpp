@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves the truth against geometry worked out by hand: every lens, both axes, shadows, occlusion,
-// fan, several returns in a line, motion, cylinders; and that the rendered stripe is where the
+// fan, several returns in a scan line, motion, cylinders; and that the rendered stripe is where the
 // truth says on tilted walls too. Does not prove the stripe's shape at depth edges.
 #include <cmath>
 #include <set>
@@ -142,7 +142,7 @@ TEST(Truth, LaserBesideTheCameraCastsAShadowThatTheCameraSees) {
 
 TEST(Truth, PlateThatTheSheetPassesBelowHidesTheStripe) {
   Scene scene = Scene::flat_wall(3.0);
-  // Between the camera and the wall's stripe, its lower edge above the sheet.
+  // Between the camera and the wall's stripe, its lower edge above the laser plane.
   scene.objects.push_back(object(Rectangle{0.3, 0.4}, {1.5, 0.0, -0.25}));
   const Truth truth = Simulator(scene).truth(0).at(0);
   EXPECT_EQ(truth.lines[320].status, TruthStatus::kNoSurface);
@@ -194,12 +194,12 @@ TEST(Truth, WallThatComesNearerAndDeviceThatGoesThereAreTheSame) {
   driving.device_motion.velocity_m_s = {1.0, 0.0, 0.0};
   Simulator a(approaching);
   Simulator b(driving);
-  for (const std::uint64_t picture : {0U, 30U, 45U}) {
-    const double expected = 3.0 - static_cast<double>(picture) / 30.0;
-    const TrueReturn there = a.truth(picture).at(0).lines[200].brightest;
+  for (const std::uint64_t sequence : {0U, 30U, 45U}) {
+    const double expected = 3.0 - static_cast<double>(sequence) / 30.0;
+    const TrueReturn there = a.truth(sequence).at(0).lines[200].brightest;
     EXPECT_NEAR(there.x_m, expected, 1e-9);
-    EXPECT_NEAR(b.truth(picture).at(0).lines[200].brightest.v_px, there.v_px, 1e-9);
-    EXPECT_LT(cv::norm(a.expected_dn(picture), b.expected_dn(picture), cv::NORM_INF), 1e-3);
+    EXPECT_NEAR(b.truth(sequence).at(0).lines[200].brightest.v_px, there.v_px, 1e-9);
+    EXPECT_LT(cv::norm(a.expected_dn(sequence), b.expected_dn(sequence), cv::NORM_INF), 1e-3);
   }
 }
 
@@ -235,7 +235,7 @@ TEST(Truth, LaserThatShinesFromBehindAPlateDoesNotShow) {
 
 TEST(Truth, ColumnsThatTheLensCannotSeeAreOutsideTheModel) {
   Scene scene = Scene::flat_wall(2.0);
-  // A fisheye whose picture of 180 degrees is narrower than the sensor.
+  // A fisheye whose image of 180 degrees is narrower than the sensor.
   scene.camera = CameraModel(640, 480, 180.0, 180.0, 319.5, 239.5, LensModel::kEquidistant,
                              {0.0, 0.0, 0.0, 0.0});
   const Truth truth = Simulator(scene).truth(0).at(0);
@@ -283,7 +283,7 @@ TEST(Truth, RenderedStripeOnTiltedWallsIsWhereTheTruthSays) {
     for (int column = 10; column < 630; ++column) {
       const TrueLine& line = truth.lines[static_cast<std::size_t>(column)];
       if (line.status != TruthStatus::kVisible || line.brightest.near_edge) continue;
-      if (line.brightest.v_px > 470.0) continue;  // Part of it is outside the picture.
+      if (line.brightest.v_px > 470.0) continue;  // Part of it is outside the image.
       // The profile is skewed by the wall's tilt, in the second order of its width.
       EXPECT_NEAR(centroid(image, column, 8.0), line.brightest.v_px, 0.02);
     }

@@ -24,8 +24,8 @@ double integrated_gaussian(double pixel, double center, double sigma, double amp
 }
 
 /// The largest difference between the rendered stripe and the profile that the truth promises, in
-/// units of the amplitude. Leaves out `border` lines at either end, where the lens blur brings
-/// light from outside the picture, of which the simulator knows no more than that it is much the
+/// units of the amplitude. Leaves out `border` scan lines at either end, where the lens blur brings
+/// light from outside the image, of which the simulator knows no more than that it is much the
 /// same.
 double worst_profile_error(Simulator& simulator, std::size_t border) {
   const cv::Mat image = simulator.expected_dn(0);
@@ -81,7 +81,7 @@ TEST(SimulatedWall, WidthIsTheSheetsAngleSeenThroughTheLens) {
   Simulator simulator(scene);
   const Truth truth = simulator.truth(0).at(0);
   for (const TrueLine& line : truth.lines) {
-    // The sheet is as thick as its distance from the laser, along the fan, makes it.
+    // The laser plane is as thick as its distance from the laser, along the fan, makes it.
     const double tan_beta = (319.5 - line.brightest.u_px) / scene.camera.fx();
     const double sigma_m = scene.lasers[0].divergence_sigma_rad * 2.0 * std::hypot(1.0, tan_beta);
     const double sheet_px = sigma_m * scene.camera.fx() / 2.0;
@@ -93,7 +93,7 @@ TEST(SimulatedWall, AmplitudeFollowsFromTheLightBudget) {
   Scene scene = Scene::flat_wall(2.0);
   Simulator simulator(scene);
   const TrueReturn there = simulator.truth(0).at(0).lines[320].brightest;
-  // Written out: pulse over line area, Lambert, lens, pixel, photons, gain.
+  // Written out: pulse over stripe area, Lambert, lens, pixel, photons, gain.
   const double sigma_m = 2.0 * 0.4 * M_PI / 180.0 / std::sqrt(2.0 * M_PI);
   const double fluence = 10.4e-6 / (M_PI / 3.0 * 2.0) / (std::sqrt(2.0 * M_PI) * sigma_m);
   const double radiance = 0.5 / M_PI * fluence;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves what a picture costs in the source itself, 640x480 grey without a copy: less than 20 us of
+// Proves what a frame costs in the source itself, 640x480 grey without a copy: less than 20 us of
 // processor time, both of its threads together, and no memory that grows. The fake device's own
 // work is subtracted; the kernel's is not there.
 #include <algorithm>
@@ -28,7 +28,7 @@ double processor_us(clockid_t clock) {
   return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
 }
 
-// What mapped memory saves: a copy of every picture.
+// What mapped memory saves: a copy of every image.
 double copy_us(const cv::Mat& image) {
   constexpr int kCopies = 1000;
   cv::Mat copy;
@@ -47,19 +47,19 @@ struct CountedStream {
     source->start();
   }
 
-  // Exposes and reads so many pictures. @return microseconds of processor time each, without the
+  // Exposes and reads so many frames. @return microseconds of processor time each, without the
   // camera's.
-  double run(int pictures) {
+  double run(int frames) {
     double of_camera_us = 0.0;
     const double before_us = processor_us(CLOCK_PROCESS_CPUTIME_ID);
-    for (int picture = 0; picture < pictures; ++picture) {
+    for (int n = 0; n < frames; ++n) {
       const double start_us = processor_us(CLOCK_THREAD_CPUTIME_ID);
       camera->expose();
       of_camera_us += processor_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
       EXPECT_EQ(source->next(frame, std::chrono::seconds(5)), NextStatus::kFrame);
     }
     const double all_us = processor_us(CLOCK_PROCESS_CPUTIME_ID) - before_us;
-    return (all_us - of_camera_us) / pictures;
+    return (all_us - of_camera_us) / frames;
   }
 
   std::shared_ptr<FakeCamera> camera;
@@ -74,7 +74,7 @@ FakeCamera::Setup grey_640x480() {
   return setup;
 }
 
-TEST(V4l2Cost, PictureInPlaceTakesLessThan20Microseconds) {
+TEST(V4l2Cost, ImageInPlaceTakesLessThan20Microseconds) {
 #ifdef NDEBUG
   constexpr bool kIsOptimised = !testing::kIsInstrumented;
 #else
@@ -85,8 +85,8 @@ TEST(V4l2Cost, PictureInPlaceTakesLessThan20Microseconds) {
   stream.run(200);
   double best_us = 1e9;
   for (int round = 0; round < 5; ++round) best_us = std::min(best_us, stream.run(1000));
-  RecordProperty("microseconds_per_picture", std::to_string(best_us));
-  std::printf("%.1f us of processor time a picture; a copy would take %.1f us\n", best_us,
+  RecordProperty("microseconds_per_frame", std::to_string(best_us));
+  std::printf("%.1f us of processor time a frame; a copy would take %.1f us\n", best_us,
               copy_us(stream.frame.image));
   EXPECT_LT(best_us, kBound_us);
   EXPECT_NE(stream.frame.lease, nullptr) << "no copy";
@@ -101,7 +101,7 @@ TEST(V4l2Cost, MemoryDoesNotGrow) {
     const std::size_t before = mallinfo2().uordblks;
     stream.run(3000);
     const std::size_t after = mallinfo2().uordblks;
-    EXPECT_LE(after, before + 4096) << "bytes in use after 3000 pictures";
+    EXPECT_LE(after, before + 4096) << "bytes in use after 3000 frames";
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves how a driver's stamps become picture numbers and exposure times: wrap-around, gaps,
+// Proves how a driver's stamps become frame numbers and exposure times: wrap-around, gaps,
 // fields, interruptions, both kinds of stamp. Not how well a real driver's stamps fit its shutter.
 #include "v4l2/buffers/exposure_clock.hpp"
 
@@ -16,7 +16,7 @@ constexpr std::int64_t kStart_ns = 5'000'000'000;
 
 ExposureClock::Stream progressive() {
   ExposureClock::Stream stream;
-  stream.picture_period_ns = kPeriod_ns;
+  stream.frame_period_ns = kPeriod_ns;
   return stream;
 }
 
@@ -34,19 +34,19 @@ BufferStamp stamp(std::uint32_t sequence, std::int64_t time_ns, Field field = Fi
 
 TEST(ExposureClock, NumbersFromZeroWhateverTheDriverBeginsWith) {
   ExposureClock clock(progressive());
-  EXPECT_EQ(clock.place(stamp(17, kStart_ns)).picture, 0U);
-  EXPECT_EQ(clock.place(stamp(18, kStart_ns + kPeriod_ns)).picture, 1U);
+  EXPECT_EQ(clock.place(stamp(17, kStart_ns)).frame, 0U);
+  EXPECT_EQ(clock.place(stamp(18, kStart_ns + kPeriod_ns)).frame, 1U);
 }
 
-TEST(ExposureClock, GapIsCountedAsLostPictures) {
+TEST(ExposureClock, GapIsCountedAsLostFrames) {
   ExposureClock clock(progressive());
   clock.place(stamp(0, kStart_ns));
   const ExposurePlace place = clock.place(stamp(4, kStart_ns + 4 * kPeriod_ns));
-  EXPECT_EQ(place.picture, 4U);
-  EXPECT_EQ(place.lost_pictures, 3U);
+  EXPECT_EQ(place.frame, 4U);
+  EXPECT_EQ(place.lost_frames, 3U);
 }
 
-// An emulated or busy machine stamps two pictures a moment apart: the second field of the one must
+// An emulated or busy machine stamps two frames a moment apart: the second field of the one must
 // not come after the first field of the other.
 TEST(ExposureClock, TimesGrowFromFieldToFieldHoweverLateTheStamps) {
   ExposureClock::Stream stream = progressive();
@@ -62,24 +62,24 @@ TEST(ExposureClock, DriversCountWrapsAround) {
   ExposureClock clock(progressive());
   clock.place(stamp(std::numeric_limits<std::uint32_t>::max(), kStart_ns));
   const ExposurePlace place = clock.place(stamp(1, kStart_ns + 2 * kPeriod_ns));
-  EXPECT_EQ(place.picture, 2U);
-  EXPECT_EQ(place.lost_pictures, 1U);
+  EXPECT_EQ(place.frame, 2U);
+  EXPECT_EQ(place.lost_frames, 1U);
 }
 
-TEST(ExposureClock, DriverThatDoesNotCountGivesConsecutivePictures) {
+TEST(ExposureClock, DriverThatDoesNotCountGivesConsecutiveFrames) {
   ExposureClock clock(progressive());
-  for (std::uint64_t picture = 0; picture < 5; ++picture) {
-    const auto time_ns = kStart_ns + static_cast<std::int64_t>(picture) * kPeriod_ns;
-    EXPECT_EQ(clock.place(stamp(0, time_ns)).picture, picture);
+  for (std::uint64_t frame = 0; frame < 5; ++frame) {
+    const auto time_ns = kStart_ns + static_cast<std::int64_t>(frame) * kPeriod_ns;
+    EXPECT_EQ(clock.place(stamp(0, time_ns)).frame, frame);
   }
 }
 
-TEST(ExposureClock, EndOfPictureStampIsHalfAPeriodAfterTheMidpoint) {
+TEST(ExposureClock, EndOfFrameStampIsHalfAPeriodAfterTheMidpoint) {
   ExposureClock clock(progressive());
   EXPECT_EQ(clock.place(stamp(0, kStart_ns)).midpoint_ns, kStart_ns - kPeriod_ns / 2);
 }
 
-TEST(ExposureClock, EndOfPictureStampOfAInterlacedPictureIsThreeHalfFieldsAfterTheFirstField) {
+TEST(ExposureClock, EndOfFrameStampOfAnInterlacedFrameIsThreeHalfFieldsAfterTheFirstField) {
   ExposureClock::Stream stream = progressive();
   stream.exposures_per_picture = 2;
   ExposureClock clock(stream);
@@ -101,23 +101,23 @@ TEST(ExposureClock, TimesGrowEvenWhereTheDriversClockJumpsBack) {
   EXPECT_GT(clock.place(stamp(1, kStart_ns - 1000)).midpoint_ns, first);
 }
 
-TEST(ExposureClock, TwoFieldsWithOneNumberAreOnePicture) {
+TEST(ExposureClock, TwoFieldsWithOneNumberAreOneFrame) {
   ExposureClock clock(alternate_bottom_first());
   for (std::uint32_t field = 0; field < 8; ++field) {
     const ExposurePlace place = clock.place(stamp(field / 2, kStart_ns + field * kField_ns,
                                                   field % 2 == 0 ? Field::kBottom : Field::kTop));
-    EXPECT_EQ(place.picture, field / 2);
+    EXPECT_EQ(place.frame, field / 2);
     EXPECT_EQ(place.exposure_in_picture, static_cast<int>(field % 2));
-    EXPECT_EQ(place.lost_pictures, 0U);
+    EXPECT_EQ(place.lost_frames, 0U);
   }
 }
 
-TEST(ExposureClock, DriverThatCountsFieldsGivesTheSamePictures) {
+TEST(ExposureClock, DriverThatCountsFieldsGivesTheSameFrames) {
   ExposureClock clock(alternate_bottom_first());
   for (std::uint32_t field = 0; field < 8; ++field) {
     const ExposurePlace place = clock.place(
         stamp(field, kStart_ns + field * kField_ns, field % 2 == 0 ? Field::kBottom : Field::kTop));
-    EXPECT_EQ(place.picture, field / 2);
+    EXPECT_EQ(place.frame, field / 2);
     EXPECT_EQ(place.exposure_in_picture, static_cast<int>(field % 2));
   }
 }
@@ -125,10 +125,10 @@ TEST(ExposureClock, DriverThatCountsFieldsGivesTheSamePictures) {
 TEST(ExposureClock, StreamThatBeginsWithASecondFieldKeepsItsPlace) {
   ExposureClock clock(alternate_bottom_first());
   const ExposurePlace first = clock.place(stamp(0, kStart_ns, Field::kTop));
-  EXPECT_EQ(first.picture, 0U);
+  EXPECT_EQ(first.frame, 0U);
   EXPECT_EQ(first.exposure_in_picture, 1);
   const ExposurePlace second = clock.place(stamp(1, kStart_ns + kField_ns, Field::kBottom));
-  EXPECT_EQ(second.picture, 1U);
+  EXPECT_EQ(second.frame, 1U);
   EXPECT_EQ(second.exposure_in_picture, 0);
 }
 
@@ -136,9 +136,9 @@ TEST(ExposureClock, LostFieldLeavesItsPlaceEmptyAndIsCounted) {
   ExposureClock clock(alternate_bottom_first());
   clock.place(stamp(0, kStart_ns, Field::kBottom));
   const ExposurePlace place = clock.place(stamp(1, kStart_ns + 3 * kField_ns, Field::kTop));
-  EXPECT_EQ(place.picture, 1U);
+  EXPECT_EQ(place.frame, 1U);
   EXPECT_EQ(place.exposure_in_picture, 1);
-  EXPECT_EQ(place.lost_pictures, 1U);
+  EXPECT_EQ(place.lost_frames, 1U);
 }
 
 TEST(ExposureClock, AfterAnInterruptionNumbersGoOnByTheTimeThatPassed) {
@@ -146,8 +146,8 @@ TEST(ExposureClock, AfterAnInterruptionNumbersGoOnByTheTimeThatPassed) {
   clock.place(stamp(100, kStart_ns));
   clock.interrupt();
   const ExposurePlace place = clock.place(stamp(0, kStart_ns + 30 * kPeriod_ns + kPeriod_ns / 5));
-  EXPECT_EQ(place.picture, 30U);
-  EXPECT_EQ(place.lost_pictures, 29U);
+  EXPECT_EQ(place.frame, 30U);
+  EXPECT_EQ(place.lost_frames, 29U);
 }
 
 TEST(ExposureClock, AfterAnInterruptionAFieldKeepsItsParity) {
@@ -158,7 +158,7 @@ TEST(ExposureClock, AfterAnInterruptionAFieldKeepsItsParity) {
     const int place = field == Field::kBottom ? 0 : 1;
     const ExposurePlace after =
         clock.place(stamp(0, kStart_ns + (20 + place) * kField_ns + kField_ns / 4, field));
-    EXPECT_EQ(after.picture, 10U);
+    EXPECT_EQ(after.frame, 10U);
     EXPECT_EQ(after.exposure_in_picture, place);
   }
 }
@@ -166,7 +166,7 @@ TEST(ExposureClock, AfterAnInterruptionAFieldKeepsItsParity) {
 TEST(ExposureClock, CountThatJumpsBackIsAnInterruption) {
   ExposureClock clock(progressive());
   clock.place(stamp(1000, kStart_ns));
-  EXPECT_EQ(clock.place(stamp(0, kStart_ns + 3 * kPeriod_ns)).picture, 3U);
+  EXPECT_EQ(clock.place(stamp(0, kStart_ns + 3 * kPeriod_ns)).frame, 3U);
 }
 
 }  // namespace

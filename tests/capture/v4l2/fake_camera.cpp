@@ -49,7 +49,7 @@ void FakeCamera::expose(std::uint32_t extra_flags, std::size_t bytes_missing) {
   const std::scoped_lock lock(mutex_);
   if (!is_streaming_ || !is_plugged_in_) return;
   const std::uint64_t count = count_++;
-  if (queued_.empty()) return;  // As in the kernel: the count goes on and the picture is lost.
+  if (queued_.empty()) return;  // As in the kernel: the count goes on and the frame is lost.
   const std::uint32_t index = queued_.front();
   queued_.pop_front();
   Buffer& buffer = buffers_[index];

@@ -28,14 +28,14 @@ class FakeCamera final : public detail::v4l2::VideoCalls {
     std::uint32_t code = V4L2_PIX_FMT_GREY;
     std::vector<std::uint32_t> other_codes;
     int width = 64;
-    int height = 48;  ///< Of the whole picture.
+    int height = 48;  ///< Of the whole image.
     std::uint32_t field = V4L2_FIELD_NONE;
     v4l2_std_id standard = 0;  ///< What the signal is; 0: not a television input.
     std::size_t padding = 0;   ///< Bytes at the end of each row.
     bool is_multiplanar = false;
     bool stamps_start_of_exposure = false;
     bool stamps_are_monotonic = true;
-    bool counts_fields = false;  ///< A driver that numbers fields where the kernel wants pictures.
+    bool counts_fields = false;  ///< A driver that numbers fields where the kernel wants frames.
   };
 
   FakeCamera() : FakeCamera(Setup{}) {}
@@ -44,7 +44,7 @@ class FakeCamera final : public detail::v4l2::VideoCalls {
 
   // What a test does to it. All thread-safe.
 
-  /// Exposes a picture (a field, where a buffer is one) whose pixels are the low byte of its count.
+  /// Exposes a frame (a field, where a buffer is one) whose pixels are the low byte of its count.
   void expose(std::uint32_t extra_flags = 0, std::size_t bytes_missing = 0);
   /// Exposes by itself from now on.
   void run(std::chrono::microseconds period);

@@ -22,7 +22,7 @@ namespace striper::testing {
 namespace {
 
 struct Rendered {
-  Frame picture;
+  Frame whole;
   StriperModel model;
 };
 
@@ -63,12 +63,12 @@ ScannerOptions options_for(const StriperModel& model, const IlluminationPattern&
   return options;
 }
 
-// The last scan of a picture that comes over and over.
+// The last scan of a frame that comes over and over.
 PolarScan scan_undisturbed(const InterlacedScene& scene) {
   Scanner scanner(scene.model, options_for(scene.model, IlluminationPattern::parse("0,dark")));
   PolarScan last;
   for (std::uint64_t number = 0; number < 4; ++number) {
-    Frame frame = scene.picture;
+    Frame frame = scene.whole;
     frame.sequence = number;
     frame.time.monotonic_ns = static_cast<std::int64_t>(number) * 2 * frame.field_period_ns;
     for (const PolarScan& scan : scanner.process(frame)) last = scan;
@@ -105,12 +105,12 @@ double largest_difference_sigmas(const PolarScan& a, const PolarScan& b) {
   return compared >= kEnough ? largest : std::numeric_limits<double>::infinity();
 }
 
-void append_lines(const cv::Mat& picture, std::uint32_t code, int first, int step,
+void append_lines(const cv::Mat& image, std::uint32_t code, int first, int step,
                   std::vector<std::uint8_t>& bytes) {
   constexpr std::uint8_t kNoColour = 128;
-  const std::size_t count = static_cast<std::size_t>(picture.cols) * picture.elemSize();
-  for (int row = first; row < picture.rows; row += step) {
-    const std::uint8_t* const from = picture.ptr(row);
+  const std::size_t count = static_cast<std::size_t>(image.cols) * image.elemSize();
+  for (int row = first; row < image.rows; row += step) {
+    const std::uint8_t* const from = image.ptr(row);
     for (std::size_t at = 0; at < count; ++at) {
       bytes.push_back(from[at]);
       if (code == V4L2_PIX_FMT_YUYV) bytes.push_back(kNoColour);
@@ -154,13 +154,13 @@ std::vector<Television> ways_of_television() {
 }
 
 InterlacedScene::InterlacedScene(const Television& way)
-    : picture(as_camera_gives_it(rendered(way).picture, way.code)), model(rendered(way).model) {}
+    : whole(as_camera_gives_it(rendered(way).whole, way.code)), model(rendered(way).model) {}
 
 Frame InterlacedScene::as_if_simulated(const Frame& came) const {
   if (came.status != FrameStatus::kOk) return came;
-  Frame frame = picture;
+  Frame frame = whole;
   if (!came.is_interlaced())
-    frame = split_fields(picture)[static_cast<std::size_t>(came.exposure_in_picture)];
+    frame = split_fields(whole)[static_cast<std::size_t>(came.exposure_in_picture)];
   frame.sequence = came.sequence;
   frame.time = came.time;
   return frame;
@@ -193,51 +193,51 @@ int SideBySide::good_columns() const noexcept {
                     [](const Return& r) { return r.status == ReturnStatus::kOk; }));
 }
 
-std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const Television& way) {
+std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& image, const Television& way) {
   const int first = way.is_bottom_first() ? 1 : 0;
   std::vector<std::vector<std::uint8_t>> buffers(1);
   if (way.field == V4L2_FIELD_ALTERNATE) {
     buffers.resize(2);
-    append_lines(picture, way.code, first, 2, buffers[0]);
-    append_lines(picture, way.code, 1 - first, 2, buffers[1]);
+    append_lines(image, way.code, first, 2, buffers[0]);
+    append_lines(image, way.code, 1 - first, 2, buffers[1]);
   } else if (V4L2_FIELD_IS_SEQUENTIAL(way.field)) {
-    append_lines(picture, way.code, first, 2, buffers[0]);
-    append_lines(picture, way.code, 1 - first, 2, buffers[0]);
+    append_lines(image, way.code, first, 2, buffers[0]);
+    append_lines(image, way.code, 1 - first, 2, buffers[0]);
   } else {
-    append_lines(picture, way.code, 0, 1, buffers[0]);
+    append_lines(image, way.code, 0, 1, buffers[0]);
   }
   return buffers;
 }
 
-int lines_of(const Frame& frame, const cv::Mat& picture) {
-  if (frame.image.type() != picture.type() || frame.image.cols != picture.cols) return 0;
+int lines_of(const Frame& frame, const cv::Mat& image) {
+  if (frame.image.type() != image.type() || frame.image.cols != image.cols) return 0;
   int lines = 0;
   for (int line = 0; line < frame.image.rows; ++line) {
     const int row = static_cast<int>(frame.grid.sensor_v(line));
-    if (row >= picture.rows) continue;
-    if (cv::norm(frame.image.row(line), picture.row(row), cv::NORM_INF) == 0.0) ++lines;
+    if (row >= image.rows) continue;
+    if (cv::norm(frame.image.row(line), image.row(row), cv::NORM_INF) == 0.0) ++lines;
   }
   return lines;
 }
 
-bool is_part_of(const Frame& frame, const cv::Mat& picture) {
-  return lines_of(frame, picture) == frame.image.rows;
+bool is_part_of(const Frame& frame, const cv::Mat& image) {
+  return lines_of(frame, image) == frame.image.rows;
 }
 
-std::vector<std::uint64_t> pictures_with_a_pair(const std::vector<Frame>& frames) {
+std::vector<std::uint64_t> frames_with_a_pair(const std::vector<Frame>& frames) {
   std::set<std::uint64_t> whole;  // Exposures.
   for (const Frame& frame : frames) {
     if (frame.status != FrameStatus::kOk) continue;
     whole.insert(frame.exposure_number());
     if (frame.is_interlaced()) whole.insert(frame.exposure_number() + 1);
   }
-  std::vector<std::uint64_t> pictures;
+  std::vector<std::uint64_t> numbers;
   for (const std::uint64_t exposure : whole) {
     const bool is_lit = exposure % 2 == 0;
     const bool has_dark = whole.contains(exposure + 1) || whole.contains(exposure - 1);
-    if (is_lit && has_dark) pictures.push_back(exposure / 2);
+    if (is_lit && has_dark) numbers.push_back(exposure / 2);
   }
-  return pictures;
+  return numbers;
 }
 
 Frame without_pixels(const Frame& frame) {

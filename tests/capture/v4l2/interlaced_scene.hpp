@@ -16,7 +16,7 @@
 
 namespace striper::testing {
 
-/// How a picture travels: the pixel format, order of fields and standard of a V4L2 device.
+/// How an image travels: the pixel format, order of fields and standard of a V4L2 device.
 struct Television {
   std::string name;
   std::uint32_t code = V4L2_PIX_FMT_GREY;
@@ -38,10 +38,10 @@ inline void PrintTo(const Television& way, std::ostream* out) { *out << way.name
 /// Y16.
 std::vector<Television> ways_of_television();
 
-/// One picture of the scene of data/scenes/ntsc_grabber.yaml (sun, a wall, a box; the laser in the
+/// One frame of the scene of data/scenes/ntsc_grabber.yaml (sun, a wall, a box; the laser in the
 /// first field alone), as a camera of such a television gives it.
 struct InterlacedScene {
-  Frame picture;  ///< Both fields interlaced.
+  Frame whole;  ///< Both fields interlaced.
   StriperModel model;
 
   explicit InterlacedScene(const Television& way);
@@ -52,7 +52,7 @@ struct InterlacedScene {
 };
 
 /// Scans what came through a camera and what the simulator gives for the same exposures, side by
-/// side: a scan depends a little on which pictures came before it.
+/// side: a scan depends a little on which frames came before it.
 class SideBySide {
  public:
   /// @param scene must outlive this.
@@ -67,7 +67,7 @@ class SideBySide {
   /// The same against the scan of a stream without faults, in standard deviations.
   double worst_sigmas() const noexcept { return worst_sigmas_; }
 
-  /// The pictures that gave a scan, in order.
+  /// The frames that gave a scan, in order.
   const std::vector<std::uint64_t>& scanned() const noexcept { return scanned_; }
 
   /// Columns of the scene that give a good return.
@@ -86,20 +86,20 @@ class SideBySide {
   std::vector<std::uint64_t> scanned_;
 };
 
-/// The driver's buffers for a picture: one, or two fields in the order of their exposure.
-std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& picture, const Television& way);
+/// The driver's buffers for an image: one, or two fields in the order of their exposure.
+std::vector<std::vector<std::uint8_t>> buffers_of(const cv::Mat& image, const Television& way);
 
-/// How many lines of a frame, whichever field it is, are those of the picture, bit for bit.
-int lines_of(const Frame& frame, const cv::Mat& picture);
+/// How many rows of a frame, whichever field it is, are those of the image, bit for bit.
+int lines_of(const Frame& frame, const cv::Mat& image);
 
-/// Whether every line of a frame, whichever field it is, is that of the picture, bit for bit.
-bool is_part_of(const Frame& frame, const cv::Mat& picture);
+/// Whether every row of a frame, whichever field it is, is that of the image, bit for bit.
+bool is_part_of(const Frame& frame, const cv::Mat& image);
 
-/// Which pictures must give a scan when the laser fires in the first field of each: those whose
+/// Which frames must give a scan when the laser fires in the first field of each: those whose
 /// first field came whole, with the field just before or just after it. In order; an interlaced
-/// picture counts as both of its fields.
+/// frame counts as both of its fields.
 /// @param frames all that came; only numbers, field and status are looked at.
-std::vector<std::uint64_t> pictures_with_a_pair(const std::vector<Frame>& frames);
+std::vector<std::uint64_t> frames_with_a_pair(const std::vector<Frame>& frames);
 
 /// A frame without its pixels.
 Frame without_pixels(const Frame& frame);

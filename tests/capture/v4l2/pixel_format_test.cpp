@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that every pixel format unpacks to the grey (or colour) that was packed, row padding left
-// out, and which formats need no copy. Mosaics are only proven on flat pictures: how they are
+// out, and which formats need no copy. Mosaics are only proven on flat images: how they are
 // interpolated is OpenCV's.
 #include "v4l2/format/pixel_format.hpp"
 
@@ -97,7 +97,7 @@ TEST(PixelFormat, GreyUnpacksToWhatWasPacked) {
       packed.pack(values, memory.data() + stride * static_cast<std::size_t>(row));
     }
     cv::Mat image;
-    const RawPicture raw{memory.data(), memory.size(), stride, kWidth, kHeight};
+    const RawImage raw{memory.data(), memory.size(), stride, kWidth, kHeight};
     ASSERT_TRUE(convert(*format, raw, image)) << fourcc_to_string(packed.fourcc);
     EXPECT_EQ(image.type(), format->mat_type());
     cv::Mat as_int;

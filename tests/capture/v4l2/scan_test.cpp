@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that a camera behind the kernel's calls gives the pictures bit for bit and the scans to
+// Proves that a camera behind the kernel's calls gives the images bit for bit and the scans to
 // 1e-9 m that the simulator gives directly: NTSC and PAL, every order of fields, grey of 8 and 16
 // bits and luma; and that lost fields cost exactly the scans that they belong to. The device is a
 // fake in this process: the same on the kernel's own driver is in tests/v4l2_vm.
@@ -22,12 +22,11 @@ namespace {
 constexpr std::chrono::milliseconds kPatience{2000};
 
 struct Studio {
-  explicit Studio(const Television& way)
-      : scene(way), buffers(buffers_of(scene.picture.image, way)) {
+  explicit Studio(const Television& way) : scene(way), buffers(buffers_of(scene.whole.image, way)) {
     FakeCamera::Setup setup;
     setup.code = way.code;
-    setup.width = scene.picture.image.cols;
-    setup.height = scene.picture.image.rows;
+    setup.width = scene.whole.image.cols;
+    setup.height = scene.whole.image.rows;
     setup.field = way.field;
     setup.standard = way.standard;
     camera = std::make_shared<FakeCamera>(setup);
@@ -52,21 +51,21 @@ struct Studio {
 class V4l2Scans : public ::testing::TestWithParam<Television> {};
 
 TEST_P(V4l2Scans, AreThoseThatTheSimulatorGivesDirectly) {
-  constexpr int kPictures = 6;
+  constexpr int kWholeFrames = 6;
   const Television& way = GetParam();
   Studio studio(way);
   ASSERT_GT(studio.scans->good_columns(), 600) << "the scene is to be seen";
   const int frames_a_buffer = V4L2_FIELD_IS_SEQUENTIAL(way.field) ? 2 : 1;
-  const int frames = V4L2_FIELD_IS_INTERLACED(way.field) ? kPictures : 2 * kPictures;
+  const int frames = V4L2_FIELD_IS_INTERLACED(way.field) ? kWholeFrames : 2 * kWholeFrames;
   Frame frame;
   for (int number = 0; number < frames; ++number) {
     if (number % frames_a_buffer == 0) studio.camera->expose();
     ASSERT_EQ(studio.source->next(frame, kPatience), NextStatus::kFrame);
-    EXPECT_TRUE(is_part_of(frame, studio.scene.picture.image)) << "frame " << number;
+    EXPECT_TRUE(is_part_of(frame, studio.scene.whole.image)) << "frame " << number;
     studio.scans->process(frame);
   }
   studio.scans->finish();
-  EXPECT_EQ(studio.scans->scanned().size(), static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(studio.scans->scanned().size(), static_cast<std::size_t>(kWholeFrames));
   EXPECT_LE(studio.scans->worst_m(), 1e-9);
   EXPECT_EQ(studio.scans->statistics().unpaired, 0U);
 }
@@ -96,12 +95,12 @@ TEST(V4l2LostFields, CostTheirOwnScansAndFalsifyNone) {
     studio.scans->process(frame);
   }
   studio.scans->finish();
-  EXPECT_EQ(studio.scans->scanned(), pictures_with_a_pair(frames));
+  EXPECT_EQ(studio.scans->scanned(), frames_with_a_pair(frames));
   EXPECT_LE(studio.scans->worst_m(), 1e-9);
   EXPECT_LT(studio.scans->worst_sigmas(), 10.0)
       << "with one dark neighbour instead of two only the noise differs";
   EXPECT_EQ(studio.source->statistics().corrupt, flagged);
-  EXPECT_LE(studio.source->statistics().dropped, lost) << "counted in pictures";
+  EXPECT_LE(studio.source->statistics().dropped, lost) << "counted in frames";
   EXPECT_GT(studio.source->statistics().dropped, lost / 2);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves what a V4L2 source does where a driver fails: damaged pictures, lost signals, refusals,
+// Proves what a V4L2 source does where a driver fails: damaged frames, lost signals, refusals,
 // streams that break, stall or vanish. The device is a fake; the same against the kernel's own
 // driver is in tests/v4l2_vm.
 #include <cerrno>
@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 constexpr milliseconds kNoTime{0};
 
-TEST(V4l2Source, FlaggedPictureIsGivenWithoutPixelsAndCounted) {
+TEST(V4l2Source, FlaggedFrameIsGivenWithoutPixelsAndCounted) {
   const Rig rig;
   const auto source = rig.open_and_start();
   rig.camera->expose(V4L2_BUF_FLAG_ERROR);
@@ -35,7 +35,7 @@ TEST(V4l2Source, FlaggedPictureIsGivenWithoutPixelsAndCounted) {
   EXPECT_EQ(source->statistics().dropped, 0U);
 }
 
-TEST(V4l2Source, HalfFilledPictureIsIncomplete) {
+TEST(V4l2Source, HalfFilledFrameIsIncomplete) {
   const Rig rig;
   const auto source = rig.open_and_start();
   rig.camera->expose(0, 1000);
@@ -43,7 +43,7 @@ TEST(V4l2Source, HalfFilledPictureIsIncomplete) {
   EXPECT_EQ(source->statistics().incomplete, 1U);
 }
 
-TEST(V4l2Source, PicturesWithoutSignalAreNotUsed) {
+TEST(V4l2Source, FramesWithoutSignalAreNotUsed) {
   const Rig rig(television(V4L2_FIELD_INTERLACED));
   const auto source = rig.open_and_start();
   const auto exposed = [&](std::int64_t stamp_ns) {
@@ -59,13 +59,13 @@ TEST(V4l2Source, PicturesWithoutSignalAreNotUsed) {
   rig.camera->set_input_status(0);
   EXPECT_EQ(exposed(now_ns()), FrameStatus::kCorrupt) << "it is of before";
   const std::int64_t back_ns = now_ns();
-  EXPECT_EQ(exposed(back_ns), FrameStatus::kCorrupt) << "its first lines are of before";
+  EXPECT_EQ(exposed(back_ns), FrameStatus::kCorrupt) << "its first rows are of before";
   EXPECT_EQ(exposed(back_ns + kPeriod_ns + 1000), FrameStatus::kOk);
   EXPECT_EQ(source->statistics().corrupt, 4U);
 }
 
-// The capture thread came late: several pictures of noise lie there when the signal is back.
-TEST(V4l2Source, PicturesOfNoiseThatWereLyingThereAreNotUsedAfterTheSignalIsBack) {
+// The capture thread came late: several frames of noise lie there when the signal is back.
+TEST(V4l2Source, FramesOfNoiseThatWereLyingThereAreNotUsedAfterTheSignalIsBack) {
   const Rig rig(television(V4L2_FIELD_INTERLACED));
   const auto source = rig.open_and_start();
   rig.camera->set_input_status(V4L2_IN_ST_NO_SIGNAL);
@@ -73,7 +73,7 @@ TEST(V4l2Source, PicturesOfNoiseThatWereLyingThereAreNotUsedAfterTheSignalIsBack
   EXPECT_EQ(next(*source).status, FrameStatus::kCorrupt);
   const std::int64_t lost_ns = now_ns();
   rig.camera->set_input_status(0);
-  for (int picture = 0; picture < 3; ++picture) {
+  for (int n = 0; n < 3; ++n) {
     rig.camera->set_next_time_ns(lost_ns);
     rig.camera->expose();
     EXPECT_EQ(next(*source).status, FrameStatus::kCorrupt);
@@ -141,7 +141,8 @@ TEST(V4l2Source, RefusedBufferIsHandedBackLater) {
   EXPECT_EQ(rig.camera->queued(), 3);
   rig.camera->expose();
   ASSERT_EQ(source->next(frame, kPatience), NextStatus::kFrame);
-  EXPECT_TRUE(eventually([&] { return rig.camera->queued() == 3; })) << "all but the one in hand";
+  EXPECT_TRUE(eventually([&] { return rig.camera->queued() == 3; }))
+      << "all but the one that the reader has";
 }
 
 TEST(V4l2Source, FailedStreamIsOpenedAgain) {

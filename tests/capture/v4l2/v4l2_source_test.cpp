@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 // --- Fields, numbers and times ---
 
-TEST(V4l2Source, GreyPicturesAreGivenInTheDriversOwnMemory) {
+TEST(V4l2Source, GreyImagesAreGivenInTheDriversOwnMemory) {
   const Rig rig;
   const auto source = rig.open_and_start();
   rig.camera->expose();
@@ -106,7 +106,7 @@ TEST(V4l2Source, AlternateFieldsKeepParityOverALostField) {
   EXPECT_EQ(source->statistics().dropped, 1U);
 }
 
-TEST(V4l2Source, StampOfTheEndOfThePictureIsTurnedIntoTheFirstFieldsMidpoint) {
+TEST(V4l2Source, StampOfTheEndOfTheFrameIsTurnedIntoTheFirstFieldsMidpoint) {
   const Rig rig(television(V4L2_FIELD_INTERLACED));
   const auto source = rig.open_and_start();
   constexpr std::int64_t kStamp_ns = 123'456'789'000;
@@ -135,10 +135,10 @@ TEST(V4l2Source, LateReaderGetsTheNewestAndTheRestIsCounted) {
   Rig rig;
   rig.options.queue = 3;
   const auto source = rig.open_and_start();
-  for (int picture = 0; picture < 9; ++picture) {
+  for (int n = 0; n < 9; ++n) {
     rig.camera->expose();
     ASSERT_TRUE(eventually([&] { return rig.camera->queued() >= 6; })) << "taken from the driver";
-    const auto discarded = static_cast<std::uint64_t>(std::max(0, picture + 1 - 3));
+    const auto discarded = static_cast<std::uint64_t>(std::max(0, n + 1 - 3));
     ASSERT_TRUE(eventually([&] { return source->statistics().overrun == discarded; }));
   }
   EXPECT_EQ(next(*source).sequence, 6U);
@@ -150,15 +150,15 @@ TEST(V4l2Source, ReaderThatKeepsFramesGetsCopiesBeforeTheDriverRunsDry) {
   rig.options.buffers = 6;
   const auto source = rig.open_and_start();
   std::vector<Frame> kept;
-  for (int picture = 0; picture < 20; ++picture) {
+  for (int n = 0; n < 20; ++n) {
     rig.camera->expose();
     kept.push_back(next(*source));
   }
   EXPECT_EQ(source->statistics().dropped, 0U);
   int in_place = 0;
-  for (std::size_t picture = 0; picture < kept.size(); ++picture) {
-    EXPECT_EQ(kept[picture].image.at<std::uint8_t>(0, 0), picture);
-    if (kept[picture].lease) ++in_place;
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    EXPECT_EQ(kept[n].image.at<std::uint8_t>(0, 0), n);
+    if (kept[n].lease) ++in_place;
   }
   EXPECT_EQ(in_place, 4) << "6 buffers, 2 left to the driver";
 }
@@ -167,7 +167,7 @@ TEST(V4l2Source, FrameThatComesBackGivesItsBufferToTheDriver) {
   const Rig rig;
   const auto source = rig.open_and_start();
   Frame frame;
-  for (int picture = 0; picture < 50; ++picture) {
+  for (int n = 0; n < 50; ++n) {
     rig.camera->expose();
     ASSERT_EQ(source->next(frame, kPatience), NextStatus::kFrame);
     EXPECT_NE(frame.lease, nullptr);

@@ -17,7 +17,7 @@ struct CameraInput {
   bool is_current = false;
 };
 
-/// A size of picture and how fast it can come.
+/// An image size and how fast such frames can come.
 struct CameraSize {
   int width = 0;
   int height = 0;

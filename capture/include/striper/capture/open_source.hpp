@@ -11,7 +11,7 @@ namespace striper {
 
 /// Opens a source of frames by its address:
 ///
-///     images:DIR-or-GLOB?fps=30        pictures of a directory or pattern, in natural order
+///     images:DIR-or-GLOB?fps=30        image files of a directory or pattern, in natural order
 ///     mcap:run.mcap?head=H&realtime=yes   the frames of a recording
 ///     sim:scene.yaml                   the simulated striper
 ///     v4l2:/dev/video0?standard=ntsc   a V4L2 camera or grabber
@@ -19,7 +19,7 @@ namespace striper {
 ///     PATH                             whichever of these the path is
 ///
 /// Every source knows `laser=` (the pattern, see IlluminationPattern) and
-/// `fields=split-top|split-bottom` (its pictures are two fields, the named one first in time).
+/// `fields=split-top|split-bottom` (its frames are two fields, the named one first in time).
 /// Documentation of the other keys is with each source's header.
 ///
 /// @throws Error{kUsage} for a wrong address, Error{kNotFound} where there is nothing there,

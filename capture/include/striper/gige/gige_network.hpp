@@ -41,7 +41,7 @@ int trigger_gige_action(const ActionKeys& keys, int cameras = 1,
 /// @param name as in `gige:NAME`.
 std::vector<Event> examine_gige_network(const std::string& name);
 
-/// Finds out why a camera that answers gives no picture: has it fire test packets and sees which
+/// Finds out why a camera that answers gives no frame: has it fire test packets and sees which
 /// sizes arrive. Takes control of it for a moment.
 /// @param packet_bytes the size that was agreed on, with IP and UDP headers; 0: not known.
 std::vector<Event> examine_gige_stream(const std::string& name, int packet_bytes);

@@ -44,7 +44,7 @@ struct GigeOptions {
 
   std::optional<std::string>
       pixel_format;  ///< `Mono8`, `Mono12Packed`; default: what is set, if it is understood.
-  std::optional<cv::Rect> region;  ///< In pixels of the picture, after binning.
+  std::optional<cv::Rect> region;  ///< In pixels of the image, after binning.
   std::optional<cv::Size> binning;
   std::optional<double> exposure_us;
   std::optional<double> gain;  ///< In the camera's own unit, usually dB.
@@ -60,16 +60,16 @@ struct GigeOptions {
   std::string trigger;
   std::optional<ActionKeys> action;  ///< Those that the camera shall act on.
   IlluminationPattern pattern;       ///< `laser=`
-  std::optional<Field> fields;       ///< `fields=`: the pictures are two fields each.
-  /// Whose counts come with each picture: `Encoder0`, `Counter1`, `yes` for what the camera has;
+  std::optional<Field> fields;       ///< `fields=`: the frames are two fields each.
+  /// Whose counts come with each frame: `Encoder0`, `Counter1`, `yes` for what the camera has;
   /// empty: none.
   std::string encoder;
 
   int packet_bytes = 0;  ///< With IP and UDP headers; 0: the largest that arrives.
   std::optional<double> packet_delay_us;
   bool resend = true;
-  std::chrono::milliseconds frame_timeout{100};  ///< A picture whose packets pause longer is lost.
-  /// That hold pictures until they are asked for. Not given: for half a second, which the
+  std::chrono::milliseconds frame_timeout{100};  ///< A frame whose packets pause longer is lost.
+  /// That hold frames until they are asked for. Not given: for half a second, which the
   /// reader may be late; at least 16, and beyond those no more than 256 MB.
   std::optional<int> buffers;
   int socket_buffer_mb = 32;

@@ -11,13 +11,13 @@
 
 namespace striper {
 
-/// Why pictures did not come whole, and what the network did; counts since `start`.
+/// Why frames did not come whole, and what the network did; counts since `start`.
 struct GigeStatistics {
-  std::uint64_t missing_packets = 0;  ///< Pictures given up on for missing packets.
-  std::uint64_t timeouts = 0;         ///< Pictures that did not become whole in time.
-  std::uint64_t size_mismatch = 0;    ///< Pictures of another size than was agreed.
-  std::uint64_t aborted = 0;          ///< Pictures under way when the stream ended.
-  std::uint64_t underrun = 0;         ///< Pictures that found no buffer.
+  std::uint64_t missing_packets = 0;  ///< Frames given up on for missing packets.
+  std::uint64_t timeouts = 0;         ///< Frames that did not become whole in time.
+  std::uint64_t size_mismatch = 0;    ///< Frames of another size than was agreed.
+  std::uint64_t aborted = 0;          ///< Frames under way when the stream ended.
+  std::uint64_t underrun = 0;         ///< Frames that found no buffer.
   std::uint64_t resend_requests = 0;  ///< Packets asked for again.
   std::uint64_t resent_packets = 0;   ///< Packets that came then.
   std::uint64_t socket_drops = 0;     ///< Packets that the kernel threw away: buffer too small.
@@ -25,7 +25,7 @@ struct GigeStatistics {
   int packet_bytes = 0;
   int socket_buffer_bytes = 0;  ///< In force, as the kernel counts.
   double clock_rate = 1.0;      ///< Host seconds per camera second.
-  /// When the last packet of the picture that `next` gave last had come, on CLOCK_MONOTONIC.
+  /// When the last packet of the frame that `next` gave last had come, on CLOCK_MONOTONIC.
   std::int64_t last_completed_ns = 0;
 };
 
@@ -40,13 +40,13 @@ struct GigeStatistics {
 /// - `strobe=Line2` the output line that fires the laser during the exposure (`Line2,Line3` for
 ///   lasers 0 and 1). With a `laser=` that alternates, the line is switched exposure by exposure:
 ///   by the camera's sequencer, or by the host with software triggers (`switching=`). Frames say
-///   what fired, from the line state that came with the picture where the camera reports it.
+///   what fired, from the line state that came with the frame where the camera reports it.
 ///   Without it and without a trigger, a `laser=` with dark exposures only says what something else
 ///   does; that is logged as a warning.
 /// - `trigger=off|software|Line1|Action`; with an action also `action=DEVICE_KEY,GROUP_KEY,MASK`,
 ///   the keys of the commands that it shall act on (`trigger_gige_action`)
 /// - `encoder=yes|Encoder0|Counter1` frames carry what the camera's encoder or counter shows, from
-///   the picture's chunk data. To expose by it: `trigger=Encoder0`, or the name that the camera has
+///   the frame's chunk data. To expose by it: `trigger=Encoder0`, or the name that the camera has
 ///   among its trigger sources, and its own features (`EncoderSourceA=Line0`, `EncoderDivider=10`).
 /// - `packet_size`, `packet_delay_us`, `resend`, `frame_timeout_ms`, `buffers`, `socket_buffer_mb`,
 ///   `heartbeat_ms`, `reconnect`, `ptp`

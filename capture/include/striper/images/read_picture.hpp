@@ -7,21 +7,21 @@
 
 namespace striper {
 
-/// A decoded picture file.
-struct Picture {
+/// A decoded image file.
+struct DecodedImage {
   cv::Mat image;      ///< CV_8UC1, CV_16UC1, CV_8UC3 or CV_16UC3 (B, G, R as in OpenCV).
   int bit_depth = 8;  ///< 8 or 16 as stored; for PGM and PPM what their maximum needs, 8 to 16.
 };
 
-/// Reads a picture: PNG, JPEG, TIFF, BMP, PGM or PPM, told apart by content.
+/// Reads an image file: PNG, JPEG, TIFF, BMP, PGM or PPM, told apart by content.
 ///
 /// Grey stays grey, colour becomes B, G, R, an alpha channel is dropped, a palette is applied. The
 /// orientation tag of a JPEG is ignored: pixels stay where the sensor had them.
 ///
-/// A picture that does not decode to its end is refused; a truncated JPEG too, which decoders
+/// An image file that does not decode to its end is refused; a truncated JPEG too, which decoders
 /// commonly complete with grey.
 /// @throws Error{kNotFound} where there is no such file, Error{kIo} where it cannot be read,
 ///         Error{kBadFile} naming the file and what is wrong in it.
-Picture read_picture(const std::filesystem::path& path);
+DecodedImage read_image(const std::filesystem::path& path);
 
 }  // namespace striper

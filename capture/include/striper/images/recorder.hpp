@@ -14,9 +14,9 @@ namespace striper {
 /// Keeps the frames of any source without loss: one PNG each and a line in `frames.csv` with
 /// everything else that a Frame says. `images:DIR` gives the same frames again.
 ///
-/// At every moment what is on the disk is a whole recording: a picture appears under its name once
-/// it is complete (written beside and renamed), then its line is added with one write. A frame
-/// without an image (a corrupt one) gets its line and no picture.
+/// At every moment what is on the disk is a whole recording: an image file appears under its name
+/// once it is complete (written beside and renamed), then its line is added with one write. A frame
+/// without an image (a corrupt one) gets its line and no image file.
 ///
 /// Cost: one PNG encoding per frame on the caller's thread (about 5 ms for 640x480 8-bit grey). Not
 /// thread-safe.
@@ -24,7 +24,7 @@ class Recorder {
  public:
   /// Makes the directory where there is none.
   /// @param info of the source to record: its pattern is kept.
-  /// @throws Error{kUsage} where the directory already holds a recording or pictures, Error{kIo}
+  /// @throws Error{kUsage} where the directory already holds a recording or image files, Error{kIo}
   ///         where it cannot be made or written.
   Recorder(std::filesystem::path directory, const SourceInfo& info);
   Recorder(const Recorder&) = delete;
@@ -39,7 +39,7 @@ class Recorder {
   std::uint64_t frames() const noexcept { return frames_; }
 
  private:
-  std::string write_picture(const Frame& frame);
+  std::string write_image(const Frame& frame);
 
   struct Table;  // frames.csv
   std::filesystem::path directory_;

@@ -22,7 +22,7 @@ struct RecordingOptions {
   std::string uri;              ///< What it was opened by; made from `path` when empty.
   EventPort events;             ///< Hears of damage.
   IlluminationPattern pattern;  ///< `laser=`
-  std::optional<Field> fields;  ///< `fields=`: the pictures are two fields each.
+  std::optional<Field> fields;  ///< `fields=`: the frames are two fields each.
 
   /// Reads `mcap:FILE?key=value&...`; the keys are RecordingSource's.
   /// @throws Error{kUsage} quoting the value that makes no sense.

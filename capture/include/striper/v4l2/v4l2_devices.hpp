@@ -8,7 +8,7 @@
 
 namespace striper {
 
-/// Lists every node of the system that captures pictures through V4L2, in the order of their
+/// Lists every node of the system that captures frames through V4L2, in the order of their
 /// numbers.
 ///
 /// Asks only, sets nothing: cameras that others stream from may be listed too. A node without

@@ -14,14 +14,15 @@ double photon_energy_j(double wavelength_nm) noexcept {
   return kPlanckTimesLight / (wavelength_nm * 1e-9);
 }
 
-double sheet_sigma_m(const SimulatedLaser& laser, double distance_m) noexcept {
+double thickness_sigma_m(const SimulatedLaser& laser, double distance_m) noexcept {
   const double spread_m = laser.divergence_sigma_rad * (distance_m - laser.focus_m);
   return std::sqrt(laser.waist_sigma_m * laser.waist_sigma_m + spread_m * spread_m);
 }
 
 double peak_fluence_j_m2(const SimulatedLaser& laser, double distance_m) noexcept {
   const double line_length_m = laser.fan_rad * distance_m;
-  const double thickness_m = std::sqrt(2.0 * std::numbers::pi) * sheet_sigma_m(laser, distance_m);
+  const double thickness_m =
+      std::sqrt(2.0 * std::numbers::pi) * thickness_sigma_m(laser, distance_m);
   return laser.pulse_energy_j / (line_length_m * thickness_m);
 }
 

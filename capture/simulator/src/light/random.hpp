@@ -16,7 +16,7 @@ double plain_exp(double x) noexcept;
 double normal_quantile(double p) noexcept;
 
 /// Random numbers that depend on nothing but the key: every pixel of every exposure has its own
-/// stream, so that pictures can be rendered in any order and in part.
+/// stream, so that images can be rendered in any order and in part.
 ///
 /// SplitMix64 (Steele, Lea & Flood 2014) from a hashed start. The distributions use plain
 /// arithmetic and IEEE square roots only, no library functions, so they give the same numbers on
@@ -49,7 +49,8 @@ class PixelRandom {
   friend class RandomPixels;
   static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15ULL;
 
-  PixelRandom(std::uint64_t picture, std::uint64_t pixel) noexcept : state_(mix(picture ^ pixel)) {}
+  PixelRandom(std::uint64_t exposure_key, std::uint64_t pixel) noexcept
+      : state_(mix(exposure_key ^ pixel)) {}
 
   std::uint64_t state_;
 };
@@ -58,13 +59,13 @@ class PixelRandom {
 class RandomPixels {
  public:
   RandomPixels(std::uint64_t seed, std::uint64_t purpose, std::uint64_t exposure) noexcept
-      : picture_(PixelRandom::mix(PixelRandom::mix(seed + PixelRandom::kStep * (purpose + 1)) ^
-                                  exposure)) {}
+      : exposure_key_(PixelRandom::mix(PixelRandom::mix(seed + PixelRandom::kStep * (purpose + 1)) ^
+                                       exposure)) {}
 
-  PixelRandom of(std::uint64_t pixel) const noexcept { return {picture_, pixel}; }
+  PixelRandom of(std::uint64_t pixel) const noexcept { return {exposure_key_, pixel}; }
 
  private:
-  std::uint64_t picture_;
+  std::uint64_t exposure_key_;
 };
 
 }  // namespace striper::detail

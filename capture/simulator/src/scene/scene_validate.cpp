@@ -83,7 +83,7 @@ void check_region(const Imager& imager, const CameraModel& camera) {
   if (bin.width < 1 || bin.height < 1 || region.width % bin.width != 0 ||
       region.height % bin.height != 0) {
     refuse("imager.binning", fmt::format("[{}, {}]", bin.width, bin.height),
-           fmt::format("divisors of the picture's size, {}x{}", region.width, region.height));
+           fmt::format("divisors of the image's size, {}x{}", region.width, region.height));
   }
 }
 
@@ -216,7 +216,7 @@ void check_object(const std::string& field, const SceneObject& object) {
   check_motion(field, object.motion);
 }
 
-// Both fields of a picture are of one Frame, which has one exposure; and none is longer than its
+// Both fields of a frame are of one Frame, which has one exposure; and none is longer than its
 // turn.
 void check_bracket(const Timing& timing) {
   const IlluminationPattern& pattern = timing.pattern;
@@ -227,11 +227,11 @@ void check_bracket(const Timing& timing) {
     const double exposure_us = pattern.exposure_us_at(n);
     if (exposure_us > longest_us) {
       refuse("timing.cadence", fmt::format("'{}'", pattern.to_string()),
-             fmt::format("exposures of at most {:.6g} us, at this picture rate", longest_us));
+             fmt::format("exposures of at most {:.6g} us, at this frame rate", longest_us));
     }
     if (has_two && n % 2 == 1 && exposure_us != pattern.exposure_us_at(n - 1)) {
       refuse("timing.cadence", fmt::format("'{}'", pattern.to_string()),
-             "exposures as long as each other in the two fields of a picture");
+             "exposures as long as each other in the two fields of a frame");
     }
   }
 }

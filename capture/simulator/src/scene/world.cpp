@@ -223,7 +223,7 @@ std::vector<int> World::sun_casters(int index) const {
   return casters;
 }
 
-// Whether something surely is not in the way is told with this much to spare, relative to sizes.
+// That something is not in the way is decided with this much to spare, relative to sizes.
 constexpr double kToSpare = 1e-9;
 
 bool World::may_shade(int index, const Ball& receiver) const noexcept {

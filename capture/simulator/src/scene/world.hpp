@@ -40,10 +40,10 @@ struct Ball {
   double radius = 0.0;
 };
 
-/// A facet that may be seen in some part of the picture.
+/// A facet that may be seen in some part of the image.
 struct Sight {
   int facet = -1;
-  int number = 0;                     ///< Of all in the picture.
+  int number = 0;                     ///< Of all in the image.
   double nearest_t = 0.0;             ///< The rays there do not meet it nearer than this.
   Ball seen;                          ///< What is seen of it there lies within.
   std::span<const int> casters = {};  ///< What may stand between that and the sun.
@@ -76,7 +76,7 @@ class World {
                std::span<const int> casters) const noexcept;
   /// The facets that may stand between a facet and the sun.
   std::vector<int> sun_casters(int facet) const;
-  /// False where a facet surely stands between no point of a ball and the sun.
+  /// False where a facet is known to stand between no point of a ball and the sun.
   bool may_shade(int caster, const Ball& receiver) const noexcept;
   /// The same of what is seen of a facet and a light source.
   bool may_block(int caster, const Eigen::Vector3d& light_source,

@@ -26,7 +26,7 @@ double rounded(double value, double parts) { return std::round(value * parts) / 
 
 struct Knot {
   double range_m;
-  double across_px;  // Where in the picture.
+  double across_px;  // Where in the image.
   double width_px;
   double amplitude_dn;
 };
@@ -39,7 +39,7 @@ class IdealStripe {
         beam_(laser_, scene),
         T_cam_scan_(standard_T_cam_scan(beam_.plane(), scene.axis)) {}
 
-  // The stripe at a range, at the bearing nearest to straight ahead that the picture shows.
+  // The stripe at a range, at the bearing nearest to straight ahead that the image shows.
   std::optional<Knot> at(double range_m) const {
     constexpr double kStepRad = 0.5 * std::numbers::pi / 180.0;
     constexpr int kSteps = 160;  // To 40 degrees on either side.
@@ -51,7 +51,7 @@ class IdealStripe {
   }
 
  private:
-  bool is_in_picture(const Eigen::Vector2d& pixel) const {
+  bool is_in_image(const Eigen::Vector2d& pixel) const {
     const cv::Rect& region = scene_.imager.region;
     const cv::Rect2d read = region.empty()
                                 ? cv::Rect2d(0, 0, scene_.camera.width(), scene_.camera.height())
@@ -64,25 +64,25 @@ class IdealStripe {
         T_cam_scan_ *
         Eigen::Vector3d(range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad), 0.0);
     const Projection seen = scene_.camera.project(point);
-    if (seen.status != CameraStatus::kOk || !is_in_picture(seen.pixel)) return std::nullopt;
+    if (seen.status != CameraStatus::kOk || !is_in_image(seen.pixel)) return std::nullopt;
     const Eigen::Vector3d normal = (beam_.origin() - point).normalized();
     const BeamAt light = beam_.at(point, normal);
     const auto height_per_px = slope(seen.pixel, point, normal);
     if (!light.in_fan || !height_per_px) return std::nullopt;
 
     const Imager& imager = scene_.imager;
-    const double sheet_px = light.sigma_m / std::abs(*height_per_px);
+    const double thickness_px = light.sigma_m / std::abs(*height_per_px);
     Knot knot{range_m, scene_.axis == StripeAxis::kColumns ? seen.pixel.y() : seen.pixel.x(),
-              std::hypot(sheet_px, imager.blur_sigma_px), 0.0};
+              std::hypot(thickness_px, imager.blur_sigma_px), 0.0};
     const double falloff = std::pow(point.z() / point.norm(), imager.falloff_exponent);
     const double electrons = light.peak_fluence_j_m2 * kWhitePaper / std::numbers::pi * falloff *
                              electrons_per_radiance(imager, laser_.wavelength_nm);
     knot.amplitude_dn = imager.dn_per_electron * electrons * imager.binning.area() *
-                        (1.0 - imager.bloom.fraction) * sheet_px / knot.width_px;
+                        (1.0 - imager.bloom.fraction) * thickness_px / knot.width_px;
     return knot;
   }
 
-  // How far from the sheet one pixel more across the stripe is, on a surface, metres.
+  // How far from the laser plane one pixel more across the stripe is, on a surface, metres.
   std::optional<double> slope(const Eigen::Vector2d& pixel, const Eigen::Vector3d& point,
                               const Eigen::Vector3d& normal) const {
     const Eigen::Vector2d half =

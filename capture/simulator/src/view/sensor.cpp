@@ -92,11 +92,11 @@ cv::Mat binned(const cv::Mat& electrons, cv::Size binning) {
   return result;
 }
 
-cv::Mat pixel_gains(cv::Size picture, const Imager& imager, std::uint64_t seed) {
+cv::Mat pixel_gains(cv::Size image, const Imager& imager, std::uint64_t seed) {
   const double prnu = imager.noise.prnu;
   if (prnu <= 0.0) return {};
   const RandomPixels random(seed, kPrnu, 0);
-  cv::Mat gains(picture, CV_64FC1);
+  cv::Mat gains(image, CV_64FC1);
   for (int row = 0; row < gains.rows; ++row) {
     for (int column = 0; column < gains.cols; ++column) {
       PixelRandom pixel = random.of(pixel_number(imager, column, row));

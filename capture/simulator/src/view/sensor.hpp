@@ -17,9 +17,9 @@ struct Charge {
   std::uint64_t exposure_number = 0;
 };
 
-/// Which rows of the picture an exposure fills, and where they go in the image.
+/// Which rows of the frame an exposure fills, and where they go in the image.
 struct RowRange {
-  int first = 0;  ///< Of the picture.
+  int first = 0;  ///< Of the frame.
   int step = 1;
   int image_first = 0;
   int image_step = 1;
@@ -28,9 +28,9 @@ struct RowRange {
 /// Sums electrons over bins; returns the image itself for 1 x 1.
 cv::Mat binned(const cv::Mat& electrons, cv::Size binning);
 
-/// How much each pixel of a picture makes of its light (photo response non-uniformity), CV_64FC1:
+/// How much each pixel of an image makes of its light (photo response non-uniformity), CV_64FC1:
 /// the same in every exposure. Empty where all are alike.
-cv::Mat pixel_gains(cv::Size picture, const Imager& imager, std::uint64_t seed);
+cv::Mat pixel_gains(cv::Size image, const Imager& imager, std::uint64_t seed);
 
 /// Adds scattered light: a part of all light goes into a wide Gaussian.
 cv::Mat bloomed(const cv::Mat& electrons, const Bloom& bloom);

@@ -10,9 +10,9 @@
 
 namespace striper::detail {
 
-/// What may be seen, and what may shade that, block by block of the picture: looking at few facets
-/// instead of all is most of the speed of rendering. What is left out is surely not there, so that
-/// pictures are the same without. Immutable, thread-safe.
+/// What may be seen, and what may shade that, block by block of the image: looking at few facets
+/// instead of all is most of the speed of rendering. What is left out is known not to be there, so
+/// that images are the same without. Immutable, thread-safe.
 class Tiles {
  public:
   /// @param with_shadows whether sights need their casters.

@@ -13,13 +13,13 @@ namespace {
 constexpr double kSolvedPx = 1e-11;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// A spot of a surface in the middle of the sheet.
+/// A spot of a surface in the middle of the laser plane.
 struct Spot {
-  double position_px = kNone;  ///< Along the line.
+  double position_px = kNone;  ///< Along the scan line.
   int facet = -1;
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   TruthStatus status = TruthStatus::kNoSurface;
-  double slope_px = 0.0;  ///< How far the stripe moves along the line from one pixel to the next.
+  double slope_px = 0.0;  ///< How far the stripe moves along the scan line from one to the next.
   TrueReturn value;
 };
 
@@ -63,7 +63,7 @@ class TruthFinder {
     return in_.view.cast(u, v, ray);
   }
 
-  /// Distance from the sheet where a ray meets a facet's endless surface.
+  /// Distance from the laser plane where a ray meets a facet's endless surface.
   double height_on(int facet, const Eigen::Vector3d& ray) const noexcept {
     return in_.beam.height_m(world_.surface_t(facet, ray) * ray);
   }
@@ -190,10 +190,10 @@ class TruthFinder {
     const double across = slope(pixel(1.0, 0.0));
     spot.slope_px = -across / along;
 
-    const double sheet_px = light.sigma_m / std::abs(along);
+    const double thickness_px = light.sigma_m / std::abs(along);
     const double across_variance = spot.slope_px * spot.slope_px;
     const double bin_across = by_columns_ ? imager.binning.width : imager.binning.height;
-    const double variance = sheet_px * sheet_px +
+    const double variance = thickness_px * thickness_px +
                             imager.blur_sigma_px * imager.blur_sigma_px * (1.0 + across_variance) +
                             across_variance * bin_across * bin_across / 12.0;
     spot.value.width_px = std::sqrt(variance);
@@ -202,7 +202,7 @@ class TruthFinder {
         light.peak_fluence_j_m2 * in_.view.shading().electrons_per_fluence(
                                       reflection, spot.point, in_.beam.origin(), in_.laser);
     spot.value.amplitude_dn = imager.dn_per_electron * electrons * imager.binning.area() *
-                              (1.0 - imager.bloom.fraction) * sheet_px / spot.value.width_px;
+                              (1.0 - imager.bloom.fraction) * thickness_px / spot.value.width_px;
   }
 
   TrueLine summarize(int line) const {
@@ -242,7 +242,7 @@ class TruthFinder {
     return in_.view.shading().reflection({point.z(), facet}, point).patch;
   }
 
-  /// Whether the surface, its paint or its light is another one some pixels along the line.
+  /// Whether the surface, its paint or its light is another one some pixels along the scan line.
   bool ends_along(int line, const Spot& spot, int away) const {
     const double along = spot.position_px + away;
     if (along < first_px() || along > last_px()) return true;
@@ -253,7 +253,7 @@ class TruthFinder {
            world_.blocked(in_.beam.origin(), point, casters_);
   }
 
-  /// Whether the stripe does not go on as it should in a line some pixels away.
+  /// Whether the stripe does not go on as it should in a scan line some pixels away.
   bool ends_across(int line, const Spot& spot, int away) const {
     const int there = line + away;
     if (there < 0 || there >= static_cast<int>(spots_.size())) return false;
@@ -289,7 +289,7 @@ class TruthFinder {
   bool by_columns_;
   std::vector<int> casters_;
   Eigen::Isometry3d T_scan_cam_;
-  std::vector<std::vector<Spot>> spots_;  // Per line.
+  std::vector<std::vector<Spot>> spots_;  // Per scan line.
 };
 
 }  // namespace

@@ -24,11 +24,11 @@ struct TruthInput {
   cv::Mat laser_light;  ///< The same of the laser.
 };
 
-/// Finds, in every line of an exposure's image, where the middle of the sheet is on the surfaces
-/// that the camera sees.
+/// Finds, in every scan line of an exposure's image, where the middle of the laser plane is on the
+/// surfaces that the camera sees.
 ///
-/// Each line is scanned in steps of a pixel for a change of side of the sheet; each change is
-/// solved on the exact lens, surface and sheet to 1e-10 px.
+/// Each scan line is searched in steps of a pixel for a change of side of the laser plane; each
+/// change is solved on the exact lens, surface and laser plane to 1e-10 px.
 std::vector<TrueLine> find_truth(const TruthInput& input);
 
 }  // namespace striper::detail

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture that daylight and light sources make: one ray a pixel, more where the picture has an
+// The image that daylight and light sources make: one ray a pixel, more where the image has an
 // edge.
 #include <algorithm>
 #include <array>
@@ -34,10 +34,10 @@ std::vector<double> blur_shares(double sigma_px) {
   return shares;
 }
 
-/// Convolves every row, and writes the picture transposed, so that twice is both axes. Beyond the
-/// border the picture goes on as it ends. Share by share along a whole row: so the compiler can use
+/// Convolves every row, and writes the image transposed, so that twice is both axes. Beyond the
+/// border the image goes on as it ends. Share by share along a whole row: so the compiler can use
 /// vectors without changing the order of a pixel's sum. What is dark around is left out: a stripe
-/// is a small part of a picture.
+/// is a small part of an image.
 cv::Mat blurred_rows_transposed(const cv::Mat& image, const std::vector<double>& shares) {
   cv::Mat result(image.cols, image.rows, CV_32FC1, cv::Scalar(0.0));
   const std::size_t reach = shares.size() - 1;
@@ -185,7 +185,7 @@ class DaylightPainter {
     }
   }
 
-  /// Whether surely one sample is enough, told from the darkest and the brightest of a pixel and
+  /// Whether one sample is enough, judged by the darkest and the brightest of a pixel and
   /// its neighbours: so it is nearly everywhere.
   bool is_smooth(int column, int row) const noexcept {
     const int above = std::max(row - 1, 0);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture of a laser's stripe: each pixel near it is cut into 4 x 4 cells, each cell's ray is
-// cast, the sheet's Gaussian is averaged over the cell in closed form, and the cell's light is
-// spread over the pixels by the lens blur.
+// The image of a laser's stripe: each pixel near it is cut into 4 x 4 cells, each cell's ray is
+// cast, the Gaussian across the laser plane is averaged over the cell in closed form, and the
+// cell's light is spread over the pixels by the lens blur.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -66,7 +66,7 @@ class StripePainter {
         laser_(laser),
         region_(view.rays().region()),
         spread_(view.scene().imager.blur_sigma_px),
-        near_sheet_(beam.casters(view.world())),
+        near_plane_(beam.casters(view.world())),
         casters_(static_cast<std::size_t>(view.tiles().sight_count())),
         electrons_(region_.height, region_.width, CV_64FC1, cv::Scalar(0.0)) {
     find_heights();
@@ -84,8 +84,8 @@ class StripePainter {
   }
 
  private:
-  /// Bounds of the distance from the sheet, in its sigmas: where the bounds of a pixel and its
-  /// neighbours reach across zero, the stripe may be.
+  /// Bounds of the distance from the laser plane, in sigmas of its thickness: where the bounds of a
+  /// pixel and its neighbours reach across zero, the stripe may be.
   void find_heights() {
     heights_.reserve(static_cast<std::size_t>(region_.area()));
     for (int v = region_.y; v < region_.y + region_.height; ++v) {
@@ -131,7 +131,7 @@ class StripePainter {
     }
   }
 
-  /// Light that leaves the picture comes back mirrored, as if the scene went on symmetrically.
+  /// Light that leaves the image comes back mirrored, as if the scene went on symmetrically.
   void spread_across(int column, int row, int cell, double light) {
     auto* const pixels = electrons_.ptr<double>(mirrored(row, region_.height));
     const int reach = spread_.reach();
@@ -239,7 +239,7 @@ class StripePainter {
     auto& casters = casters_[static_cast<std::size_t>(sight.number)];
     if (!casters) {
       casters.emplace();
-      for (const int caster : near_sheet_) {
+      for (const int caster : near_plane_) {
         if (view_.world().may_block(caster, beam_.origin(), sight)) casters->push_back(caster);
       }
     }
@@ -252,7 +252,7 @@ class StripePainter {
   cv::Rect region_;
   CellSpread spread_;
   Taps weights_ = tap_weights();
-  std::vector<int> near_sheet_;
+  std::vector<int> near_plane_;
   std::vector<std::optional<std::vector<int>>> casters_;  // Of each sight, once asked for.
   std::vector<double> heights_;
   cv::Mat electrons_;

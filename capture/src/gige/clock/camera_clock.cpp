@@ -159,7 +159,7 @@ std::int64_t CameraClock::exposure_start_ns(std::int64_t device_ns, std::int64_t
     if (disagreements_ < 8) return arrival_ns - exposure_ns;
     features_.events().send(
         {"timestamps_unusable",
-         fmt::format("{}: its pictures' timestamps are not of the clock that it latches; times are "
+         fmt::format("{}: its frames' timestamps are not of the clock that it latches; times are "
                      "taken from the packets' arrival",
                      features_.device_name())});
     has_latch_ = false;

@@ -14,13 +14,13 @@
 
 namespace striper::detail {
 
-/// The time of a camera's pictures on this host's clocks.
+/// The time of a camera's frames on this host's clocks.
 ///
 /// Where the camera latches its timestamp on demand (GigE Vision 1.2, 27.14) its clock is compared
-/// with ours four times a second, otherwise by the arrival of pictures. That happens on a thread of
+/// with ours four times a second, otherwise by the arrival of frames. That happens on a thread of
 /// its own: Aravis asks a camera that is gone for seconds, longer than its loss may stay unnoticed.
 ///
-/// Threads: one calls `start` and `stop`, one those of pictures; `rate` any.
+/// Threads: one calls `start` and `stop`, one those of frames; `rate` any.
 class CameraClock {
  public:
   /// @param features of the camera; both must outlive this. @param features_mutex is held while
@@ -42,7 +42,7 @@ class CameraClock {
   /// Waits for a comparison that is under way: for seconds where the camera is gone.
   void stop() noexcept;
 
-  /// Start of a picture's exposure on CLOCK_MONOTONIC. @param device_ns the camera's own timestamp,
+  /// Start of a frame's exposure on CLOCK_MONOTONIC. @param device_ns the camera's own timestamp,
   /// 0 if it has none. @param arrival_ns of its first packet.
   std::int64_t exposure_start_ns(std::int64_t device_ns, std::int64_t arrival_ns,
                                  std::int64_t exposure_ns);
@@ -76,7 +76,7 @@ class CameraClock {
   std::condition_variable ends_;
   bool is_ending_ = false;
   ClockMap map_;
-  bool has_disagreed_ = false;  // a picture's time with the latched ones, since the last of those
+  bool has_disagreed_ = false;  // a frame's time with the latched ones, since the last of those
   int disagreements_ = 0;       // comparisons in a row between which that happened
   std::int64_t smallest_round_trip_ns_ = 0;
 };

@@ -99,7 +99,7 @@ int sensor_extent(const FeatureAccess& features, const char* sensor, const char*
                           features.device_name(), sensor, largest));
 }
 
-void check_rows_are_whole_bytes(const FeatureAccess& features, const PictureSetup& setup) {
+void check_rows_are_whole_bytes(const FeatureAccess& features, const FrameSetup& setup) {
   const std::size_t bits =
       static_cast<std::size_t>(setup.size.width) * setup.layout->bits_per_pixel();
   if (bits % 8 == 0) return;
@@ -219,18 +219,17 @@ const char* enable_encoder_chunk(const FeatureAccess& features, const GigeOption
     if (options.encoder != "yes") features.set(chunk.selector, options.encoder);
     return chunk.value;
   }
-  throw Error(
-      ErrorKind::kUnsupported,
-      fmt::format("{}: encoder={}: its pictures come without EncoderValue and CounterValue; "
-                  "ChunkSelector has {}",
-                  features.device_name(), options.encoder,
-                  fmt::join(features.entries("ChunkSelector"), ", ")));
+  throw Error(ErrorKind::kUnsupported,
+              fmt::format("{}: encoder={}: its frames come without EncoderValue and CounterValue; "
+                          "ChunkSelector has {}",
+                          features.device_name(), options.encoder,
+                          fmt::join(features.entries("ChunkSelector"), ", ")));
 }
 
-PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options) {
+FrameSetup set_up_frames(const FeatureAccess& features, const GigeOptions& options) {
   features.try_set("AcquisitionMode", "Continuous");
   if (options.binning) set_binning(features, *options.binning);
-  PictureSetup setup;
+  FrameSetup setup;
   setup.layout = set_pixel_format(features, options);
   if (options.region) set_region(features, *options.region);
   set_light(features, options);

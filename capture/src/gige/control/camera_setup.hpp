@@ -14,7 +14,7 @@
 namespace striper::detail {
 
 /// What the camera gives once it is set up, read back from it.
-struct PictureSetup {
+struct FrameSetup {
   const PixelLayout* layout = nullptr;
   cv::Size size;
   cv::Size sensor_size;
@@ -23,16 +23,16 @@ struct PictureSetup {
   double rate_hz = 0.0;          ///< 0 if unknown.
 };
 
-/// Writes everything that the options ask for and reads it back: pictures, light, rate, features.
+/// Writes everything that the options ask for and reads it back: image, light, rate, features.
 /// @throws Error quoting the feature, the value and what is allowed.
-PictureSetup set_up_pictures(const FeatureAccess& features, const GigeOptions& options);
+FrameSetup set_up_frames(const FeatureAccess& features, const GigeOptions& options);
 
 /// Sets a fixed exposure, or gain in the camera's unit (dB but for GainRaw); automatic modes go
 /// off.
 void set_exposure(const FeatureAccess& features, double exposure_us);
 void set_gain(const FeatureAccess& features, double gain);
 
-/// Has each picture bring what the encoder shows, where the options ask for it.
+/// Has each frame bring what the encoder shows, where the options ask for it.
 /// @return the feature that holds it, static; null where it is not asked for.
 /// @throws Error{kUnsupported} naming the chunks that the camera has.
 const char* enable_encoder_chunk(const FeatureAccess& features, const GigeOptions& options);

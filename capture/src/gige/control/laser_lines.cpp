@@ -43,11 +43,11 @@ LaserLines::LaserLines(const FeatureAccess& features, const GigeOptions& options
   off();
 }
 
-// Who else would set an exposure for each picture?
+// Who else would set an exposure for each frame?
 void LaserLines::require_no_bracket(const std::string& uri) const {
   if (!pattern_.is_bracket()) return;
   throw Error(ErrorKind::kUsage,
-              fmt::format("source '{}': laser={} - an exposure for each picture is set by the "
+              fmt::format("source '{}': laser={} - an exposure for each frame is set by the "
                           "camera's sequencer, together with the laser: add strobe=LINE",
                           uri, pattern_.to_string()));
 }
@@ -112,7 +112,7 @@ void LaserLines::choose_method(const GigeOptions& options) {
     method_ = Method::kSequencer;
   } else if (pattern_.is_bracket()) {
     throw Error(ErrorKind::kUnsupported,
-                fmt::format("{}: laser={} - an exposure for each picture needs the camera's "
+                fmt::format("{}: laser={} - an exposure for each frame needs the camera's "
                             "sequencer (SequencerConfigurationMode), which {}",
                             features_.device_name(), pattern_.to_string(),
                             has_sequencer ? "switching=host does not use" : "this one has not"));

@@ -46,10 +46,10 @@ class LaserLines {
   /// host-switched.
   Illumination at(std::uint64_t n) const noexcept;
 
-  /// Turns on the chunk that reports the lines with each picture, if the camera has it.
+  /// Turns on the chunk that reports the lines with each frame, if the camera has it.
   bool enable_line_chunk();
 
-  /// What fired, from the lines' state that came with the picture.
+  /// What fired, from the lines' state that came with the frame.
   Illumination from_line_status(std::int64_t status_all) const noexcept;
 
  private:

@@ -15,8 +15,8 @@ class FrameNumbers {
   struct Number {
     std::uint64_t sequence = 0;
     std::uint64_t since_start = 0;  ///< 0 for the first exposure after acquisition start.
-    std::uint64_t missing = 0;      ///< Pictures between the last one and this.
-    bool is_late = false;           ///< Of a picture that was counted, or passed over, already.
+    std::uint64_t missing = 0;      ///< Frames between the last one and this.
+    bool is_late = false;           ///< Of a frame that was counted, or passed over, already.
   };
 
   /// @param pattern_length after the camera was opened again the sequence goes on with a multiple
@@ -24,7 +24,7 @@ class FrameNumbers {
   explicit FrameNumbers(std::uint64_t pattern_length = 1) noexcept
       : pattern_length_(pattern_length) {}
 
-  /// The acquisition was started again. @param lost how many pictures that took, about.
+  /// The acquisition was started again. @param lost how many frames that took, about.
   void restart(std::uint64_t lost) noexcept {
     if (has_any_) {
       const std::uint64_t at_least = next_sequence_ + lost;

@@ -19,7 +19,7 @@ namespace striper::detail {
 
 class FramePool;
 
-/// One camera buffer and what is known of the picture in it. Between the stream (which fills it),
+/// One camera buffer and what is known of the frame in it. Between the stream (which fills it),
 /// the source (which looks at it) and a Frame (which leases it) it has one owner at a time.
 struct PoolSlot {
   GPtr<ArvBuffer> buffer;

@@ -11,7 +11,7 @@
 
 namespace striper::detail {
 
-/// How the pixels of one line follow each other in memory.
+/// How the pixels of one row follow each other in memory.
 enum class Packing : std::uint8_t {
   kBytes,       ///< One byte a pixel.
   kWords,       ///< Two bytes a pixel, little-endian, least significant bits used.

@@ -9,7 +9,7 @@
 namespace striper::detail {
 
 /// Has a camera fire test packets (GigE Vision 1.2, 24.5.2) of these sizes at this machine, as its
-/// pictures would come.
+/// frames would come.
 /// @param sizes bytes with IP and UDP headers.
 /// @return those sizes of which one arrived; nothing where control of the camera is not to be had.
 std::optional<std::vector<int>> sizes_that_arrive(const GvcpDevice& device,

@@ -91,7 +91,7 @@ void BufferRing::map_all(const VideoDevice& device, std::size_t needed_bytes) {
     const std::size_t bytes = is_multiplanar ? planes[0].length : buffer.length;
     const std::int64_t offset = is_multiplanar ? planes[0].m.mem_offset : buffer.m.offset;
     if (bytes < needed_bytes) {
-      device.fail(ErrorKind::kDevice, fmt::format("its buffers are of {} bytes, a picture needs {}",
+      device.fail(ErrorKind::kDevice, fmt::format("its buffers are of {} bytes, an image needs {}",
                                                   bytes, needed_bytes));
     }
     slots_[index].memory = calls_->map(fd_, bytes, offset);

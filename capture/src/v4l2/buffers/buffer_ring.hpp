@@ -22,7 +22,7 @@ struct FilledBuffer {
   std::uint32_t field = 0;
   std::uint32_t sequence = 0;
   std::int64_t time_ns = 0;
-  std::size_t offset = 0;  ///< Where the picture begins in the buffer.
+  std::size_t offset = 0;  ///< Where the image begins in the buffer.
   std::size_t bytes = 0;   ///< How much of it the driver filled.
 };
 

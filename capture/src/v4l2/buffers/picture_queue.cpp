@@ -5,14 +5,14 @@
 
 namespace striper::detail::v4l2 {
 
-void PictureQueue::open() {
+void FrameQueue::open() {
   const std::scoped_lock lock(mutex_);
   give_back_all();
   closed_ = NextStatus::kFrame;
 }
 
-bool PictureQueue::push(Picture&& picture) {
-  Picture discarded;
+bool FrameQueue::push(QueuedFrame&& frame) {
+  QueuedFrame discarded;
   bool is_full = false;
   {
     const std::scoped_lock lock(mutex_);
@@ -22,7 +22,7 @@ bool PictureQueue::push(Picture&& picture) {
       first_ = (first_ + 1) % places_.size();
       --count_;
     }
-    places_[(first_ + count_) % places_.size()] = std::move(picture);
+    places_[(first_ + count_) % places_.size()] = std::move(frame);
     ++count_;
   }
   changed_.notify_one();
@@ -30,24 +30,24 @@ bool PictureQueue::push(Picture&& picture) {
   return is_full;
 }
 
-NextStatus PictureQueue::pop(Picture& picture, std::chrono::milliseconds timeout) {
+NextStatus FrameQueue::pop(QueuedFrame& frame, std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   const bool is_ready =
       changed_.wait_for(lock, timeout, [&] { return count_ > 0 || closed_ != NextStatus::kFrame; });
   if (!is_ready) return NextStatus::kTimeout;
   if (count_ == 0 || closed_ == NextStatus::kStopped) return closed_;
-  picture = std::move(places_[first_]);
+  frame = std::move(places_[first_]);
   first_ = (first_ + 1) % places_.size();
   --count_;
   return NextStatus::kFrame;
 }
 
-bool PictureQueue::is_stopped() {
+bool FrameQueue::is_stopped() {
   const std::scoped_lock lock(mutex_);
   return closed_ == NextStatus::kStopped;
 }
 
-void PictureQueue::close(NextStatus reason) {
+void FrameQueue::close(NextStatus reason) {
   {
     const std::scoped_lock lock(mutex_);
     closed_ = reason;
@@ -56,11 +56,11 @@ void PictureQueue::close(NextStatus reason) {
   changed_.notify_all();
 }
 
-void PictureQueue::give_back_all() {
+void FrameQueue::give_back_all() {
   for (; count_ > 0; --count_) {
-    Picture picture = std::move(places_[first_]);
+    QueuedFrame frame = std::move(places_[first_]);
     first_ = (first_ + 1) % places_.size();
-    if (picture.ring) picture.ring->give_back(picture.buffer.index);
+    if (frame.ring) frame.ring->give_back(frame.buffer.index);
   }
 }
 

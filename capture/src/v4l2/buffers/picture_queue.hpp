@@ -16,9 +16,9 @@
 
 namespace striper::detail::v4l2 {
 
-/// A picture on its way from the capture thread to the reader.
-struct Picture {
-  std::shared_ptr<BufferRing> ring;  ///< Empty where the picture is not to be used.
+/// A frame on its way from the capture thread to the reader.
+struct QueuedFrame {
+  std::shared_ptr<BufferRing> ring;  ///< Empty where the frame is not to be used.
   FilledBuffer buffer;
   ExposurePlace place;
   Field field = Field::kProgressive;  ///< kTop or kBottom where the buffer is one field.
@@ -26,26 +26,26 @@ struct Picture {
   const char* detail = "";
 };
 
-/// A short queue between the capture thread and the reader. When it is full the oldest picture goes
-/// back to the driver: a late reader gets fresh pictures. Allocates nothing after construction.
-class PictureQueue {
+/// A short queue between the capture thread and the reader. When it is full the oldest frame goes
+/// back to the driver: a late reader gets fresh frames. Allocates nothing after construction.
+class FrameQueue {
  public:
-  explicit PictureQueue(int capacity) : places_(static_cast<std::size_t>(capacity)) {}
+  explicit FrameQueue(int capacity) : places_(static_cast<std::size_t>(capacity)) {}
 
-  /// Empties the queue and lets pictures through.
+  /// Empties the queue and lets frames through.
   void open();
 
-  /// Adds a picture. @return whether the oldest one was discarded for it.
-  bool push(Picture&& picture);
+  /// Adds a frame. @return whether the oldest one was discarded for it.
+  bool push(QueuedFrame&& frame);
 
-  /// Takes the oldest picture, waiting at most `timeout`. Once closed: what it was closed with; a
-  /// queue that ended gives its last pictures first.
-  NextStatus pop(Picture& picture, std::chrono::milliseconds timeout);
+  /// Takes the oldest frame, waiting at most `timeout`. Once closed: what it was closed with; a
+  /// queue that ended gives its last frames first.
+  NextStatus pop(QueuedFrame& frame, std::chrono::milliseconds timeout);
 
   /// Whether it was closed with kStopped (or never opened).
   bool is_stopped();
 
-  /// Lets no more pictures through and wakes a waiting reader with kStopped or kEnd.
+  /// Lets no more frames through and wakes a waiting reader with kStopped or kEnd.
   void close(NextStatus reason);
 
  private:
@@ -53,7 +53,7 @@ class PictureQueue {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Picture> places_;  ///< A circle of fixed size.
+  std::vector<QueuedFrame> places_;  ///< A circle of fixed size.
   std::size_t first_ = 0;
   std::size_t count_ = 0;
   NextStatus closed_ = NextStatus::kStopped;  ///< kFrame while open.

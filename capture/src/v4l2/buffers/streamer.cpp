@@ -25,11 +25,11 @@ using std::chrono::milliseconds;
 
 constexpr Reopening::Pauses kPauses{milliseconds{20}, milliseconds{1000}};
 
-// Pictures are read as the first agreement has them: how the lines of a buffer lie belongs to it.
+// Frames are read as the first agreement has them: how the rows of a buffer lie belongs to it.
 StreamKind kind_of(const Agreement& agreement) {
   StreamKind kind;
   kind.image_size = {agreement.width, agreement.buffer_height};
-  kind.sensor_size = agreement.picture_size();
+  kind.sensor_size = agreement.frame_size();
   kind.bit_depth = agreement.format->bit_depth;
   kind.channels = agreement.format->channels();
   kind.layout =
@@ -47,7 +47,7 @@ int exposures_per_picture(const Agreement& agreement) noexcept {
 
 ExposureClock::Stream clock_stream(const Agreement& agreement, const V4l2Options& options) {
   ExposureClock::Stream stream;
-  stream.picture_period_ns = agreement.picture_period_ns();
+  stream.frame_period_ns = agreement.frame_period_ns();
   stream.exposure_ns = agreement.exposure_ns;
   stream.offset_ns = std::llround(1e3 * options.time_offset_us);
   stream.exposures_per_picture = exposures_per_picture(agreement);
@@ -62,7 +62,7 @@ ExposureClock::Stream clock_stream(const Agreement& agreement, const V4l2Options
 }
 
 Streamer::Streamer(std::unique_ptr<VideoDevice> device, const V4l2Options& options,
-                   const Agreement& agreement, PictureQueue& queue, FrameCounts& counts)
+                   const Agreement& agreement, FrameQueue& queue, FrameCounts& counts)
     : options_(options),
       agreement_(agreement),
       queue_(queue),
@@ -85,7 +85,7 @@ void Streamer::connect() {
   auto ring = BufferRing::create(*device_, agreement_, options_.buffers);
   ring->start_streaming(*device_);
   ring_ = std::move(ring);
-  last_picture_ = Clock::now();
+  last_frame_ = Clock::now();
 
   checks_signal_ = options_.require_signal && agreement_.signal.standard != 0;
   has_signal_ = true;
@@ -111,26 +111,26 @@ std::unique_ptr<VideoDevice> Streamer::finish() {
 void Streamer::run() {
   while (!is_stopping_) {
     if (ring_) {
-      wait_for_picture();
+      wait_for_frame();
     } else {
       try_again();
     }
   }
 }
 
-void Streamer::wait_for_picture() {
+void Streamer::wait_for_frame() {
   const auto stall =
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options_.stall_s));
-  const auto left = std::chrono::ceil<milliseconds>(last_picture_ + stall - Clock::now()).count();
+  const auto left = std::chrono::ceil<milliseconds>(last_frame_ + stall - Clock::now()).count();
   const Readiness ready =
       calls_->wait(device_->fd(), wake_fd_, static_cast<int>(std::max<std::int64_t>(left, 0)));
   if (is_stopping_) return;
-  if (ready.picture) {
+  if (ready.frame) {
     take_all();
   } else if (ready.failed) {
     lose("the device reports an error or is gone");
-  } else if (Clock::now() - last_picture_ >= stall) {
-    lose(fmt::format("no picture for {:.3g} s", options_.stall_s));
+  } else if (Clock::now() - last_frame_ >= stall) {
+    lose(fmt::format("no frame for {:.3g} s", options_.stall_s));
   }
 }
 
@@ -138,7 +138,7 @@ void Streamer::take_all() {
   FilledBuffer filled;
   int error = 0;
   while ((error = ring_->take(filled)) == 0) {
-    last_picture_ = Clock::now();
+    last_frame_ = Clock::now();
     accept(filled);
   }
   ring_->retry_refused();
@@ -156,41 +156,41 @@ void Streamer::accept(const FilledBuffer& filled) {
   if (filled.field == V4L2_FIELD_TOP) stamp.field = Field::kTop;
   if (filled.field == V4L2_FIELD_BOTTOM) stamp.field = Field::kBottom;
 
-  Picture picture;
-  picture.buffer = filled;
-  picture.field = stamp.field;
-  picture.place = clock_.place(stamp);
-  counts_.drop(picture.place.lost_pictures);
-  judge(filled, picture);
-  if (picture.status == FrameStatus::kOk) {
-    picture.ring = ring_;
+  QueuedFrame frame;
+  frame.buffer = filled;
+  frame.field = stamp.field;
+  frame.place = clock_.place(stamp);
+  counts_.drop(frame.place.lost_frames);
+  judge(filled, frame);
+  if (frame.status == FrameStatus::kOk) {
+    frame.ring = ring_;
   } else {
     ring_->give_back(filled.index);
   }
-  if (queue_.push(std::move(picture))) counts_.overrun(1);
+  if (queue_.push(std::move(frame))) counts_.overrun(1);
 }
 
-void Streamer::judge(const FilledBuffer& filled, Picture& picture) {
+void Streamer::judge(const FilledBuffer& filled, QueuedFrame& frame) {
   const std::size_t needed = agreement_.buffer_bytes();
   const auto refuse = [&](FrameStatus status, const char* detail) {
-    picture.status = status;
-    picture.detail = detail;
+    frame.status = status;
+    frame.detail = detail;
   };
   check_signal();
   // What was exposed before the signal was seen to be back is noise, or a part of it is.
-  const bool has_signal = has_signal_ && picture.place.began_ns >= signal_since_ns_;
+  const bool has_signal = has_signal_ && frame.place.began_ns >= signal_since_ns_;
   if ((filled.flags & V4L2_BUF_FLAG_ERROR) != 0) {
-    refuse(FrameStatus::kCorrupt, "the driver flagged the picture as damaged");
+    refuse(FrameStatus::kCorrupt, "the driver flagged the frame as damaged");
   } else if (!has_signal) {
     refuse(FrameStatus::kCorrupt, "the input had no signal");
   } else if (filled.bytes > 0 && filled.bytes < filled.offset + needed) {
-    refuse(FrameStatus::kIncomplete, "the driver filled only a part of the picture");
+    refuse(FrameStatus::kIncomplete, "the driver filled only a part of the image");
   } else if (filled.offset + needed > ring_->size(filled.index)) {
-    refuse(FrameStatus::kCorrupt, "the driver put the picture outside its buffer");
+    refuse(FrameStatus::kCorrupt, "the driver put the image outside its buffer");
   }
 }
 
-// Asks for the signal after the picture was exposed: a loss is seen with the first picture that it
+// Asks for the signal after the frame was exposed: a loss is seen with the first frame that it
 // spoils. A grabber that takes a good part of a field's time to answer is asked now and then.
 void Streamer::check_signal() {
   constexpr milliseconds kNowAndThen{100};

@@ -17,13 +17,13 @@
 
 namespace striper::detail::v4l2 {
 
-/// Moves pictures from the device to the queue on a thread of its own, and keeps the device alive:
+/// Moves frames from the device to the queue on a thread of its own, and keeps the device alive:
 /// closes and opens it again when it fails, stalls or vanishes.
 class Streamer {
  public:
   /// Starts to stream. @throws Error where the device refuses.
   Streamer(std::unique_ptr<VideoDevice> device, const V4l2Options& options,
-           const Agreement& agreement, PictureQueue& queue, FrameCounts& counts);
+           const Agreement& agreement, FrameQueue& queue, FrameCounts& counts);
   Streamer(const Streamer&) = delete;
   Streamer& operator=(const Streamer&) = delete;
   ~Streamer() { finish(); }
@@ -36,10 +36,10 @@ class Streamer {
   using Clock = std::chrono::steady_clock;
 
   void run();
-  void wait_for_picture();
+  void wait_for_frame();
   void take_all();
   void accept(const FilledBuffer& filled);
-  void judge(const FilledBuffer& filled, Picture& picture);
+  void judge(const FilledBuffer& filled, QueuedFrame& frame);
   void check_signal();
   void ask_for_signal();
   void lose(const std::string& reason);
@@ -50,7 +50,7 @@ class Streamer {
 
   const V4l2Options& options_;
   const Agreement& agreement_;
-  PictureQueue& queue_;
+  FrameQueue& queue_;
   FrameCounts& counts_;
   std::shared_ptr<VideoCalls> calls_;
   std::unique_ptr<VideoDevice> device_;
@@ -58,7 +58,7 @@ class Streamer {
   ExposureClock clock_;
   int wake_fd_ = -1;
 
-  Clock::time_point last_picture_;
+  Clock::time_point last_frame_;
   Reopening reopening_;
 
   bool checks_signal_ = false;
@@ -75,7 +75,7 @@ class Streamer {
 /// What the clock must know of a stream.
 ExposureClock::Stream clock_stream(const Agreement& agreement, const V4l2Options& options);
 
-/// Exposures in a picture: 2 where it has both fields.
+/// Exposures in a frame: 2 where it has both fields.
 int exposures_per_picture(const Agreement& agreement) noexcept;
 
 }  // namespace striper::detail::v4l2

@@ -13,7 +13,7 @@
 
 namespace striper::detail::v4l2 {
 
-/// Where a device takes its picture from.
+/// Where a device takes its signal from.
 struct Signal {
   int input = 0;
   std::string input_name;    ///< Empty: the device has no inputs to choose from.

@@ -10,9 +10,9 @@ namespace striper::detail::v4l2 {
 
 /// What became ready while waiting.
 struct Readiness {
-  bool picture = false;  ///< A buffer can be taken.
-  bool failed = false;   ///< The device reports an error or is gone.
-  bool woken = false;    ///< Somebody wrote to the wake-up descriptor.
+  bool frame = false;   ///< A buffer can be taken.
+  bool failed = false;  ///< The device reports an error or is gone.
+  bool woken = false;   ///< Somebody wrote to the wake-up descriptor.
 };
 
 /// The system calls that drive a V4L2 device, and nothing else: the seam behind which tests put a
@@ -35,7 +35,7 @@ class VideoCalls {
   virtual std::uint8_t* map(int fd, std::size_t bytes, std::int64_t offset) noexcept = 0;
   virtual void unmap(std::uint8_t* memory, std::size_t bytes) noexcept = 0;
 
-  /// Waits for a picture, an error or a write to `wake_fd`.
+  /// Waits for a frame, an error or a write to `wake_fd`.
   virtual Readiness wait(int fd, int wake_fd, int timeout_ms) noexcept = 0;
 };
 

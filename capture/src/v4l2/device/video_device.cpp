@@ -51,7 +51,7 @@ std::string advice(int error) {
     case ENOLINK:
       return "there is no signal: look at the cable and whether the camera is on";
     case ENOLCK:
-      return "the picture is not locked: look at the cable and whether standard= fits the camera";
+      return "the signal is not locked: look at the cable and whether standard= fits the camera";
     case ENOMEM:
       return "the driver has no memory for it: ask for a smaller size or fewer buffers";
     case ENOSPC:
@@ -89,9 +89,8 @@ void VideoDevice::identify() {
 
   is_multiplanar_ = (node & V4L2_CAP_VIDEO_CAPTURE) == 0;
   if ((node & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0) {
-    fail(ErrorKind::kDevice,
-         fmt::format("this node of '{}' is {}, it does not capture pictures; {}", card_,
-                     describe_node(node), kListHint));
+    fail(ErrorKind::kDevice, fmt::format("this node of '{}' is {}, it does not capture frames; {}",
+                                         card_, describe_node(node), kListHint));
   }
   if ((node & V4L2_CAP_STREAMING) == 0) {
     fail(ErrorKind::kUnsupported,

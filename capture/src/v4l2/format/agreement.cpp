@@ -24,7 +24,7 @@ Field Agreement::first_field() const noexcept {
   }
 }
 
-cv::Size Agreement::picture_size() const noexcept {
+cv::Size Agreement::frame_size() const noexcept {
   return {width, is_one_field_a_buffer() ? 2 * buffer_height : buffer_height};
 }
 
@@ -34,12 +34,12 @@ std::size_t Agreement::buffer_bytes() const noexcept {
   return row == 0 ? 1 : stride * static_cast<std::size_t>(buffer_height - 1) + row;
 }
 
-std::int64_t Agreement::picture_period_ns() const noexcept {
+std::int64_t Agreement::frame_period_ns() const noexcept {
   return picture_rate_hz > 0.0 ? static_cast<std::int64_t>(std::llround(1e9 / picture_rate_hz)) : 0;
 }
 
 std::string Agreement::describe() const {
-  const cv::Size size = picture_size();
+  const cv::Size size = frame_size();
   std::string text;
   if (!signal.input_name.empty())
     text += fmt::format("input {} ({}), ", signal.input, signal.input_name);
@@ -49,7 +49,7 @@ std::string Agreement::describe() const {
     text += fmt::format(", {} ({} field first)", field_to_string(field),
                         first_field() == Field::kTop ? "top" : "bottom");
   }
-  if (picture_rate_hz > 0.0) text += fmt::format(", {:.2f} pictures/s", picture_rate_hz);
+  if (picture_rate_hz > 0.0) text += fmt::format(", {:.2f} frames/s", picture_rate_hz);
   return text;
 }
 

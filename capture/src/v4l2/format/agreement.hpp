@@ -31,16 +31,16 @@ struct Agreement {
   bool is_sequential() const noexcept { return V4L2_FIELD_IS_SEQUENTIAL(field); }
   bool is_interlaced() const noexcept { return V4L2_FIELD_IS_INTERLACED(field); }
 
-  /// Which field of a picture is exposed first; the kernel's rule: an explicit order wins, 525-line
+  /// Which field of a frame is exposed first; the kernel's rule: an explicit order wins, 525-line
   /// television begins with the bottom field, everything else with the top field.
   Field first_field() const noexcept;
 
-  cv::Size picture_size() const noexcept;  ///< With both fields.
+  cv::Size frame_size() const noexcept;  ///< With both fields.
 
-  /// What a buffer must hold to be a whole picture, bytes; 1 where the size is the picture's own.
+  /// What a buffer must hold to be a whole image, bytes; 1 where the size is the image's own.
   std::size_t buffer_bytes() const noexcept;
 
-  std::int64_t picture_period_ns() const noexcept;
+  std::int64_t frame_period_ns() const noexcept;
 
   /// Rate, standard, field order, format: "NTSC 720x480 GREY, interlaced (bottom field first),
   /// ...".

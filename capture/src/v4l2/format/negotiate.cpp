@@ -9,7 +9,7 @@ namespace striper::detail::v4l2 {
 Agreement negotiate(const VideoDevice& device, const V4l2Options& options) {
   Agreement agreed;
   agreed.signal = choose_signal(device, options);
-  choose_picture(device, options, agreed);
+  choose_frame_format(device, options, agreed);
   set_controls(device, options.controls);
   agreed.exposure_ns = options.exposure_us > 0.0
                            ? set_exposure(device, options.exposure_us, options.events)

@@ -42,7 +42,7 @@ const PixelFormat& choose_format(const VideoDevice& device, const std::string& w
                                                    fmt::join(usable, ", ")));
 }
 
-// The largest size that still comes at 15 pictures a second; where there is no list, what is set.
+// The largest size that still comes at 15 frames a second; where there is no list, what is set.
 cv::Size choose_size(const VideoDevice& device, std::uint32_t code, cv::Size current) {
   constexpr double kEnough_hz = 15.0;
   cv::Size best;
@@ -101,8 +101,8 @@ FormatView read(const v4l2_format& format) {
           1};
 }
 
-cv::Size buffer_size(cv::Size picture, std::uint32_t field) {
-  return V4L2_FIELD_HAS_T_OR_B(field) ? cv::Size(picture.width, picture.height / 2) : picture;
+cv::Size buffer_size(cv::Size frame, std::uint32_t field) {
+  return V4L2_FIELD_HAS_T_OR_B(field) ? cv::Size(frame.width, frame.height / 2) : frame;
 }
 
 cv::Size current_size(const VideoDevice& device) {
@@ -140,13 +140,13 @@ void use_whole_sensor(const VideoDevice& device) {
   device.attempt(VIDIOC_S_SELECTION, whole);
 }
 
-void fill_whole_picture(const VideoDevice& device, const v4l2_format& format) {
-  const FormatView picture = read(format);
+void fill_whole_image(const VideoDevice& device, const v4l2_format& format) {
+  const FormatView image = read(format);
   v4l2_selection whole{};
   whole.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   whole.target = V4L2_SEL_TGT_COMPOSE;
-  whole.r.width = static_cast<std::uint32_t>(picture.width);
-  whole.r.height = static_cast<std::uint32_t>(picture.height);
+  whole.r.width = static_cast<std::uint32_t>(image.width);
+  whole.r.height = static_cast<std::uint32_t>(image.height);
   device.attempt(VIDIOC_S_SELECTION, whole);
 }
 
@@ -155,13 +155,13 @@ FormatView set_nearest(const VideoDevice& device, std::uint32_t code, cv::Size w
                        std::uint32_t field) {
   use_whole_sensor(device);
   v4l2_format format = make_format(device, code, buffer_size(wanted, field), field);
-  device.require(VIDIOC_S_FMT, format, "set the picture format");
+  device.require(VIDIOC_S_FMT, format, "set the image format");
   // A driver left to choose may give one field alone, which has no dark partner.
   if (field == V4L2_FIELD_ANY && !V4L2_FIELD_HAS_BOTH(read(format).field)) {
     v4l2_format interlaced = make_format(device, code, wanted, V4L2_FIELD_INTERLACED);
     if (device.attempt(VIDIOC_S_FMT, interlaced) == 0) format = interlaced;
   }
-  fill_whole_picture(device, format);
+  fill_whole_image(device, format);
   return read(format);
 }
 
@@ -212,7 +212,7 @@ double choose_rate(const VideoDevice& device, double wanted_hz, v4l2_std_id stan
 
 }  // namespace
 
-void choose_picture(const VideoDevice& device, const V4l2Options& options, Agreement& agreed) {
+void choose_frame_format(const VideoDevice& device, const V4l2Options& options, Agreement& agreed) {
   agreed.format = &choose_format(device, options.format);
   const std::uint32_t code = agreed.format->fourcc;
   const cv::Size wanted = wanted_size(device, options, agreed);
@@ -233,14 +233,14 @@ void choose_picture(const VideoDevice& device, const V4l2Options& options, Agree
   agreed.stride = std::max<std::size_t>(got.stride, agreed.format->row_bytes(got.width));
   agreed.planes = got.planes;
   require_whole_pixels(device, agreed);
-  if (options.width > 0) require_size(device, wanted, agreed.picture_size());
+  if (options.width > 0) require_size(device, wanted, agreed.frame_size());
   agreed.picture_rate_hz = choose_rate(device, options.fps, agreed.signal.standard);
 }
 
 void set_format(const VideoDevice& device, const Agreement& agreement) {
   const cv::Size size(agreement.width, agreement.buffer_height);
   v4l2_format format = make_format(device, agreement.format->fourcc, size, agreement.field);
-  device.require(VIDIOC_S_FMT, format, "set the picture format");
+  device.require(VIDIOC_S_FMT, format, "set the image format");
   const FormatView got = read(format);
   if (got.code != agreement.format->fourcc || got.width != agreement.width ||
       got.height != agreement.buffer_height || got.field != agreement.field) {

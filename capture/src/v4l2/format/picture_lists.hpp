@@ -8,7 +8,7 @@
 
 #include "v4l2/device/video_device.hpp"
 
-// What a driver lists of the pictures that it has: formats, the sizes of each, the rates of those.
+// What a driver lists of the images that it has: formats, the sizes of each, the rates of those.
 namespace striper::detail::v4l2 {
 
 std::vector<v4l2_fmtdesc> list_formats(const VideoDevice& device);

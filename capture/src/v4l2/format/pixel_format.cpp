@@ -81,7 +81,7 @@ constexpr std::array kPixelFormats{
 };
 
 template <typename Pixel, typename Unpack>
-void unpack_rows(const RawPicture& raw, cv::Mat& image, const Unpack& unpack) {
+void unpack_rows(const RawImage& raw, cv::Mat& image, const Unpack& unpack) {
   for (int row = 0; row < raw.height; ++row) {
     const std::uint8_t* const from = raw.data + raw.stride * static_cast<std::size_t>(row);
     Pixel* const to = image.ptr<Pixel>(row);
@@ -108,9 +108,9 @@ std::uint16_t bit_packed10(const std::uint8_t* row, int column) {
   return static_cast<std::uint16_t>(both >> (6 - bit % 8) & 1023);
 }
 
-bool decode(const RawPicture& raw, cv::Mat& image) {
+bool decode(const RawImage& raw, cv::Mat& image) {
   const cv::Size wanted = image.size();
-  striper::Picture decoded;
+  striper::DecodedImage decoded;
   decoded.image = std::move(image);
   const bool is_whole = detail::decode_jpeg({raw.data, raw.bytes}, decoded).empty();
   image = std::move(decoded.image);
@@ -200,13 +200,13 @@ std::uint32_t fourcc_from_string(std::string_view text) noexcept {
   return 0;
 }
 
-cv::Mat view(const PixelFormat& format, const RawPicture& raw) {
+cv::Mat view(const PixelFormat& format, const RawImage& raw) {
   // The pixels of a frame are read-only by contract; cv::Mat has no type for that.
   return {raw.height, raw.width, format.mat_type(), const_cast<std::uint8_t*>(raw.data),
           raw.stride};
 }
 
-bool convert(const PixelFormat& format, const RawPicture& raw, cv::Mat& image) {
+bool convert(const PixelFormat& format, const RawImage& raw, cv::Mat& image) {
   image.create(raw.height, raw.width, format.mat_type());
   auto* const data = const_cast<std::uint8_t*>(raw.data);
   const auto over = [&](int type) {

@@ -53,7 +53,7 @@ struct PixelFormat {
 };
 
 /// All that are known, the best first: grey as it is, then luma that needs no copy, luma that needs
-/// one, packed grey, colour, mosaics, and compressed pictures last. 8-bit grey comes before deeper
+/// one, packed grey, colour, mosaics, and compressed images last. 8-bit grey comes before deeper
 /// grey: it is what analogue grabbers really have and never costs frame rate; ask for `Y10`, `Y12`
 /// or `Y16` where the sensor has more.
 std::span<const PixelFormat> pixel_formats() noexcept;
@@ -66,8 +66,8 @@ std::string fourcc_to_string(std::uint32_t fourcc);
 /// The inverse, case-insensitive; 0 for text that is no code.
 std::uint32_t fourcc_from_string(std::string_view text) noexcept;
 
-/// A picture in the driver's memory.
-struct RawPicture {
+/// An image in the driver's memory.
+struct RawImage {
   const std::uint8_t* data = nullptr;
   std::size_t bytes = 0;
   std::size_t stride = 0;  ///< From row to row.
@@ -76,10 +76,10 @@ struct RawPicture {
 };
 
 /// Lays an image over the driver's memory. Precondition: `is_usable_in_place()`.
-cv::Mat view(const PixelFormat& format, const RawPicture& raw);
+cv::Mat view(const PixelFormat& format, const RawImage& raw);
 
-/// Copies a picture into `image`, whose memory is reused where size and type fit. False where the
+/// Copies an image into `image`, whose memory is reused where size and type fit. False where the
 /// data is damaged (JPEG alone can be).
-bool convert(const PixelFormat& format, const RawPicture& raw, cv::Mat& image);
+bool convert(const PixelFormat& format, const RawImage& raw, cv::Mat& image);
 
 }  // namespace striper::detail::v4l2

@@ -45,7 +45,7 @@ struct RoadLine {
 
 /// How worn paint is.
 struct RoadWear {
-  double edge_sd_m = 0.0;         ///< Of each edge; the report's picture: 0.3 in.
+  double edge_sd_m = 0.0;         ///< Of each edge; the report's figure: 0.3 in.
   double edge_length_m = 0.076;   ///< Over which wear is alike: 3 in.
   double chunks_per_m = 0.0;      ///< Pieces broken off an edge,
   double chunk_depth_m = 0.0254;  ///< up to so deep.

@@ -11,10 +11,10 @@ namespace striper {
 /// Energy of one photon, joules.
 double photon_energy_j(double wavelength_nm) noexcept;
 
-/// Standard deviation of a laser's sheet at a distance from its origin, metres.
-double sheet_sigma_m(const SimulatedLaser& laser, double distance_m) noexcept;
+/// Standard deviation of a laser plane's thickness at a distance from the laser, metres.
+double thickness_sigma_m(const SimulatedLaser& laser, double distance_m) noexcept;
 
-/// Fluence of one pulse in the middle of the sheet, on a surface that faces the laser, J/m^2.
+/// Fluence of one pulse in the middle of the laser plane, on a surface that faces the laser, J/m^2.
 double peak_fluence_j_m2(const SimulatedLaser& laser, double distance_m) noexcept;
 
 /// Fluence of the sun during one shutter time within the filter's band, on a surface that faces the

@@ -17,7 +17,7 @@
 
 namespace striper {
 
-/// How the camera scans its picture.
+/// How the camera scans a frame.
 enum class ScanMode {
   kProgressive,
   kTopFirst,              ///< Interlaced, two fields in one frame, the top one first.
@@ -28,11 +28,11 @@ enum class ScanMode {
 
 struct Timing {
   double picture_rate_hz = 30.0;
-  ScanMode scan = ScanMode::kProgressive;  ///< Fields are half a picture period apart.
+  ScanMode scan = ScanMode::kProgressive;  ///< Fields are half a frame period apart.
   IlluminationPattern pattern =
       IlluminationPattern({Illumination::laser(0)});  ///< Never automatic.
 
-  /// From one exposure's begin to the next one's: of a picture, or of a field.
+  /// From one exposure's begin to the next one's: of a frame, or of a field.
   double longest_exposure_us() const {
     return (scan == ScanMode::kProgressive ? 1e6 : 5e5) / picture_rate_hz;
   }
@@ -59,7 +59,7 @@ struct Scene {
   std::string name = "scene";  ///< For messages: the file that it came from.
 
   CameraModel camera = pinhole(640, 480, 55.0);
-  /// Rotation of the camera on the device; identity looks along x with the picture upright.
+  /// Rotation of the camera on the device; identity looks along x with the image upright.
   Eigen::Matrix3d camera_rotation = Eigen::Matrix3d::Identity();
   Eigen::Isometry3d T_world_device = Eigen::Isometry3d::Identity();  ///< At time zero.
   SteadyMotion device_motion;
@@ -77,10 +77,10 @@ struct Scene {
   /// A wall that faces the default striper squarely at `distance_m` from the camera, no daylight.
   ///
   /// The camera is level, so depth is the same all over the wall and the stripe's profile in the
-  /// picture is a Gaussian exactly, with its centre where d = s cot(alpha) has it.
+  /// image is a Gaussian exactly, with its centre where d = s cot(alpha) has it.
   static Scene flat_wall(double distance_m);
 
-  /// A camera without distortion. @param fov_deg from the left edge of the picture to the right.
+  /// A camera without distortion. @param fov_deg from the left edge of the image to the right.
   static CameraModel pinhole(int width, int height, double fov_deg);
   /// A camera with equal angles per pixel (equidistant lens).
   static CameraModel fisheye(int width, int height, double fov_deg);

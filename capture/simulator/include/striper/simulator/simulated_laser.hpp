@@ -9,15 +9,15 @@
 namespace striper {
 
 /// A line laser: a fan of light from one point, uniform across its angle, Gaussian across its
-/// sheet.
+/// plane.
 ///
-/// The sheet is the x-y plane of the laser's frame, the middle of the fan its x axis. At the
-/// distance rho from the origin the sheet has the standard deviation
+/// The laser plane is the x-y plane of the laser's frame, the middle of the fan its x axis. At the
+/// distance rho from the origin its thickness has the standard deviation
 /// sqrt(waist_sigma_m^2 + (divergence_sigma_rad (rho - focus_m))^2), and the pulse's fluence on a
 /// surface that faces the laser is E / (fan rho) / (sqrt(2 pi) sigma) exp(-h^2 / (2 sigma^2)),
-/// h being the distance from the sheet.
+/// h being the distance from the laser plane.
 ///
-/// What data sheets call thickness is taken as energy over peak: sqrt(2 pi) sigma. So a line of the
+/// What data sheets call thickness is taken as energy over peak: sqrt(2 pi) sigma. So a fan of the
 /// paper's "60 x 0.4 degrees" has at its peak the very irradiance that the same pulse has when
 /// spread evenly over 60 x 0.4 degrees.
 struct SimulatedLaser {

@@ -17,11 +17,11 @@ namespace striper {
 
 /// How the simulator serves frames.
 struct SimulatedSourceOptions {
-  std::optional<std::uint64_t> pictures;  ///< Ends after so many; otherwise it never ends.
+  std::optional<std::uint64_t> frames;  ///< Ends after so many; otherwise it never ends.
   bool illumination_known =
       true;                    ///< Frames and info say which laser fired; else one must find out.
   bool pattern_given = false;  ///< Info says the pattern even where the frames do not.
-  bool realtime = false;       ///< `next` waits until the picture is due, or times out.
+  bool realtime = false;       ///< `next` waits until the frame is due, or times out.
   /// Frames carry what an encoder on a wheel of the device shows; 0: there is none.
   double encoder_counts_per_m = 0.0;
   int encoder_bits = 32;  ///< After which it wraps.
@@ -35,11 +35,11 @@ class SimulatedControls;
 ///
 ///     sim:scene.yaml?frames=100&fps=30&seed=7&noise=off
 ///
-/// - `frames` how many pictures (default: no end), `fps` pictures per second, `seed` of the noise
+/// - `frames` how many frames (default: no end), `fps` frames per second, `seed` of the noise
 /// - `noise` = `off`, or those that stay on: `noise=shot,read,prnu,speckle`
 /// - `laser` the pattern that the lasers follow: `0`, `0,dark`, `0,1,dark`
 /// - `illumination=unknown` the frames do not say which laser fired, as with a real grabber
-/// - `fields` = `progressive`, `split-top`, `split-bottom` (pictures of two fields, the named
+/// - `fields` = `progressive`, `split-top`, `split-bottom` (frames of two fields, the named
 ///   one first), `alternate-top`, `alternate-bottom` (each field a frame)
 /// - `realtime=yes` frames come when they are due, not when they are ready: `next` waits for that,
 ///   as long as its timeout
@@ -70,7 +70,7 @@ class SimulatedSource : public FrameSource {
   Simulator& simulator() noexcept { return simulator_; }
 
  private:
-  std::optional<std::int64_t> encoder_counts(std::uint64_t picture, int part) const;
+  std::optional<std::int64_t> encoder_counts(std::uint64_t sequence, int part) const;
 
   Simulator simulator_;
   SimulatedSourceOptions options_;

@@ -15,7 +15,7 @@
 
 namespace striper {
 
-/// What of a scene may change from one picture to the next.
+/// What of a scene may change from one frame to the next.
 struct SceneSettings {
   double shutter_s = 0.0;
   double dn_per_electron = 0.0;
@@ -27,7 +27,7 @@ struct SceneSettings {
 
 /// Renders what a striper's camera sees in a scene, and tells the truth about it.
 ///
-/// Every picture can be asked for in any order and is always the same: the noise is a function of
+/// Every frame can be asked for in any order and is always the same: the noise is a function of
 /// the seed, the exposure's number and the pixel. All arithmetic of the noise is written out, so it
 /// is the same on every machine.
 ///
@@ -37,7 +37,7 @@ struct SceneSettings {
 /// pixel, the lens blur included; daylight is sampled once a pixel and 8 x 8 times on edges.
 /// Motion during the shutter time is left out.
 ///
-/// Cost: about 0.3 s to construct for 640x480; a static scene is rendered once, and then a picture
+/// Cost: about 0.3 s to construct for 640x480; a static scene is rendered once, and then an image
 /// is only its noise. Not thread-safe: one Simulator per thread.
 class Simulator {
  public:
@@ -55,28 +55,28 @@ class Simulator {
 
   /// 1, or 2 where the scan is interlaced.
   int exposures_per_picture() const noexcept;
-  /// Frames that `render` gives for one picture: 2 only where fields come one by one.
-  int frames_per_picture() const noexcept;
+  /// Parts in which `render` gives one frame: 2 only where fields come one by one.
+  int parts_per_frame() const noexcept;
 
-  /// Renders a frame. @param part which of the picture's frames, where fields come one by one.
-  Frame render(std::uint64_t picture, int part = 0);
+  /// Renders a frame. @param part which of its fields, where they come one by one.
+  Frame render(std::uint64_t sequence, int part = 0);
 
   /// The same without any noise, clipping or rounding: expected DN, CV_32FC1.
-  cv::Mat expected_dn(std::uint64_t picture, int part = 0);
+  cv::Mat expected_dn(std::uint64_t sequence, int part = 0);
 
-  /// The truth of every exposure of a picture that a laser lights (none, one, or two fields).
-  std::vector<Truth> truth(std::uint64_t picture);
+  /// The truth of every exposure of a frame that a laser lights (none, one, or two fields).
+  std::vector<Truth> truth(std::uint64_t sequence);
 
   /// The striper as a perfect calibration would find it: camera, planes, axis, noise, and what its
-  /// stripes look like at all ranges that the picture shows (`ideal_look`). No covariance.
+  /// stripes look like at all ranges that the image shows (`ideal_look`). No covariance.
   StriperModel model() const;
 
   /// Middle of an exposure, seconds after that of the first. @param exposure 0 or 1.
-  double time_s(std::uint64_t picture, int exposure = 0) const noexcept;
+  double time_s(std::uint64_t sequence, int exposure = 0) const noexcept;
 
   /// Where an object is in the camera's frame during an exposure: a board's pose, for example.
   /// @throws Error{kBadValue} where there is no such object.
-  Eigen::Isometry3d T_cam_object(int object, std::uint64_t picture, int exposure = 0) const;
+  Eigen::Isometry3d T_cam_object(int object, std::uint64_t sequence, int exposure = 0) const;
 
  private:
   class Impl;

@@ -19,7 +19,7 @@ struct VirtualCameraOptions {
   double lost_packets = 0.0;  ///< Fraction of the stream's packets that never arrive.
   bool can_resend = true;
   int mtu = 16000;              ///< Larger packets do not get through.
-  double link_mbit_s = 1000.0;  ///< A picture is spread over the time that this link would take.
+  double link_mbit_s = 1000.0;  ///< A frame is spread over the time that this link would take.
   double clock_skew = 0.0;      ///< Device seconds per second, minus one.
   double encoder_counts_per_s = 1000.0;  ///< Of its encoder, whose counts a chunk can bring.
 
@@ -29,7 +29,7 @@ struct VirtualCameraOptions {
 
 /// What the virtual camera did; counts since it was made.
 struct VirtualCameraStatistics {
-  std::uint64_t pictures = 0;
+  std::uint64_t frames = 0;
   std::uint64_t packets = 0;
   std::uint64_t lost = 0;
   std::uint64_t resent = 0;
@@ -57,7 +57,7 @@ struct RegisterWrite {
 /// lasers fire by themselves in the scene's own pattern. Lines go off when the client's control is
 /// lost.
 ///
-/// Picture n after acquisition start shows the scene's picture n. Threads: two of its own; all
+/// Frame n after acquisition start shows the scene's image n. Threads: two of its own; all
 /// functions may be called from any thread. It answers on 127.0.0.0/8 only and never to another
 /// machine.
 class VirtualCamera {
