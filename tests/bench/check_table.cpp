@@ -11,7 +11,7 @@ int main() {
   const striper::TrustLimits limits;
   fmt::print(
       "# Checks of a calibration\n\n"
-      "What `calibrate` looks for in the pictures, and from where on it says so. A refusal means "
+      "What `calibrate` looks for in the images, and from where on it says so. A refusal means "
       "that the model must not\nbe trusted: exit code 3. Made by `check_table > "
       "calibration/checks.md`.\n\n");
   fmt::print("| check | finding | where | what to do |\n|---|---|---|---|\n");
@@ -19,7 +19,7 @@ int main() {
     fmt::print("| `{}` | {} | {}: {} {:g}{}{} | {} |\n", check.code.word(),
                to_string(check.severity), check.computed, check.beyond, check.limit(limits),
                check.unit.empty() ? "" : " ", check.unit,
-               check.advice.empty() ? "it says, from the pictures" : check.advice);
+               check.advice.empty() ? "it says, from the images" : check.advice);
   }
   return 0;
 }
