@@ -7,11 +7,11 @@
 
 namespace striper::speed {
 
-/// What reading a picture takes at the least: its 64-bit words added up with the machine's widest
-/// vectors. The picture is continuous.
+/// What reading an image takes at the least: its 64-bit words added up with the machine's widest
+/// vectors. The image is continuous.
 std::uint64_t sum_of_words(const cv::Mat& image);
 
-/// The same with the picture's bytes, which takes an instruction more per vector (psadbw).
+/// The same with the image's bytes, which takes an instruction more per vector (psadbw).
 std::uint64_t sum_of_bytes(const cv::Mat& image);
 
 }  // namespace striper::speed

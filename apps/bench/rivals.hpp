@@ -14,7 +14,7 @@ void transpose_and_search(const cv::Mat& image);
 
 void blur_and_search(const cv::Mat& image);
 
-/// Steger 1998 written plainly: derivatives of the smoothed picture, the ridge where the step along
+/// Steger 1998 written plainly: derivatives of the smoothed image, the ridge where the step along
 /// the Hessian's strongest direction stays inside the pixel. Returns the number of ridge points.
 int steger(const cv::Mat& image);
 

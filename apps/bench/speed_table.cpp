@@ -73,7 +73,7 @@ SpeedTime time_of(double seconds, const Timed& call, const Timed& roof) {
 }
 
 // A stripe on a noisy background: a curve with a step.
-cv::Mat picture(cv::Size size, int bits) {
+cv::Mat noisy_stripe(cv::Size size, int bits) {
   cv::Mat light(size, CV_32F);
   cv::theRNG().state = 0x5DEECE66DULL;
   cv::randn(light, 20.0, 2.0);
@@ -132,11 +132,11 @@ Call extraction(ExtractMethod method, StripeAxis axis) {
   return [=](const cv::Mat& image) { extractor->extract(lit_frame(image), *stripe); };
 }
 
-// One size and depth: a picture, and a ring of copies of it.
+// One size and depth: an image, and a ring of copies of it.
 class Bench {
  public:
   Bench(cv::Size size, int bits, const SpeedOptions& options)
-      : options_(options), hot_(picture(size, bits)), hot_dark_(hot_.clone()) {
+      : options_(options), hot_(noisy_stripe(size, bits)), hot_dark_(hot_.clone()) {
     const std::size_t bytes = hot_.total() * hot_.elemSize();
     const std::size_t count = std::max<std::size_t>(2, options.ring_bytes / bytes);
     for (std::size_t n = 0; n < count; ++n) ring_.push_back(hot_.clone());
@@ -158,40 +158,40 @@ class Bench {
     table_.refined_over_fast = fast / of_roof();
     const cv::Mat turned = hot_.t();
     const Call rows = extraction(ExtractMethod::kRefined, StripeAxis::kRows);
-    add_hot("refined, rows (picture turned)", [&](const cv::Mat& /*image*/) { rows(turned); });
+    add_hot("refined, rows (image turned)", [&](const cv::Mat& /*image*/) { rows(turned); });
     add_scanner();
     if (options_.with_rivals) add_rivals();
     return table_;
   }
 
  private:
-  void add_hot(const std::string& name, const Call& call, int pictures = 1) {
+  void add_hot(const std::string& name, const Call& call, int images = 1) {
     if (options_.should_stop && options_.should_stop()) throw Stopped();
     const SpeedTime time = time_of(
-        options_.seconds_per_row, [&] { call(hot_); }, [&] { read(hot_, pictures); });
-    table_.rows.push_back({name, time, std::nullopt, pictures});
+        options_.seconds_per_row, [&] { call(hot_); }, [&] { read(hot_, images); });
+    table_.rows.push_back({name, time, std::nullopt, images});
   }
 
-  // All calls take the pictures of the ring in turn, so that each was read long ago.
-  void add(const std::string& name, const Call& call, int pictures = 1) {
-    add_hot(name, call, pictures);
+  // All calls take the images of the ring in turn, so that each was read long ago.
+  void add(const std::string& name, const Call& call, int images = 1) {
+    add_hot(name, call, images);
     table_.rows.back().streaming = time_of(
         options_.seconds_per_row, [&] { call(next_of_ring()); },
-        [&] { read(next_of_ring(), pictures); });
+        [&] { read(next_of_ring(), images); });
   }
 
   double of_roof() const { return table_.rows.back().hot.of_roof; }
 
   const cv::Mat& next_of_ring() { return ring_[next_++ % ring_.size()]; }
 
-  // What is subtracted from a lit picture.
+  // What is subtracted from a lit image.
   const cv::Mat& dark_of(const cv::Mat& lit) {
     return lit.data == hot_.data ? hot_dark_ : next_of_ring();
   }
 
-  void read(const cv::Mat& lit, int pictures) {
+  void read(const cv::Mat& lit, int images) {
     keep(sum_of_words(lit));
-    if (pictures > 1) keep(sum_of_words(dark_of(lit)));
+    if (images > 1) keep(sum_of_words(dark_of(lit)));
   }
 
   void add_candidate_passes() {
@@ -202,10 +202,10 @@ class Bench {
     add("candidate pass, columns", find(StripeAxis::kColumns));
     pass_of_roof_ = of_roof();
     add("candidate pass, rows", find(StripeAxis::kRows));
-    // Two pictures at a time: what is lit and what is subtracted from it, which is part of the
+    // Two images at a time: what is lit and what is subtracted from it, which is part of the
     // pass.
     add(
-        "two pictures, roofline (sum)", [&](const cv::Mat& lit) { read(lit, 2); }, 2);
+        "two images, roofline (sum)", [&](const cv::Mat& lit) { read(lit, 2); }, 2);
     const auto find_difference = [&](const cv::Mat& lit) {
       LitFrame frame = lit_frame(lit);
       frame.dark = dark_of(lit);

@@ -13,7 +13,7 @@
 
 namespace striper::speed {
 
-/// Something else to be timed on the same picture, columns.
+/// Something else to be timed on the same image, columns.
 struct SpeedCall {
   std::string name;
   std::function<void(const LitFrame&)> call;
@@ -21,7 +21,7 @@ struct SpeedCall {
 
 struct SpeedOptions {
   double seconds_per_row = 0.3;                     ///< And about as long for the roofline beside.
-  std::size_t ring_bytes = std::size_t{400} << 20;  ///< Pictures too many for any cache.
+  std::size_t ring_bytes = std::size_t{400} << 20;  ///< Images too many for any cache.
   bool with_rivals = true;
   /// Allocations of the whole program so far; empty where nobody counts them.
   std::function<std::uint64_t()> allocations;
@@ -38,20 +38,20 @@ struct SpeedTime {
   double of_roof = 0.0;  ///< The time of only reading, right before, over it.
 };
 
-/// Time of one call on one picture.
+/// Time of one call on one image.
 struct SpeedRow {
   std::string name;
-  SpeedTime hot;                       ///< The same picture again and again.
-  std::optional<SpeedTime> streaming;  ///< Pictures that come from memory.
+  SpeedTime hot;                       ///< The same image again and again.
+  std::optional<SpeedTime> streaming;  ///< Images that come from memory.
   int pictures = 1;                    ///< Read in one call.
 };
 
-/// What one size and depth of picture takes, in one run: compare rows of a table, not tables.
+/// What one size and depth of image takes, in one run: compare rows of a table, not tables.
 struct SpeedTable {
   cv::Size size;
   int bits = 8;  ///< Significant ones: 8, or 12 in pixels of 16.
   double megabytes = 0.0;
-  /// The first is the roofline, what `of_roof` refers to: reading the picture, adding it up.
+  /// The first is the roofline, what `of_roof` refers to: reading the image, adding it up.
   std::vector<SpeedRow> rows;
 
   double frames_per_s = 0.0;    ///< Scanner::process, refined, one core.
@@ -70,7 +70,7 @@ struct SpeedTable {
 std::string instruction_set();
 
 /// Measures the candidate pass, the whole extraction and Scanner::process beside the read roofline
-/// and what one would write with OpenCV, on a noisy picture of a bent stripe with a step. Some
+/// and what one would write with OpenCV, on a noisy image of a bent stripe with a step. Some
 /// seconds, one thread.
 SpeedTable measure_speed(cv::Size size, int bits, const SpeedOptions& options);
 

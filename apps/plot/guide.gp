@@ -2,11 +2,11 @@
 # Draws a job of striper guide run over its way: where the line is at the gun with twice its sigma as a band,
 # and under it what the beams saw of the line, and what the guns painted.
 #
-#   gnuplot -c apps/plot/guide.gp JOB PICTURE.svg [TRUTH.csv [FROM_M TO_M]]
+#   gnuplot -c apps/plot/guide.gp JOB PLOT.svg [TRUTH.csv [FROM_M TO_M]]
 #
-# JOB is the directory that guide run has written; PICTURE ends in .svg or .png; TRUTH is truth.csv of a simulated run.
+# JOB is the directory that guide run has written; PLOT ends in .svg or .png; TRUTH is truth.csv of a simulated run.
 if (ARGC < 2) {
-  print "usage: gnuplot -c guide.gp JOB PICTURE.svg|PICTURE.png [TRUTH.csv [FROM_M TO_M]]"
+  print "usage: gnuplot -c guide.gp JOB PLOT.svg|PLOT.png [TRUTH.csv [FROM_M TO_M]]"
   exit status 2
 }
 lateral = ARG1 . "/lateral.csv"
@@ -77,7 +77,7 @@ set format x "%g"
 set xlabel "along the way of the gun (m)"
 set yrange [0.3:4]
 set ytics ("painted" 1, "dashes seen" 2, "line seen" 3)
-# What is none of a kind lies outside of the picture.
+# What is none of a kind lies outside of the plot.
 none = from - 1e6
 end_of(word) = strcol("kind") eq word && within(column("distance_m")) ? column("distance_m") : none
 is_on(value) = strcol("state") eq "ON" ? value : none

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-# Draws a camera picture with the stripe that was found in it.
+# Draws a camera image with the stripe that was found in it.
 #
-#   gnuplot -c apps/plot/picture.gp CAMERA.png SCANS.csv PICTURE.png [FRAME]
+#   gnuplot -c apps/plot/picture.gp CAMERA.png SCANS.csv PLOT.png [FRAME]
 #
 # CAMERA is a PNG of 8 bits; FRAME is the first of SCANS unless given.
 if (ARGC < 3) {
-  print "usage: gnuplot -c picture.gp CAMERA.png SCANS.csv PICTURE.png [FRAME]"
+  print "usage: gnuplot -c picture.gp CAMERA.png SCANS.csv PLOT.png [FRAME]"
   exit status 2
 }
 set datafile separator comma
@@ -14,7 +14,7 @@ stats ARG2 using (column("frame")) name "FRAMES" nooutput
 frame = ARGC >= 4 ? ARG4 + 0 : FRAMES_min
 of_frame(value) = column("frame") == frame ? value : NaN
 
-# An invisible draft tells how large the picture is.
+# An invisible draft tells how large the image is.
 set terminal svg
 set output "/dev/null"
 set autoscale noextend
@@ -26,7 +26,7 @@ set datafile columnheaders
 
 set terminal pngcairo size columns + 120, rows + 130 font "Sans,10" background "white"
 set output ARG3
-set title sprintf("Frame %d: the stripe that was found in the picture", frame)
+set title sprintf("Frame %d: the stripe that was found in the image", frame)
 set xlabel "u (px)"
 set ylabel "v (px)"
 set xrange [-0.5:columns - 0.5]

@@ -2,11 +2,11 @@
 # Draws one scan from above, each return with its pixel-quantised error bar (range_near_m to
 # range_far_m) along its bearing, as in Figure 4 of Mertz et al. 2002.
 #
-#   gnuplot -c apps/plot/scan.gp SCANS.csv PICTURE.svg [FRAME]
+#   gnuplot -c apps/plot/scan.gp SCANS.csv PLOT.svg [FRAME]
 #
-# PICTURE ends in .svg or .png; FRAME is the first of the file unless given.
+# PLOT ends in .svg or .png; FRAME is the first of the file unless given.
 if (ARGC < 2) {
-  print "usage: gnuplot -c scan.gp SCANS.csv PICTURE.svg|PICTURE.png [FRAME]"
+  print "usage: gnuplot -c scan.gp SCANS.csv PLOT.svg|PLOT.png [FRAME]"
   exit status 2
 }
 scans = ARG1
@@ -23,14 +23,14 @@ if (!exists("RANGE_max")) {
   exit status 1
 }
 
-# The picture reaches as far as the returns do, but for the few that lie three quartile distances beyond the upper
+# The plot reaches as far as the returns do, but for the few that lie three quartile distances beyond the upper
 # quartile: a single false return at the horizon would shrink all others to a spot.
 min(a, b) = a < b ? a : b
 reach = min(RANGE_max, RANGE_up_quartile + 3 * (RANGE_up_quartile - RANGE_lo_quartile) + 0.1 * RANGE_up_quartile)
 within_reach(value) = column("range_m") <= reach ? of_frame(value) : NaN
 stats scans using (within_reach(column("range_m"))) name "DRAWN" nooutput
 
-# Where the outer ray misses the laser plane there is no far end: the bar leaves the picture.
+# Where the outer ray misses the laser plane there is no far end: the bar leaves the plot.
 beyond = 2.0 * reach
 far(value) = value < beyond ? value : beyond
 near_x(dummy) = of_frame(column("range_near_m") * cos(column("bearing_rad")))
@@ -55,7 +55,7 @@ if (strlen(ARG2) > 4 && substr(ARG2, strlen(ARG2) - 3, strlen(ARG2)) eq ".png") 
 }
 set output ARG2
 
-beyond_text = RANGE_records > DRAWN_records ? sprintf(" (%d beyond the picture)", RANGE_records - DRAWN_records) : ""
+beyond_text = RANGE_records > DRAWN_records ? sprintf(" (%d beyond the plot)", RANGE_records - DRAWN_records) : ""
 set title sprintf("Frame %d: %d returns, seen from above%s", frame, RANGE_records, beyond_text)
 set xlabel "y, to the left (m)"
 set ylabel "x, forward (m)"

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 # Draws sweeps of a run of striper guide, beam by beam, with the threshold on them: is it above the road, below the paint?
 #
-#   gnuplot -c apps/plot/sweep.gp SWEEPS.csv PICTURE.svg [FIRST [BEAMS [THRESHOLD...]]]
+#   gnuplot -c apps/plot/sweep.gp SWEEPS.csv PLOT.svg [FIRST [BEAMS [THRESHOLD...]]]
 #
-# PICTURE ends in .svg or .png; FIRST is the first sweep of the file to draw (1), BEAMS how many follow one another (3);
+# PLOT ends in .svg or .png; FIRST is the first sweep of the file to draw (1), BEAMS how many follow one another (3);
 # a threshold for each of them, or one for all.
 if (ARGC < 2) {
-  print "usage: gnuplot -c sweep.gp SWEEPS.csv PICTURE.svg|PICTURE.png [FIRST [BEAMS [THRESHOLD...]]]"
+  print "usage: gnuplot -c sweep.gp SWEEPS.csv PLOT.svg|PLOT.png [FIRST [BEAMS [THRESHOLD...]]]"
   exit status 2
 }
 first = ARGC >= 3 ? ARG3 + 0 : 1

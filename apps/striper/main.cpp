@@ -36,7 +36,7 @@ constexpr std::array kCommands{
 
 constexpr const char* kDescription =
     "Turns a camera and a laser line into a calibrated range sensor.\n"
-    "A source of pictures is named images:DIR, sim:SCENE.yaml, v4l2:/dev/video0 or gige:SERIAL.";
+    "A source of frames is named images:DIR, sim:SCENE.yaml, v4l2:/dev/video0 or gige:SERIAL.";
 
 constexpr const char* kFooter =
     "Each command explains itself: striper capture --help\n\n"

@@ -26,7 +26,7 @@ namespace py = pybind11;
 namespace striper::python {
 namespace {
 
-using Images = std::vector<SessionPicture>;
+using Images = std::vector<SessionImage>;
 
 // What ends a calibration that nobody waits for any more.
 struct Cancelled {};

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves that the calibration commands do on a simulated session what their help promises: a model
-that agrees with the truth within its own error bars, exit code 3 with the reason where the pictures
+that agrees with the truth within its own error bars, exit code 3 with the reason where the images
 cannot give one, cameras handed on, boards drawn, models compared, a striper verified on a wall.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 calibrate_test.py
@@ -88,7 +88,7 @@ class Calibrate(unittest.TestCase):
             refused = run("calibrate", *BOARD, "--lasers", SESSION, "--intrinsics", self.out / "other_lens.yaml",
                           "-o", self.out / "wrong_lens.yaml")
             self.assertEqual(3, refused.returncode, refused.stderr)
-            self.assertIn("the intrinsics that were given do not fit these pictures", refused.stderr)
+            self.assertIn("the intrinsics that were given do not fit these images", refused.stderr)
             self.assertFalse((self.out / "wrong_lens.yaml").exists())
 
     def test_agrees_with_the_truth_within_its_error_bars(self):
@@ -124,15 +124,15 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(0, run("diff", self.model, self.out / "held.yaml").returncode)
 
     def test_writes_what_is_refused_when_forced_and_marks_it(self):
-        pictures = sorted(SESSION.glob("*.png"))[:2]
-        forced = run("calibrate", *BOARD, "--lasers", *pictures, "--force", "-o", self.out / "forced.yaml")
+        images = sorted(SESSION.glob("*.png"))[:2]
+        forced = run("calibrate", *BOARD, "--lasers", *images, "--force", "-o", self.out / "forced.yaml")
         self.assertEqual(0, forced.returncode, forced.stderr)
         self.assertIn("refusal: ", forced.stderr)
         text = (self.out / "forced.yaml").read_text()
         self.assertIn("forced: true", text)
         self.assertIn("trustworthy: false", text)
 
-    def test_takes_a_camera_of_opencv_and_a_picture_in_both_lists(self):
+    def test_takes_a_camera_of_opencv_and_an_image_in_both_lists(self):
         info = (self.out / "camera_info.yaml").read_text()
         numbers = [line.split("[")[1].rstrip("]") for line in info.splitlines() if "data: [" in line]
         (self.out / "opencv.yaml").write_text(
@@ -146,12 +146,12 @@ class Calibrate(unittest.TestCase):
         self.assertIn("carry no covariance", again.stderr)
         self.assertEqual(0, run("diff", self.model, self.out / "opencv_model.yaml").returncode)
 
-    def test_refuses_two_pictures_and_says_what_is_missing(self):
-        pictures = sorted(SESSION.glob("*.png"))[:2]
-        refused = run("calibrate", *BOARD, "--lasers", *pictures, "-o", self.out / "two.yaml")
+    def test_refuses_two_images_and_says_what_is_missing(self):
+        images = sorted(SESSION.glob("*.png"))[:2]
+        refused = run("calibrate", *BOARD, "--lasers", *images, "-o", self.out / "two.yaml")
         self.assertEqual(3, refused.returncode, refused.stderr)
         self.assertFalse((self.out / "two.yaml").exists())
-        self.assertIn("add pictures", refused.stderr)
+        self.assertIn("add images", refused.stderr)
         self.assertNotIn("nan", refused.stderr)
 
     def test_says_when_squares_were_counted_for_corners(self):
@@ -160,7 +160,7 @@ class Calibrate(unittest.TestCase):
         self.assertEqual(3, wrong.returncode)
         self.assertIn("inner corners", wrong.stderr)
 
-    def test_leaves_a_broken_picture_out_and_says_so(self):
+    def test_leaves_a_broken_image_out_and_says_so(self):
         session = self.out / "broken"
         shutil.copytree(SESSION, session)
         cut = sorted(session.glob("*.png"))[3]
@@ -169,16 +169,16 @@ class Calibrate(unittest.TestCase):
                    self.out / "nine.html")
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertEqual(9, json.loads(done.stdout)["views"])
-        self.assertIn(f"1 of 10 pictures could not be read and is left out (image file '{cut}' is a damaged or truncated PNG",
+        self.assertIn(f"1 of 10 images could not be read and is left out (picture '{cut}' is a damaged or truncated PNG",
                       done.stderr)
         self.assertNotIn("libpng", done.stderr)
         self.assertIn(f"{cut.name}</b><br><span class=\"refusal\">board not used:</span>",
                       (self.out / "nine.html").read_text())
-        for picture in session.glob("*.png"):
-            picture.write_bytes(b"no picture")
+        for image in session.glob("*.png"):
+            image.write_bytes(b"no image")
         done = run("calibrate", *BOARD, "--lasers", session, "-o", self.out / "none.yaml")
         self.assertEqual(1, done.returncode)
-        self.assertIn("none of 10 pictures can be read; image file '", done.stderr)
+        self.assertIn("none of 10 images can be read; picture '", done.stderr)
 
     def test_refuses_nonsense(self):
         self.assertEqual(2, run("calibrate", *BOARD, "-o", self.out / "x.yaml").returncode)
@@ -217,10 +217,10 @@ class Session(unittest.TestCase):
             made = pathlib.Path(directory)
             result = run("simulate", SOURCE / "data/scenes/calibration.yaml", "-o", made, "--frames", "10")
             self.assertEqual(0, result.returncode, result.stderr)
-            pictures = sorted(file.name for file in made.glob("*.png"))
-            self.assertEqual(sorted(file.name for file in SESSION.glob("*.png")), pictures)
-            for picture in pictures:
-                self.assertEqual((SESSION / picture).read_bytes(), (made / picture).read_bytes(), picture)
+            images = sorted(file.name for file in made.glob("*.png"))
+            self.assertEqual(sorted(file.name for file in SESSION.glob("*.png")), images)
+            for image in images:
+                self.assertEqual((SESSION / image).read_bytes(), (made / image).read_bytes(), image)
             self.assertEqual((SESSION / "truth.yaml").read_text(), (made / "model.yaml").read_text())
 
 

@@ -220,16 +220,16 @@ TEST(ColourCameras, PutTheLaserIntoItsOwnChannelAndALittleIntoTheOthers) {
   }
 }
 
-TEST(RealPictures, HaveTheirStripeJudgedBetweenTheKnots) {
-  testing::RealImage picture;
-  picture.stripes = {{{0.0, 10.0}, {10.0, 20.0}}};
-  picture.empty = {{12, 13}};
+TEST(RealImages, HaveTheirStripeJudgedBetweenTheKnots) {
+  testing::RealImage image;
+  image.stripes = {{{0.0, 10.0}, {10.0, 20.0}}};
+  image.empty = {{12, 13}};
   PolarScan scan;
   for (int i = 0; i < 16; ++i) scan.returns.push_back(return_at(10.0 + i));
   scan.returns[5].v_px = 30.0;
   scan.returns[6] = Return{};
   testing::RealScore score;
-  score.add(scan, picture);
+  score.add(scan, image);
   EXPECT_EQ(score.with_stripe, 11U);
   EXPECT_EQ(score.empty, 2U);
   EXPECT_EQ(score.found, 9U);
@@ -237,10 +237,10 @@ TEST(RealPictures, HaveTheirStripeJudgedBetweenTheKnots) {
   EXPECT_EQ(score.unjudged, 3U);
 }
 
-TEST(RealPictures, AreAllReadFromTheTable) {
-  const auto pictures = testing::real_images();
-  EXPECT_EQ(pictures.size(), 159U);
-  for (const auto& picture : pictures) EXPECT_FALSE(picture.stripes.empty()) << picture.file;
+TEST(RealImages, AreAllReadFromTheTable) {
+  const auto images = testing::real_images();
+  EXPECT_EQ(images.size(), 159U);
+  for (const auto& image : images) EXPECT_FALSE(image.stripes.empty()) << image.file;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves what the striper program promises to the shell: exit codes, messages, whole lines in the CSV
-whatever happens, help that teaches. The pictures are made here by hand, so that nothing but the
+whatever happens, help that teaches. The images are made here by hand, so that nothing but the
 program is needed. Does not prove that the ranges are right: the library's own tests do.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 command_line_test.py
@@ -41,7 +41,7 @@ lasers:
 stripe: {axis: columns, channel: grey}
 """
 
-# The same kind of picture (64x48, stripe in row 30) as a JPEG.
+# The same kind of image (64x48, stripe in row 30) as a JPEG.
 JPEG = base64.b64decode(
     "/9j/4AAQSkZJRgABAQAAAQABAAD/2wBDAAoHBwgHBgoICAgLCgoLDhgQDg0NDh0VFhEYIx8lJCIfIiEmKzcvJik0KSEi"
     "MEExNDk7Pj4+JS5ESUM8SDc9Pjv/wAALCAAwAEABAREA/8QAHwAAAQUBAQEBAQEAAAAAAAAAAAECAwQFBgcICQoL/8QA"
@@ -55,7 +55,7 @@ JPEG = base64.b64decode(
 
 
 def pgm(row=STRIPE_ROW, width=WIDTH, height=HEIGHT):
-    """A grey picture with a Gaussian stripe across it."""
+    """A grey image with a Gaussian stripe across it."""
     profile = [10 + 200 * math.exp(-0.5 * ((v - row) / 0.8) ** 2) for v in range(height)]
     pixels = b"".join(bytes([round(value)]) * width for value in profile)
     return b"P5 %d %d 255\n" % (width, height) + pixels
@@ -93,11 +93,11 @@ class EndToEnd(InScratch):
             self.assertTrue(row["status"], "the last field is missing")
         return rows
 
-    def long_recording(self, pictures=100000):
-        """A recording that lasts: every line of its table is the same picture."""
+    def long_recording(self, frames=100000):
+        """A recording that lasts: every line of its table is the same image."""
         os.mkdir(self.path("long"))
         self.write("long/0.pgm", pgm())
-        self.write("long/frames.csv", b"file\n" + b"0.pgm\n" * pictures)
+        self.write("long/frames.csv", b"file\n" + b"0.pgm\n" * frames)
         return "images:" + self.path("long")
 
 
@@ -166,9 +166,9 @@ class WrongUsage(EndToEnd):
         self.check("have 8 bits and end at 255 DN", "capture", self.shots, "--threshold", "255")
         striper("capture", self.shots, "--threshold", "60")
 
-    def test_colour_of_grey_pictures_is_said(self):
+    def test_colour_of_grey_frames_is_said(self):
         done = striper("capture", self.shots, "--channel", "red")
-        self.assertIn("--channel red: the pictures of '", done.stderr)
+        self.assertIn("--channel red: the frames of '", done.stderr)
         self.assertNotIn("--channel", striper("capture", self.shots, "--channel", "grey").stderr)
 
     def test_output_that_holds_something_else(self):
@@ -279,15 +279,15 @@ class BadInput(EndToEnd):
         self.assertIn("frame 0: one row is not two fields", done.stderr)
         self.assertIn("refused 1 frame", done.stderr)
 
-    def check_one_bad_picture(self, reason, **options):
+    def check_one_bad_frame(self, reason, **options):
         done = self.capture(self.shots, "-m", self.model, code=1, **options)
         self.assertIn(reason, done.stderr)
         self.assertEqual({row["frame"] for row in self.rows(done.stdout)}, {"0", "2", "3"})
         return done
 
-    def test_truncated_picture_is_named_and_the_rest_is_scanned(self):
+    def test_truncated_frame_is_named_and_the_rest_is_scanned(self):
         self.write("shots/shot2.pgm", pgm()[:-100])
-        done = self.check_one_bad_picture("shot2.pgm' is a truncated PGM")
+        done = self.check_one_bad_frame("shot2.pgm' is a truncated PGM")
         self.assertIn("1 corrupt", done.stderr)
 
     def test_truncated_jpeg_is_never_scanned(self):
@@ -299,12 +299,12 @@ class BadInput(EndToEnd):
         self.write("whole.jpg", JPEG)
         self.assertEqual(len(self.rows(self.capture(self.path("whole.jpg")).stdout)), WIDTH)
 
-    def test_picture_of_another_size_is_named_and_the_rest_is_scanned(self):
+    def test_frame_of_another_size_is_named_and_the_rest_is_scanned(self):
         self.write("shots/shot2.pgm", pgm(width=32))
-        done = self.check_one_bad_picture("shot2.pgm' is 32x48 grey")
+        done = self.check_one_bad_frame("shot2.pgm' is 32x48 grey")
         self.assertIn("1 of wrong size", done.stderr)
 
-    def test_many_bad_pictures_do_not_flood_the_terminal(self):
+    def test_many_bad_frames_do_not_flood_the_terminal(self):
         for number in range(11, 60):
             self.write(f"shots/shot{number}.pgm", b"P5")
         done = self.capture(self.shots, code=1)
@@ -313,7 +313,7 @@ class BadInput(EndToEnd):
 
 
 class Scans(EndToEnd):
-    def test_without_a_model_only_what_the_picture_gives(self):
+    def test_without_a_model_only_what_the_image_gives(self):
         rows = self.rows(self.capture(self.shots + "?fps=4").stdout)
         self.assertEqual(len(rows), 4 * WIDTH)
         self.assertEqual([row["u_px"] for row in rows[:WIDTH]], [str(u) for u in range(WIDTH)])
@@ -374,7 +374,7 @@ class Scans(EndToEnd):
         self.assertEqual({row["status"] for row in rows}, {"no_stripe"})
         self.assertEqual({row["v_px"] for row in rows}, {""})
 
-    def test_wrong_laser_is_told_of_eight_pictures(self):
+    def test_wrong_laser_is_told_of_eight_frames(self):
         blank = pgm(row=1000)
         os.mkdir(self.path("walk"))
         os.mkdir(self.path("off"))
@@ -412,16 +412,16 @@ class Scans(EndToEnd):
     def test_nothing_but_data_on_the_standard_output(self):
         done = self.capture(self.shots)
         self.rows(done.stdout)
-        self.assertIn("read 4 pictures", done.stderr)
+        self.assertIn("read 4 frames", done.stderr)
         self.assertNotIn("\r", done.stderr, "no progress line where there is no terminal")
 
 
 class NoStripe(EndToEnd):
-    """That there is no stripe is said, with what was tried and where one is instead. The pictures without one are
-    of plain noise: of textures see the pictures with the laser off in doctor_test.py."""
+    """That there is no stripe is said, with what was tried and where one is instead. The images without one are
+    of plain noise: of textures see the images with the laser off in doctor_test.py."""
 
-    def picture(self, name, stripe, along="columns", background=20, colours=0):
-        """Noise, with a stripe if told; of colour pictures it is in plane `colours` - 1 of R, G, B."""
+    def image(self, name, stripe, along="columns", background=20, colours=0):
+        """Noise, with a stripe if told; of colour images it is in plane `colours` - 1 of R, G, B."""
         noise = random.Random(name)
         pixels = bytearray()
         for v in range(HEIGHT):
@@ -432,9 +432,9 @@ class NoStripe(EndToEnd):
                     pixels.append(min(max(round(dn), 0), 255))
         return self.write(name, b"P%d %d %d 255\n" % (6 if colours else 5, WIDTH, HEIGHT) + bytes(pixels))
 
-    def pictures(self, count, stripe, **how):
+    def images(self, count, stripe, **how):
         for number in range(count):
-            self.picture(f"walk/{number}.pnm", stripe, **how)
+            self.image(f"walk/{number}.pnm", stripe, **how)
         return self.path("walk")
 
     def said(self, source, *arguments, code=0):
@@ -455,7 +455,7 @@ class NoStripe(EndToEnd):
         self.assertEqual((summary["without_stripe"], summary["stripe_elsewhere"], lines), (0, None, []))
 
     def test_laser_off(self):
-        summary, lines, _ = self.said(self.pictures(5, 0) + "?laser=0", "--axis", "rows")
+        summary, lines, _ = self.said(self.images(5, 0) + "?laser=0", "--axis", "rows")
         self.assertEqual((summary["without_stripe"], summary["stripe_elsewhere"]), (5, None))
         self.assertEqual(lines, [
             "no_stripe: no laser's stripe in the first 3 scans, looked for along rows (as you asked), channel auto "
@@ -464,27 +464,27 @@ class NoStripe(EndToEnd):
             "no_stripe: in 5 of 5 scans (100 %) no stripe was seen",
         ])
 
-    def test_one_picture_is_enough(self):
-        _, lines, _ = self.said(self.pictures(1, 0))
+    def test_one_image_is_enough(self):
+        _, lines, _ = self.said(self.images(1, 0))
         self.assertIn("no_stripe: no laser's stripe in the first 1 scan, looked for along columns", lines[0])
 
     def test_laser_that_goes_off(self):
-        source = self.pictures(4, 150)
+        source = self.images(4, 150)
         for number in (1, 3):
-            self.picture(f"walk/{number}.pnm", 0)
+            self.image(f"walk/{number}.pnm", 0)
         summary, lines, _ = self.said(source + "?laser=0")
         self.assertEqual(summary["without_stripe"], 2)
         self.assertEqual(lines, ["no_stripe: in 2 of 4 scans (50 %) no stripe was seen"])
 
     def test_stripe_along_the_other_axis(self):
-        source = self.pictures(4, 150, along="rows")
+        source = self.images(4, 150, along="rows")
         summary, lines, _ = self.said(source)
         self.assertEqual(summary["stripe_elsewhere"]["axis"], "rows")
         self.assertRegex(lines[1], r"a stripe along rows in channel grey is seen in \d+ % of the rows: --axis rows$")
         self.assertEqual(self.said(source, "--axis", "rows")[1], [])
 
     def test_stripe_in_another_channel(self):
-        source = self.pictures(4, 150, along="rows", colours=1)
+        source = self.images(4, 150, along="rows", colours=1)
         summary, lines, _ = self.said(source, "--channel", "blue")
         self.assertEqual(summary["stripe_elsewhere"]["axis"], "rows")
         self.assertEqual(summary["stripe_elsewhere"]["channel"], "red")
@@ -492,7 +492,7 @@ class NoStripe(EndToEnd):
         self.assertEqual(self.said(source, "--axis", "rows", "--channel", "red")[1], [])
 
     def test_verify_says_it_too(self):
-        done = striper("verify", self.pictures(4, 0) + "?laser=0", "-m", self.model, code=1)
+        done = striper("verify", self.images(4, 0) + "?laser=0", "-m", self.model, code=1)
         self.assertIn("no_stripe: no laser's stripe in the first 3 scans", done.stderr)
 
     def test_confidence_that_is_asked_for(self):
@@ -697,7 +697,7 @@ class Record(EndToEnd):
         )
         self.assertEqual(len(self.rows(again.stdout)), 4 * WIDTH)
 
-    def test_bad_pictures_are_recorded_as_such(self):
+    def test_bad_frames_are_recorded_as_such(self):
         self.write("shots/shot2.pgm", pgm()[:-1])
         done = striper("record", self.shots, "-o", self.path("rec"), "--json", code=1)
         self.assertEqual(json.loads(done.stdout)["recorded"], 4)
@@ -705,7 +705,7 @@ class Record(EndToEnd):
         done = self.capture(self.path("rec"), code=1)
         self.assertIn("shot2.pgm' is a truncated PGM", done.stderr)
 
-    def test_a_file_keeps_bad_pictures_too(self):
+    def test_a_file_keeps_bad_frames_too(self):
         self.write("shots/shot2.pgm", pgm()[:-1])
         expected = self.capture(self.shots, "--missing", code=1).stdout
         striper("record", self.shots, "-o", self.path("rec.mcap"), code=1)
@@ -713,12 +713,12 @@ class Record(EndToEnd):
         self.assertEqual(done.stdout, expected)
         self.assertIn("shot2.pgm' is a truncated PGM", done.stderr)
 
-    def test_every_keeps_pictures_that_far_apart(self):
+    def test_every_keeps_frames_that_far_apart(self):
         striper("record", self.shots + "?fps=10", "-o", self.path("rec"), "--every", "0.2")
         table = csv.DictReader(io.StringIO(self.read("rec/frames.csv").decode()))
         self.assertEqual([row["sequence"] for row in table], ["0", "2"])
 
-    def test_never_into_a_directory_with_pictures(self):
+    def test_never_into_a_directory_with_images(self):
         done = striper("record", self.shots, "-o", self.shots, code=2)
         self.assertIn("already holds a recording or image files", done.stderr)
 

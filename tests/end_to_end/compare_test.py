@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves what `striper compare` promises on the command line: where the other scanner stands, in the JSON with the
-agreed members, and in text; the picture; --repeat; exit codes and words for what cannot be compared. What the figures
+agreed members, and in text; the plot; --repeat; exit codes and words for what cannot be compared. What the figures
 are worth is proved by compare_tests and compared_rooms_tests.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 compare_test.py
@@ -37,8 +37,8 @@ class Compare(InScratch):
 
     def test_says_where_the_other_stands(self):
         reference = self.seen_from_elsewhere(0.01)
-        picture = self.path("compare.svg")
-        done = striper("compare", self.scans, reference, "--reference-quantum", 0.01, "--plot", picture, "--json")
+        plot = self.path("compare.svg")
+        done = striper("compare", self.scans, reference, "--reference-quantum", 0.01, "--plot", plot, "--json")
         found = json.loads(done.stdout)
         self.assertAlmostEqual(found["pose"]["x_m"], X_M, delta=0.004)
         self.assertAlmostEqual(found["pose"]["y_m"], Y_M, delta=0.004)
@@ -52,7 +52,7 @@ class Compare(InScratch):
             self.assertTrue(math.isfinite(found[key]), key)
         self.assertEqual(len(found["bias_by_bearing"]), 20)
         self.assertEqual(len(found["bias_by_range"]), 20)
-        with open(picture) as file:
+        with open(plot) as file:
             self.assertIn("Seen from above", file.read())
 
     def test_text_says_it_in_words(self):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves the paper's Figure 4 on data/scenes/room.yaml: rendered scans through a 105 degree lens,
-// triangulated with models calibrated from simulated boards (points, not pictures), against a
+// triangulated with models calibrated from simulated boards (points, not images), against a
 // second scanner that stands elsewhere, rounds to 1 cm, is off by a constant and mixes at edges.
 // Where it stands is found, the stated errors hold, the outer columns are as right as calibration
 // says; with a lens of two radial coefficients, as the paper had, they are not. And that COG-3
@@ -37,7 +37,7 @@ constexpr int kCalibrations = 40;
 constexpr int kBoards = 24;          // Of either kind.
 constexpr std::uint64_t kScans = 3;  // Of each calibration.
 
-// ---- What a ray in the laser's sheet meets, from the scene's own words.
+// ---- What a ray in the laser plane meets, from the scene's own words.
 
 struct Ray {
   Eigen::Vector2d from;
@@ -76,7 +76,7 @@ double range_to(const Other&, const Ray&) {
   return kNothing;
 }
 
-// The floor and the ceiling do not meet the sheet.
+// The floor and the ceiling do not meet the laser plane.
 bool is_level(const SceneObject& object) {
   return std::holds_alternative<Plane>(object.shape) &&
          std::abs(object.T_world_object.linear()(2, 0)) > 0.5;
@@ -140,7 +140,7 @@ testing::SyntheticStriper striper_of(const StriperModel& truth) {
   return striper;
 }
 
-// Boards in the laser's sheet, and near ones that fill the picture, for the lens.
+// Boards in the laser plane, and near ones that fill the image, for the lens.
 Observations boards_of(const testing::SyntheticStriper& striper) {
   Observations observations = testing::empty_observations(striper);
   const auto add = [&](int count, double nearest_m, double farthest_m, bool needs_stripe) {
@@ -197,13 +197,13 @@ class ComparedRoom : public ::testing::Test {
   StriperModel truth = simulator.model();
   testing::SyntheticStriper striper = striper_of(truth);
 
-  std::vector<PolarScan> scans_with(const StriperModel& model, std::uint64_t picture) {
+  std::vector<PolarScan> scans_with(const StriperModel& model, std::uint64_t run) {
     ScannerOptions options = ScannerOptions::for_model(model);
     options.ambient.pattern = simulator.scene().timing.pattern;
     Scanner scanner(model, options);
     std::vector<PolarScan> all;
     for (std::uint64_t n = 0; n < kScans; ++n) {
-      const ScanSpan scans = scanner.process(simulator.render(kScans * picture + n));
+      const ScanSpan scans = scanner.process(simulator.render(kScans * run + n));
       all.insert(all.end(), scans.begin(), scans.end());
     }
     return all;

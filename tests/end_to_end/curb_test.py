@@ -95,8 +95,8 @@ class Curb(InScratch):
         def ends(t):
             return CURB if t < 0.7 else FLAT
         table = self.write("street.csv", street_csv(ends, 24))
-        lines, recording, picture = self.path("run.jsonl"), self.path("run.mcap"), self.path("curbs.svg")
-        rows, summary, _ = self.curb(table, "--to", lines, "--to", recording, "--plot", picture)
+        lines, recording, plot = self.path("run.jsonl"), self.path("run.mcap"), self.path("curbs.svg")
+        rows, summary, _ = self.curb(table, "--to", lines, "--to", recording, "--plot", plot)
         with open(lines, encoding="utf-8") as file:
             said = [json.loads(line) for line in file]
         found = [line for line in said if "curbs" in line]
@@ -115,7 +115,7 @@ class Curb(InScratch):
         # Both files are scans as well.
         for again in (lines, recording):
             self.assertEqual(self.curb(again)[0], rows)
-        with open(picture, encoding="utf-8") as file:
+        with open(plot, encoding="utf-8") as file:
             drawn = file.read()
         for text in ("across the road", "Curbs along the way", "Their heights", "face", "one sigma"):
             self.assertIn(text, drawn)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves, against the simulator's exact truth, that the stripe is found in sunlight where the
 // paper's method fails: in the two fields of its NTSC camera, beside brighter surfaces and under
-// light sources, weak, moving, with pictures lost, with several lasers. With STRIPER_FULL_TRIALS
-// there are as many pictures as decide the goals. It does not prove what real asphalt or a real
+// light sources, weak, moving, with frames lost, with several lasers. With STRIPER_FULL_TRIALS
+// there are as many frames as decide the goals. It does not prove what real asphalt or a real
 // lens does.
 #include "support/daylight.hpp"
 
@@ -31,14 +31,14 @@ using testing::DaylightWay;
 using ::testing::Not;
 
 #ifdef STRIPER_FULL_TRIALS
-constexpr int kPictures = 121;
-constexpr int kMovingPictures = 11;  // Later the bank of snow crosses the wall.
+constexpr int kFrames = 121;
+constexpr int kMovingFrames = 11;  // Later the bank of snow crosses the wall.
 constexpr int kDetectionScenes = 8;
 constexpr std::array kSpeedsPastLightSources{1.4, 3.0, 10.0};
 constexpr std::array kSpeedsOfLosses{0.0, 5.0};
 #else
-constexpr int kPictures = 7;
-constexpr int kMovingPictures = 3;
+constexpr int kFrames = 7;
+constexpr int kMovingFrames = 3;
 constexpr int kDetectionScenes = 1;
 constexpr std::array kSpeedsPastLightSources{3.0};
 constexpr std::array kSpeedsOfLosses{0.0};
@@ -54,10 +54,10 @@ double with_chance(double rate, std::size_t columns) {
 
 Scene hard_case() { return load_scene(testing::source_path("data/scenes/ntsc_sun.yaml")); }
 
-DaylightScore scan(const Scene& scene, const DaylightWay& way, int pictures,
+DaylightScore scan(const Scene& scene, const DaylightWay& way, int frames,
                    ScannerStatus* status = nullptr) {
   DaylightScore score = testing::scan_in_daylight(
-      scene, way, pictures, [](int) { return true; }, status);
+      scene, way, frames, [](int) { return true; }, status);
   std::cout << scene.name << ": found " << score.found << " of " << score.countable << ", "
             << score.false_points << " false points in " << score.columns
             << " columns, range error " << score.error_mm() << " mm, pull " << score.pull() << "\n";
@@ -66,11 +66,11 @@ DaylightScore scan(const Scene& scene, const DaylightWay& way, int pictures,
 
 TEST(HardCase, FieldsWithTheTrackerFindTheStripe) {
   ScannerStatus status;
-  const DaylightScore score = scan(hard_case(), {}, kPictures, &status);
+  const DaylightScore score = scan(hard_case(), {}, kFrames, &status);
   EXPECT_EQ(status.ambient.pattern, IlluminationPattern::parse("0,dark"));
   EXPECT_EQ(status.ambient.origin, PatternOrigin::kFound);
   EXPECT_EQ(status.ambient.method, AmbientMethod::kFields);
-  EXPECT_EQ(score.scans, static_cast<std::size_t>(kPictures - 1));
+  EXPECT_EQ(score.scans, static_cast<std::size_t>(kFrames - 1));
   EXPECT_EQ(score.scans_of_dark, 0U);
   EXPECT_GE(score.found_fraction(), 0.99);
   EXPECT_LE(score.false_per_column(), with_chance(5e-4, score.columns));
@@ -85,14 +85,14 @@ TEST(HardCase, MethodPaperFails) {
 TEST(HardCase, WhatPassesByMakesNoGhosts) {
   Scene scene = hard_case();
   testing::drive(scene, 10.0);
-  const DaylightScore score = scan(scene, {}, kMovingPictures);
+  const DaylightScore score = scan(scene, {}, kMovingFrames);
   EXPECT_EQ(score.scans_of_dark, 0U);
   EXPECT_GE(score.found_fraction(), 0.95);
   EXPECT_LE(score.false_per_column(), with_chance(1e-3, score.columns));
 }
 
-// Edges and light sources that jump from picture to picture show lines in dark exposures too.
-TEST(HardCase, PatternOfWholePicturesIsFoundAtSpeed) {
+// Edges and light sources that jump from frame to frame show lines in dark exposures too.
+TEST(HardCase, PatternOfWholeFramesIsFoundAtSpeed) {
   for (const char* const pattern : {"0,dark", "0"}) {
     Scene scene = hard_case();
     testing::drive_past_light_sources(scene, 16.7, PatternFinder::kFrames);
@@ -116,8 +116,8 @@ TEST(HardCase, LightSourcesThatPassByHideWhatTheyCoverAndMakeNoGhosts) {
   for (const double speed_m_s : kSpeedsPastLightSources) {
     SCOPED_TRACE(speed_m_s);
     Scene scene = hard_case();
-    testing::drive_past_light_sources(scene, speed_m_s, kMovingPictures);
-    const DaylightScore score = scan(scene, {}, kMovingPictures);
+    testing::drive_past_light_sources(scene, speed_m_s, kMovingFrames);
+    const DaylightScore score = scan(scene, {}, kMovingFrames);
     EXPECT_EQ(score.scans_of_dark, 0U);
     EXPECT_GE(score.found_fraction(), 0.87);
     EXPECT_GE(score.found_fraction() + score.blind_fraction(), 0.99);
@@ -134,8 +134,8 @@ TEST(HardCase, LightSourcesThatPassAtRoadSpeedMakeNoGhosts) {
   for (const double speed_km_h : {60.0, 65.0, 70.0, 80.0, 100.0}) {
     SCOPED_TRACE(speed_km_h);
     Scene scene = hard_case();
-    testing::drive_past_light_sources(scene, speed_km_h / 3.6, kMovingPictures);
-    const DaylightScore score = scan(scene, {}, kMovingPictures);
+    testing::drive_past_light_sources(scene, speed_km_h / 3.6, kMovingFrames);
+    const DaylightScore score = scan(scene, {}, kMovingFrames);
     EXPECT_EQ(score.scans_of_dark, 0U);
     EXPECT_GE(score.located_fraction(), 0.85);
     EXPECT_GE(score.found_fraction(), 0.8);
@@ -169,8 +169,8 @@ TEST(SeveralLasers, GiveOneScanEachAndDarkNone) {
       EXPECT_LT(score.error_mm(), 20.0) << scan.sequence;
     }
   };
-  for (std::uint64_t picture = 0; picture < 13; ++picture) {
-    Frame frame = simulator.render(picture);
+  for (std::uint64_t n = 0; n < 13; ++n) {
+    Frame frame = simulator.render(n);
     frame.illumination = Illumination::unknown();
     check(scanner.process(frame));
   }
@@ -189,19 +189,19 @@ std::vector<bool> losses(int frames) {
   return is_kept;
 }
 
-class LostPictures : public ::testing::TestWithParam<ScanMode> {};
+class LostFrames : public ::testing::TestWithParam<ScanMode> {};
 
-// At rest: what moves takes a second a picture to render.
-TEST_P(LostPictures, GiveNoScanFromAMismatchedPair) {
+// At rest: what moves takes a second a frame to render.
+TEST_P(LostFrames, GiveNoScanFromAMismatchedPair) {
   for (const double speed_m_s : kSpeedsOfLosses) {
     Scene scene = hard_case();
     if (speed_m_s > 0.0) testing::drive(scene, speed_m_s);
     scene.timing.scan = GetParam();
-    constexpr int kFrames = 30;
-    const std::vector<bool> kept = losses(2 * kFrames);
+    constexpr int kTrialFrames = 30;
+    const std::vector<bool> kept = losses(2 * kTrialFrames);
     ScannerStatus status;
     const DaylightScore score = testing::scan_in_daylight(
-        scene, {}, kFrames, [&](int frame) { return kept[static_cast<std::size_t>(frame)]; },
+        scene, {}, kTrialFrames, [&](int frame) { return kept[static_cast<std::size_t>(frame)]; },
         &status);
     SCOPED_TRACE(status.ambient.pattern.to_string());
     EXPECT_GE(score.scans, 5U);  // Of some ten whose neighbours are not lost either.
@@ -212,13 +212,13 @@ TEST_P(LostPictures, GiveNoScanFromAMismatchedPair) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(HardCase, LostPictures,
+INSTANTIATE_TEST_SUITE_P(HardCase, LostFrames,
                          ::testing::Values(ScanMode::kBottomFirst, ScanMode::kAlternateTopFirst,
                                            ScanMode::kProgressive));
 
 #ifdef STRIPER_FULL_TRIALS
 
-// What moves takes a second a picture to render.
+// What moves takes a second a frame to render.
 
 TEST(HardCase, PatternIsFoundAtAHundredKilometresPerHour) {
   Scene scene = hard_case();
@@ -242,8 +242,8 @@ TEST(FieldOrder, WrongOneIsReported) {
     Scanner right(simulator.model(), options);
     options.events = of_wrong.port();
     Scanner wrong(simulator.model(), options);
-    for (std::uint64_t picture = 0; picture < 6; ++picture) {
-      Frame frame = simulator.render(picture);
+    for (std::uint64_t n = 0; n < 6; ++n) {
+      Frame frame = simulator.render(n);
       frame.illumination = Illumination::unknown();
       right.process(frame);
       frame.field = Field::kInterlacedTopFirst;
@@ -322,16 +322,16 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-// All scans of some pictures, the pattern given: a stripe so weak, or none, shows none.
+// All scans of some frames, the pattern given: a stripe so weak, or none, shows none.
 template <typename Action>
-void for_each_scan(Simulator& simulator, PeakRule rule, int pictures, const Action& action) {
+void for_each_scan(Simulator& simulator, PeakRule rule, int frames, const Action& action) {
   ScannerOptions options = ScannerOptions::for_model(simulator.model());
   options.ambient.pattern = simulator.scene().timing.pattern;
   options.stripe.peak = rule;
   options.stripe.stripe_sigma_px = 1.2;
   Scanner scanner(simulator.model(), options);
-  for (int picture = 0; picture < pictures; ++picture) {
-    Frame frame = simulator.render(static_cast<std::uint64_t>(picture));
+  for (int n = 0; n < frames; ++n) {
+    Frame frame = simulator.render(static_cast<std::uint64_t>(n));
     for (const PolarScan& scan : scanner.process(frame)) {
       if (scan.sequence != 0) action(scan);
     }
@@ -340,7 +340,7 @@ void for_each_scan(Simulator& simulator, PeakRule rule, int pictures, const Acti
 
 // Of the columns whose stripe has about this signal-to-noise ratio, the fraction that is not found,
 // and how many there are.
-double lost_at(double snr, PeakRule rule, int pictures, std::size_t& countable) {
+double lost_at(double snr, PeakRule rule, int frames, std::size_t& countable) {
   testing::reseed();
   countable = 0;
   std::size_t found = 0;
@@ -353,7 +353,7 @@ double lost_at(double snr, PeakRule rule, int pictures, std::size_t& countable) 
     Simulator simulator(scene);
     const std::vector<double> ratios = signal_to_noise(simulator);
     const Truth truth = simulator.truth(1).at(0);
-    for_each_scan(simulator, rule, pictures, [&](const PolarScan& scan) {
+    for_each_scan(simulator, rule, frames, [&](const PolarScan& scan) {
       for (std::size_t i = 0; i < ratios.size(); ++i) {
         if (!(std::abs(ratios[i] / snr - 1.0) < 0.1)) continue;
         const Return& r = scan.returns[i];
@@ -368,13 +368,13 @@ double lost_at(double snr, PeakRule rule, int pictures, std::size_t& countable) 
   return 1.0 - static_cast<double>(found) / static_cast<double>(countable);
 }
 
-// Returns in pictures without a stripe, per column.
-double found_without_stripe(PeakRule rule, int pictures, std::size_t& columns) {
+// Returns in frames without a stripe, per column.
+double found_without_stripe(PeakRule rule, int frames, std::size_t& columns) {
   testing::reseed();
   Simulator simulator(panels(1e-15));
   columns = 0;
   std::size_t found = 0;
-  for_each_scan(simulator, rule, pictures, [&](const PolarScan& scan) {
+  for_each_scan(simulator, rule, frames, [&](const PolarScan& scan) {
     for (const Return& r : scan.returns) {
       ++columns;
       found += verdict(r.status) != Verdict::kMissing ? 1 : 0;
@@ -386,13 +386,13 @@ double found_without_stripe(PeakRule rule, int pictures, std::size_t& columns) {
 
 void expect_lost(double snr, PeakRule rule, double most) {
   std::size_t countable = 0;
-  const double lost = lost_at(snr, rule, kPictures, countable);
+  const double lost = lost_at(snr, rule, kFrames, countable);
   EXPECT_LE(lost, with_chance(most, countable)) << "SNR " << snr;
 }
 
 TEST(WeakStripes, AColumnAloneFindsWhatTheMatchedFilterAllows) {
   std::size_t columns = 0;
-  const double rate = found_without_stripe(PeakRule::kBrightest, 2 * kPictures, columns);
+  const double rate = found_without_stripe(PeakRule::kBrightest, 2 * kFrames, columns);
   EXPECT_LE(rate, with_chance(1e-3, columns));
   expect_lost(5.0, PeakRule::kBrightest, 0.005);
   expect_lost(3.0, PeakRule::kBrightest, 0.55);
@@ -400,7 +400,7 @@ TEST(WeakStripes, AColumnAloneFindsWhatTheMatchedFilterAllows) {
 
 TEST(WeakStripes, TheTrackerFindsWhatNoColumnShows) {
   std::size_t columns = 0;
-  const double rate = found_without_stripe(PeakRule::kContinuous, 2 * kPictures, columns);
+  const double rate = found_without_stripe(PeakRule::kContinuous, 2 * kFrames, columns);
   EXPECT_LE(rate, with_chance(1e-3, columns));
   expect_lost(2.0, PeakRule::kContinuous, 0.005);
   expect_lost(1.5, PeakRule::kContinuous, 0.02);
@@ -434,7 +434,7 @@ TEST(WeakStripes, LightSourcesHideWhatTheyCoverAndNothingElse) {
                    Rectangle{4.0 / focal_px, 60.0 / focal_px});
   DaylightScore score;
   Simulator simulator(scene);
-  for_each_scan(simulator, PeakRule::kContinuous, kPictures,
+  for_each_scan(simulator, PeakRule::kContinuous, kFrames,
                 [&](const PolarScan& scan) { testing::add_scan(scan, simulator, score); });
   std::cout << "light sources: found " << score.found << " of " << score.countable << ", "
             << score.false_points << " false points in " << score.columns << "\n";

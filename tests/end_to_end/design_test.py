@@ -94,12 +94,12 @@ class Design(InScratch):
         for word in ("0.16 degrees", "5.0 cm", "no reproduction", "13333", "6.67", "2.50"):
             self.assertIn(word, text)
 
-    def test_says_in_words_what_is_not_in_the_picture(self):
+    def test_says_in_words_what_is_not_in_the_image(self):
         text = striper("design", *PAPER[:-4], "--range", 0.3, "--range", 2).stdout
-        self.assertIn("0.3 m straight ahead is not in the picture", text)
-        self.assertIn("   0.30  not in the picture\n", text)
+        self.assertIn("0.3 m straight ahead is not in the image", text)
+        self.assertIn("   0.30  not in the image\n", text)
         self.assertNotIn("nan", text)
-        self.assertIn("sees nothing of the laser's sheet", striper("design", *PAPER[:-4], "--tilt", -80).stdout)
+        self.assertIn("sees nothing of the laser plane", striper("design", *PAPER[:-4], "--tilt", -80).stdout)
 
     def test_a_scene_and_its_model_agree_on_geometry(self):
         scene = self.figures("--from", scene_path("room.yaml"), "--range", 2)
@@ -117,7 +117,7 @@ class Design(InScratch):
         bright = self.figures(*room, "--energy", 20.8)["at"][0]["signal_dn"]
         self.assertAlmostEqual(bright / self.figures(*room)["at"][0]["signal_dn"], 2, delta=1e-6)
 
-    def test_plot_is_a_picture(self):
+    def test_plot_is_an_svg(self):
         striper("design", *PAPER, "--plot", self.path("design.svg"))
         with open(self.path("design.svg")) as file:
             svg = file.read()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves that `striper doctor` says of pictures what is wrong with light, laser, focus, fields, numbers and
-model, for grey and colour, for a stripe along either axis, for whole and for interlaced pictures. What it says of
+"""Proves that `striper doctor` says of images what is wrong with light, laser, focus, fields, numbers and
+model, for grey and colour, for a stripe along either axis, for whole and for interlaced frames. What it says of
 cameras and networks is in gige_test.py and gige_network_test.py.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 doctor_test.py
@@ -26,7 +26,7 @@ def stripe(height, at=60.0, sigma=1.2):
 
 
 def grey(background, light, along="columns"):
-    """A picture with a stripe that has one centre in every column, or in every row."""
+    """An image with a stripe that has one centre in every column, or in every row."""
     across = HEIGHT if along == "columns" else WIDTH
     profile = bytes(min(round(background + light(place)), 255) for place in range(across))
     if along == "columns":
@@ -37,7 +37,7 @@ def grey(background, light, along="columns"):
 
 
 def crossed(light):
-    """A picture with light by row and column."""
+    """An image with light by row and column."""
     pixels = bytes(min(round(20 + light(row, column)), 255) for row in range(HEIGHT) for column in range(WIDTH))
     return b"P5 %d %d 255\n" % (WIDTH, HEIGHT) + pixels
 
@@ -53,7 +53,7 @@ def green_on_white(background, light):
 
 
 class Doctor(InScratch):
-    def picture(self, content, name="picture.pnm"):
+    def image(self, content, name="image.pnm"):
         return "images:" + self.write(name, content)
 
     def findings(self, source, code, *options):
@@ -76,70 +76,70 @@ class Doctor(InScratch):
 
 
 class Light(Doctor):
-    def test_pictures_that_are_well(self):
-        source = self.picture(grey(20, stripe(150)))
+    def test_images_that_are_well(self):
+        source = self.image(grey(20, stripe(150)))
         self.check_all_is_well(self.findings(source, 0), "a stripe in 100 % of the columns")
 
     def test_exposure_too_short(self):
-        findings = self.findings(self.picture(grey(3, stripe(0))), 1)
-        self.check(findings, "bad", "pictures are dark", "exposure too short")
-        findings = self.findings(self.picture(grey(5, stripe(15))), 0)
+        findings = self.findings(self.image(grey(3, stripe(0))), 1)
+        self.check(findings, "bad", "images are dark", "exposure too short")
+        findings = self.findings(self.image(grey(5, stripe(15))), 0)
         self.check(findings, "doubtful", "is faint: 6 %", "lengthen exposure_us")
 
     def test_exposure_too_long(self):
-        findings = self.findings(self.picture(grey(255, stripe(0))), 1)
+        findings = self.findings(self.image(grey(255, stripe(0))), 1)
         self.check(findings, "bad", "100 % of the pixels are saturated", "shorten exposure_us")
 
     def test_stripe_saturated(self):
-        findings = self.findings(self.picture(grey(20, stripe(400))), 0)
+        findings = self.findings(self.image(grey(20, stripe(400))), 0)
         self.check(findings, "doubtful", "stripe is saturated in 100 % of its columns", "shorten")
 
     def test_laser_off(self):
-        findings = self.findings(self.picture(grey(80, stripe(0))), 1)
+        findings = self.findings(self.image(grey(80, stripe(0))), 1)
         self.check(findings, "bad", "is it on, is it in view, which axis\\? The surroundings are at 80", "or laser= is wrong")
         self.assertIn("no_stripe", self.codes(findings))
 
     def test_out_of_focus(self):
-        findings = self.findings(self.picture(grey(20, stripe(150, sigma=6.0))), 0)
+        findings = self.findings(self.image(grey(20, stripe(150, sigma=6.0))), 0)
         self.check(findings, "doubtful", r"is 14\.\d pixels wide", "out of focus")
 
     def test_another_line_as_bright(self):
         both = lambda place: stripe(150, at=40.0)(place) + stripe(150, at=80.0)(place)
-        findings = self.findings(self.picture(grey(20, both)), 0)
+        findings = self.findings(self.image(grey(20, both)), 0)
         self.check(findings, "doubtful", "100 % of what was found is not plainly the stripe", "other bright lines")
 
     def test_for_people(self):
-        done = striper("doctor", self.picture(grey(80, stripe(0))), code=1)
-        self.assertRegex(done.stdout, r"(?m)^bad +no laser stripe in these pictures.*\n +-> laser off or out of view")
+        done = striper("doctor", self.image(grey(80, stripe(0))), code=1)
+        self.assertRegex(done.stdout, r"(?m)^bad +no laser stripe in these images.*\n +-> laser off or out of view")
 
 
 class Colour(Doctor):
     def test_the_laser_is_found_in_its_colour(self):
-        source = self.picture(green_on_white(30, stripe(100)))
+        source = self.image(green_on_white(30, stripe(100)))
         findings = self.findings(source, 0)
         self.check(findings, "good", "channel green-red")
         self.check_all_is_well(findings, "a stripe in 100 % of the columns")
 
     def test_laser_off(self):
-        findings = self.findings(self.picture(green_on_white(30, stripe(0))), 1, "--channel", "green-red")
-        self.check(findings, "bad", "no laser stripe in these pictures", "laser off")
+        findings = self.findings(self.image(green_on_white(30, stripe(0))), 1, "--channel", "green-red")
+        self.check(findings, "bad", "no laser stripe in these images", "laser off")
         self.assertIn("no_stripe", self.codes(findings))
 
     def test_looked_for_in_the_wrong_channel(self):
-        source = self.picture(green_on_white(30, stripe(100)))
+        source = self.image(green_on_white(30, stripe(100)))
         findings = self.findings(source, 1, "--channel", "blue")
         self.check(findings, "bad", "no laser stripe along columns in channel blue, but a stripe along columns in channel",
                    "say --channel green-red")
         self.assertIn("other_channel", self.codes(findings))
 
     def test_saturated(self):
-        source = self.picture(b"P6 %d %d 255\n" % (WIDTH, HEIGHT) + b"\xff" * (3 * WIDTH * HEIGHT))
+        source = self.image(b"P6 %d %d 255\n" % (WIDTH, HEIGHT) + b"\xff" * (3 * WIDTH * HEIGHT))
         self.check(self.findings(source, 1), "bad", "100 % of the pixels are saturated", "shorten")
 
 
 class Axis(Doctor):
     def test_a_stripe_from_top_to_bottom(self):
-        source = self.picture(grey(20, stripe(150), along="rows"))
+        source = self.image(grey(20, stripe(150), along="rows"))
         findings = self.findings(source, 0, "--axis", "rows")
         self.check_all_is_well(findings, "a stripe in 100 % of the rows")
         # Along the columns there is none, and the cure names the other axis.
@@ -156,13 +156,13 @@ class Axis(Doctor):
         def both(reach):
             return lambda row, column: (column < reach) * stripe(150)(row) + stripe(100, at=130.0)(column)
 
-        findings = self.findings(self.picture(crossed(both(WIDTH))), 0)
+        findings = self.findings(self.image(crossed(both(WIDTH))), 0)
         self.check_all_is_well(findings, "a stripe in 100 % of the columns")
         # Where it is longer than the stripe, that is said, and so is what there is of the stripe.
-        findings = self.findings(self.picture(crossed(both(WIDTH // 2))), 0)
+        findings = self.findings(self.image(crossed(both(WIDTH // 2))), 0)
         self.check(findings, "good", "a stripe in 5. % of the columns")
         self.check(findings, "doubtful", "along the other axis", "if that is the stripe, say --axis rows")
-        findings = self.findings(self.picture(crossed(both(WIDTH // 2))), 0, "--peak", "all")
+        findings = self.findings(self.image(crossed(both(WIDTH // 2))), 0, "--peak", "all")
         self.check(findings, "good", "a stripe in 5. % of the columns")
 
     def test_the_axis_of_the_model(self):
@@ -180,7 +180,7 @@ class Axis(Doctor):
 
 
 class Fields(Doctor):
-    """Interlaced pictures with the laser in one field alone, in the sun."""
+    """Interlaced frames with the laser in one field alone, in the sun."""
 
     @classmethod
     def setUpClass(cls):
@@ -211,27 +211,27 @@ class Numbers(Doctor):
     def test_gaps_are_named_and_not_blamed_on_a_cable(self):
         os.mkdir(self.path("shots"))
         for number in (0, 1, 2, 3, 5, 6, 7, 8, 9):
-            self.picture(grey(20, stripe(150)), f"shots/shot_{number:03}.pgm")
+            self.image(grey(20, stripe(150)), f"shots/shot_{number:03}.pgm")
         findings = self.findings("images:" + self.path("shots"), 0)
-        self.check(findings, "doubtful", "1 number missing between the pictures", "pattern goes on")
+        self.check(findings, "doubtful", "1 number missing between the frames", "pattern goes on")
         self.check(findings, "good", "a stripe in 100 % of the columns")
 
-    def test_lit_pictures_whose_dark_ones_are_missing(self):
+    def test_lit_frames_whose_dark_ones_are_missing(self):
         os.mkdir(self.path("shots"))
         for number in range(3):
-            self.picture(grey(20, stripe(150)), f"shots/{number}.pgm")
+            self.image(grey(20, stripe(150)), f"shots/{number}.pgm")
         with open(self.path("shots/frames.csv"), "w", encoding="utf-8") as file:
             file.write("file,sequence\n" + "".join(f"{n}.pgm,{2 * n}\n" for n in range(3)))
         findings = self.findings("images:" + self.path("shots") + "?laser=0,dark", 1)
-        self.check(findings, "doubtful", "2 numbers missing between the pictures", "pattern goes on")
+        self.check(findings, "doubtful", "2 numbers missing between the frames", "pattern goes on")
         self.check(findings, "bad", "none of 3 frames could be scanned", "laser=")
 
-    def test_damaged_picture(self):
+    def test_damaged_frame(self):
         os.mkdir(self.path("shots"))
         for number in range(3):
-            self.picture(grey(20, stripe(150))[: None if number else 999], f"shots/{number}.pgm")
+            self.image(grey(20, stripe(150))[: None if number else 999], f"shots/{number}.pgm")
         findings = self.findings("images:" + self.path("shots"), 1)
-        self.check(findings, "bad", "1 damaged picture", "damaged file")
+        self.check(findings, "bad", "1 damaged frame", "damaged file")
 
 
 class Model(Doctor):
@@ -255,7 +255,7 @@ class Model(Doctor):
         findings = self.findings("images:" + self.wall.name, 0, "--model", self.model())
         self.check_all_is_well(findings, r"a stripe in \d+ % of the columns")
 
-    def test_dark_pictures_are_taken_off_the_lit_ones(self):
+    def test_dark_exposures_are_subtracted_from_the_lit_ones(self):
         findings = self.findings(f"sim:{WALL}?frames=4&laser=0,dark", 0, "--model", self.model())
         self.check(findings, "good", "pattern 0,dark .*, ambient alternate")
         self.check_all_is_well(findings, r"a stripe in \d+ % of the columns")
@@ -271,7 +271,7 @@ class Model(Doctor):
         self.check(findings, "bad", "100 % of the stripe is where the model's laser plane", "calibrate")
 
     def test_of_another_camera(self):
-        source = self.picture(grey(20, stripe(150)))
+        source = self.image(grey(20, stripe(150)))
         findings = self.findings(source, 1, "--model", self.model())
         self.check(findings, "bad", "is of a camera of 640x480 pixels")
 

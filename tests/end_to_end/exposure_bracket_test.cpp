@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that an exposure bracket sees black and white, near and far, in one scan with true error
 // bars, where each of its exposures alone does not; that its laser's time counts; and that a
-// recording and a lost picture are put together alike. Simulated, against exact truth.
+// recording and a lost frame are put together alike. Simulated, against exact truth.
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -97,8 +97,8 @@ std::vector<Surface> scan_panels(const std::string& pattern) {
   Scanner scanner(simulator.model(), options);
   std::vector<Surface> surfaces = panels();
   const Truth truth = simulator.truth(0).front();
-  const auto pictures = kRounds * options.ambient.pattern.entries().size();
-  for (std::uint64_t n = 0; n < pictures; ++n) {
+  const auto frames = kRounds * options.ambient.pattern.entries().size();
+  for (std::uint64_t n = 0; n < frames; ++n) {
     for (const PolarScan& scan : scanner.process(simulator.render(n))) {
       judge(scan, truth, surfaces);
     }
@@ -139,7 +139,7 @@ struct Rounds {
   double lit_s = 0.0;
 };
 
-Rounds scan_rounds(std::uint64_t pictures, const std::set<std::uint64_t>& lost) {
+Rounds scan_rounds(std::uint64_t frames, const std::set<std::uint64_t>& lost) {
   Simulator simulator(scene_with(""));
   ScannerOptions options;
   options.ambient.pattern = simulator.scene().timing.pattern;
@@ -148,7 +148,7 @@ Rounds scan_rounds(std::uint64_t pictures, const std::set<std::uint64_t>& lost) 
   const auto take = [&](const auto& scans) {
     for (const PolarScan& scan : scans) rounds.sequences.push_back(scan.sequence);
   };
-  for (std::uint64_t n = 0; n < pictures; ++n) {
+  for (std::uint64_t n = 0; n < frames; ++n) {
     if (lost.count(n) == 0) take(scanner.process(simulator.render(n)));
   }
   take(scanner.finish());

@@ -50,7 +50,7 @@ def answer_as_a_camera(address):
 
 
 # What the fake camera's pattern of slopes looks like to a striper is not what these tests are about.
-ANY_PICTURES = (0, 1)
+ANY_FRAMES = (0, 1)
 
 
 class Network(unittest.TestCase):
@@ -125,7 +125,7 @@ class SameSubnet(Network):
 
     def test_camera_that_is_well(self):
         self.start_fake_camera()
-        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20", ANY_PICTURES)
+        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20", ANY_FRAMES)
         self.check(findings, "good", "Fake FAKE1 answers at 10.77.1.2 on cable", "")
         self.check(findings, "good", "free to be opened", "")
         self.check(findings, "doubtful", "MTU of cable is 1500", "ip link set cable mtu 9000")
@@ -164,7 +164,7 @@ class OtherSubnet(Network):
     def test_the_cure_cures(self):
         self.start_fake_camera()
         ip("-n", HOST, "addr", "add", "10.77.2.254/24", "dev", "cable")
-        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20", ANY_PICTURES)
+        findings = self.doctor("gige:FAKE1?roi=0,0,64,64&fps=20", ANY_FRAMES)
         self.check(findings, "good", "free to be opened", "")
         self.check(findings, "good", "opened: Aravis Fake FAKE1", "")
 

@@ -98,7 +98,7 @@ class VirtualCamera:
         return self.program.communicate(timeout=20)[1]
 
     def uri(self, query=""):
-        """A machine that is busy with other tests is no reason to give a picture up."""
+        """A machine that is busy with other tests is no reason to give a frame up."""
         return f"gige:{self.address}?frame_timeout_ms=3000" + (f"&{query}" if query else "")
 
     def writes(self):
@@ -424,16 +424,16 @@ class AnotherMakersCamera(Gige):
         listed = striper("devices").stdout
         self.assertIn("gige:SHIPPED\n  Aravis Fake SHIPPED (GigE Vision on lo, 127.0.0.1), free", listed)
         uri = "gige:SHIPPED?roi=0,0,320,240&fps=25&exposure_us=1000"
-        done = striper("record", uri, "-o", self.path("pictures"), "--frames", "10")
-        self.assertIn("10 pictures", done.stderr)
-        with open(self.path("pictures/frames.csv"), encoding="utf-8") as file:
+        done = striper("record", uri, "-o", self.path("frames"), "--frames", "10")
+        self.assertIn("10 frames", done.stderr)
+        with open(self.path("frames/frames.csv"), encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual([row["sequence"] for row in rows], [str(n) for n in range(10)])
         striper("capture", uri, "--frames", "5", "--missing", "-o", self.path("scans.csv"))
 
 
 class Doctor(Gige):
-    """Each trouble is told from the others, with its cure. What it says of pictures is in doctor_test.py."""
+    """Each trouble is told from the others, with its cure. What it says of images is in doctor_test.py."""
 
     def findings(self, source, code, seconds="1"):
         done = striper("doctor", source, "--seconds", seconds, "--json", code=code)
@@ -475,7 +475,7 @@ class Doctor(Gige):
             findings = self.findings(camera.uri("packet_size=1400"), 0, "2")
             self.check(findings, "doubtful", r"\d+ packets were lost and asked for again", "cable, switch")
             findings = self.findings(camera.uri("packet_size=1400&resend=no"), 1, "2")
-            self.check(findings, "bad", "pictures lost on the way", "net.core.rmem_max")
+            self.check(findings, "bad", "frames lost on the way", "net.core.rmem_max")
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ from program import SOURCE_DIR, STRIPER, InScratch, scene_path, striper
 SCENE = scene_path("truck.yaml")
 TRUCK = os.path.join(SOURCE_DIR, "data/roads/laser_truck.yaml")
 TABLES = ("lateral.csv", "guns.csv", "seen.csv", "faults.csv")
-RATE = 24  # The scene's pictures a second.
+RATE = 24  # The scene's frames a second.
 
 
 class Live(InScratch):

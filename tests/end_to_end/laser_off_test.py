@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proves that pictures of real texture and simulated rooms without a laser are said to have none: `capture` with the
+"""Proves that images of real texture and simulated rooms without a laser are said to have none: `capture` with the
 event no_stripe, `doctor` by failing, and neither with a word of a stripe's brightness or focus. The boards are other
 people's photographs (optional, `../shared`). How often single columns are wrong is measured elsewhere.
 

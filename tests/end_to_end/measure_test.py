@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves what `striper noise` and `striper bench` promise: the simulator's own noise found again and
-written into a model, pictures that do not tell refused with the reason and exit code 3, tables that a
+written into a model, frames that do not tell refused with the reason and exit code 3, tables that a
 program can read. Does not prove that any speed is reached: that depends on the machine.
 
 Run by ctest; by hand: STRIPER=build/release/apps/striper/striper python3 measure_test.py
@@ -12,7 +12,7 @@ import unittest
 
 from program import InScratch, striper
 
-# Panels from dark to bright in daylight, every other picture without the laser.
+# Panels from dark to bright in daylight, every other frame without the laser.
 SCENE = """striper_scene: 1
 camera: {width: 320, height: 240, fov_deg: 60}
 imager: {blur_px: 0.6, dn_per_electron: 0.06, black_level_dn: 6, shutter_us: 20}
@@ -29,15 +29,15 @@ objects:
 
 
 class Noise(InScratch):
-    def write_picture(self, name, value):
-        """A grey picture of 64x48, value(u, v) in DN."""
+    def write_image(self, name, value):
+        """A grey image of 64x48, value(u, v) in DN."""
         pixels = bytes(max(0, min(255, round(value(u, v)))) for v in range(48) for u in range(64))
         return self.write(name, b"P5 64 48 255\n" + pixels)
 
     def test_finds_the_simulators_noise_and_writes_it_into_the_model(self):
         scene = self.write("scene.yaml", SCENE % "1.2")
-        striper("simulate", scene, "-o", self.path("pictures"), "--frames", 1)
-        model = self.path("pictures/model.yaml")
+        striper("simulate", scene, "-o", self.path("images"), "--frames", 1)
+        model = self.path("images/model.yaml")
         measured = self.path("measured.yaml")
         run = striper("noise", "sim:" + scene, "--model", model, "--black", 6, "-o", measured, "--json",
                       "--frames", 40)
@@ -55,9 +55,9 @@ class Noise(InScratch):
         self.assertEqual(float(block.group(2)), result["dn_per_electron"])
         self.assertEqual(float(block.group(3)), 6)
         self.assertIn("bit_depth: 8}", text)
-        striper("capture", "images:" + self.path("pictures"), "--model", measured)
+        striper("capture", "images:" + self.path("images"), "--model", measured)
 
-    def test_covered_pictures_tell_the_black_level(self):
+    def test_covered_frames_tell_the_black_level(self):
         scene = self.write("scene.yaml", SCENE % "1.2")
         covered = self.write("covered.yaml", SCENE % "0")
         run = striper("noise", "sim:" + scene, "--covered", "sim:" + covered, "--json", "--frames", 16)
@@ -74,22 +74,22 @@ class Noise(InScratch):
         self.assertIn(reason, run.stderr)
         self.assertEqual(run.stdout, "")
 
-    def test_refuses_lit_pictures(self):
+    def test_refuses_lit_exposures(self):
         scene = self.write("scene.yaml", (SCENE % "1.2").replace("0,dark", "0"))
-        self.refused("the laser is on in all 6 pictures", "sim:" + scene, "--frames", 6)
+        self.refused("the laser is on in all 6 exposures", "sim:" + scene, "--frames", 6)
 
     def test_refuses_a_stripe_that_nobody_spoke_of(self):
         for n in range(6):
-            self.write_picture(f"lit/{n}.pgm", lambda u, v: random.gauss(20, 2) + 150 * (abs(v - 30) < 2))
-        self.refused("there is a stripe in 100 % of the picture", "images:" + self.path("lit"))
+            self.write_image(f"lit/{n}.pgm", lambda u, v: random.gauss(20, 2) + 150 * (abs(v - 30) < 2))
+        self.refused("there is a stripe in 100 % of the image", "images:" + self.path("lit"))
 
     def test_refuses_too_few_and_copies(self):
         for n in range(2):
-            self.write_picture(f"few/{n}.pgm", lambda u, v: random.gauss(20 + 2 * u, 2))
-        self.refused("2 dark images; at least 4 are needed", "images:" + self.path("few"))
+            self.write_image(f"few/{n}.pgm", lambda u, v: random.gauss(20 + 2 * u, 2))
+        self.refused("2 dark pictures; at least 4 are needed", "images:" + self.path("few"))
         for n in range(8):
-            self.write_picture(f"copies/{n}.pgm", lambda u, v: 20 + 40 * (u // 16))
-        self.refused("copies of one image", "images:" + self.path("copies"))
+            self.write_image(f"copies/{n}.pgm", lambda u, v: 20 + 40 * (u // 16))
+        self.refused("copies of one picture", "images:" + self.path("copies"))
 
     def test_wrong_usage(self):
         striper("noise", "sim:x.yaml", "-o", "out.yaml", code=2)

@@ -128,9 +128,9 @@ class Objects(InScratch):
 
     def test_whoever_to_names_gets_scans_objects_and_events(self):
         table = self.write("scans.csv", faces_csv(lambda t: [(4 - 10 * t, -0.3, 0.3)] if t < 0.3 else [(9, -9, 9)], 14))
-        lines, recording, picture = self.path("run.jsonl"), self.path("run.mcap"), self.path("objects.svg")
+        lines, recording, plot = self.path("run.jsonl"), self.path("run.mcap"), self.path("objects.svg")
         rows, done = self.objects(table, "--sigma", "0.005", "--json", "--contact", "0.2", "--to", lines, "--to", recording,
-                                  "--plot", picture)
+                                  "--plot", plot)
         with open(lines, encoding="utf-8") as file:
             said = [json.loads(line) for line in file]
         told = [(line["sequence"], one["track"], one["range_m"], one["zone"])
@@ -145,7 +145,7 @@ class Objects(InScratch):
         self.assertIn("warning", done.stderr)
         topics = {topic["name"]: topic for topic in json.loads(striper("info", recording, "--json").stdout)["topics"]}
         self.assertEqual(topics["/striper/objects"]["count"], 14)
-        with open(picture, encoding="utf-8") as file:
+        with open(plot, encoding="utf-8") as file:
             drawn = file.read()
         for text in ("from above", "Their ranges", "closest point of an object"):
             self.assertIn(text, drawn)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that `ok` means the stripe in real pictures, without a model: against hand-checked paths
+// Proves that `ok` means the stripe in real images, without a model: against hand-checked paths
 // (support/real_stripe_paths.txt) where there is a laser, and on calibration boards that no laser
-// was near, where nothing may be `ok`. Half of the pictures were learnt from (choice_training.cpp).
+// was near, where nothing may be `ok`. Half of the images were learnt from (choice_training.cpp).
 // Does not prove that the stripe is found wherever it is, nor how exact a position is: the paths
 // are good to some pixels.
 #include <iostream>
@@ -33,9 +33,9 @@ TEST_P(BoardsWithoutLaser, HaveNoOkReturns) {
   STRIPER_SKIP_WITHOUT_REAL_DATA(set);
   RealScanner scanner({});
   RealScore sum;
-  for (const RealImage& picture : testing::real_boards(set, extension, axis)) {
-    const RealScore score = scanner.score(picture);
-    if (score.ok > 0) std::cout << fmt::format("{}: {} ok\n", picture.file, score.ok);
+  for (const RealImage& image : testing::real_boards(set, extension, axis)) {
+    const RealScore score = scanner.score(image);
+    if (score.ok > 0) std::cout << fmt::format("{}: {} ok\n", image.file, score.ok);
     sum.add(score);
   }
   EXPECT_LE(percent(sum.ok, sum.lines), 0.5);
@@ -50,22 +50,22 @@ INSTANTIATE_TEST_SUITE_P(
 
 struct LaserSet {
   const char* set;
-  double found_percent;  // Of the lines with a stripe, at least.
+  double found_percent;  // Of the scan lines with a stripe, at least.
 };
 void PrintTo(const LaserSet& set, std::ostream* out) { *out << set.set; }
 
-class PicturesWithLaser : public ::testing::TestWithParam<LaserSet> {};
+class ImagesWithLaser : public ::testing::TestWithParam<LaserSet> {};
 
 RealScore score_of_set(const std::string& set, PeakRule peak) {
   RealScanner scanner({.peak = peak});
   RealScore sum;
-  for (const RealImage& picture : testing::real_images()) {
-    if (picture.set() == set) sum.add(scanner.score(picture));
+  for (const RealImage& image : testing::real_images()) {
+    if (image.set() == set) sum.add(scanner.score(image));
   }
   return sum;
 }
 
-TEST_P(PicturesWithLaser, HaveTheirStripeOkAndNothingElse) {
+TEST_P(ImagesWithLaser, HaveTheirStripeOkAndNothingElse) {
   const LaserSet set = GetParam();
   STRIPER_SKIP_WITHOUT_REAL_DATA(set.set);
   for (const PeakRule peak : {PeakRule::kBrightest, PeakRule::kContinuous}) {
@@ -78,7 +78,7 @@ TEST_P(PicturesWithLaser, HaveTheirStripeOkAndNothingElse) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Real, PicturesWithLaser,
+INSTANTIATE_TEST_SUITE_P(Real, ImagesWithLaser,
                          ::testing::Values(LaserSet{"neil-rover-striper", 87.0},
                                            LaserSet{"blaser-cmu", 80.0},
                                            LaserSet{"b33-handheld-known-distance", 99.0},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves the whole path from picture files to ranges on real pictures with published numbers. It
+// Proves the whole path from image files to ranges on real images with published numbers. It
 // does not prove accuracy to a pixel: the published plane is itself 2 mm off (its own authors'
 // points say so).
 #include <algorithm>
@@ -23,18 +23,18 @@ namespace {
 
 constexpr std::chrono::milliseconds kTimeout{1000};
 
-// Scans every picture of a source and hands each scan on.
+// Scans every frame of a source and hands each scan on.
 template <typename Action>
 int scan_all(FrameSource& source, Scanner& scanner, const Action& action) {
   source.start();
-  int pictures = 0;
+  int frames = 0;
   Frame frame;
   while (source.next(frame, kTimeout) == NextStatus::kFrame) {
-    ++pictures;
+    ++frames;
     for (const PolarScan& scan : scanner.process(frame)) action(scan);
   }
   for (const PolarScan& scan : scanner.finish()) action(scan);
-  return pictures;
+  return frames;
 }
 
 ScannerOptions paper_method(ScannerOptions options) {
@@ -69,7 +69,7 @@ std::vector<double> distances_from_line_m(const Points& points) {
   return distances;
 }
 
-TEST(RealPictures, GreenLaserOnATurntableGivesThePublishedWorkspace) {
+TEST(RealImages, GreenLaserOnATurntableGivesThePublishedWorkspace) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("srv-green-laser-turntable");
   const StriperModel model = load_model(testing::source_path("tests/end_to_end/srv_striper.yaml"));
   const auto source = open_source("images:" + (testing::real_data("srv-green-laser-turntable") /
@@ -79,20 +79,20 @@ TEST(RealPictures, GreenLaserOnATurntableGivesThePublishedWorkspace) {
   std::size_t good = 0;
   std::size_t in_workspace = 0;
   Points table;
-  const int pictures = scan_all(*source, scanner, [&](const PolarScan& scan) {
+  const int frames = scan_all(*source, scanner, [&](const PolarScan& scan) {
     for (const Return& r : scan.returns) {
       if (r.status != ReturnStatus::kOk) continue;
       ++good;
       const Eigen::Vector2d point(r.x_m, r.y_m);
       // The wall behind is half a metre away, the near rim of the table a quarter.
       if (r.range_m > 0.25 && r.range_m < 0.6) ++in_workspace;
-      // The last picture shows the bare table: the stripe runs down to the right.
+      // The last frame shows the bare table: the stripe runs down to the right.
       const bool on_table = r.v_px > 275.0 && r.v_px < 415.0 && r.u_px > 285.0 && r.u_px < 420.0;
       if (scan.sequence == 31 && on_table) table.push_back(point);
     }
   });
-  EXPECT_EQ(pictures, 32);
-  EXPECT_GT(good, static_cast<std::size_t>(pictures) * 480 / 4);
+  EXPECT_EQ(frames, 32);
+  EXPECT_GT(good, static_cast<std::size_t>(frames) * 480 / 4);
   EXPECT_GT(static_cast<double>(in_workspace) / static_cast<double>(good), 0.98);
   ASSERT_GT(table.size(), 100U);
   std::vector<double> distances = distances_from_line_m(table);
@@ -117,7 +117,7 @@ std::map<ReturnStatus, double> parts_of_rover_columns(const ScannerOptions& opti
 }
 
 // Which of the columns are right is real_choice_test.cpp's to say.
-TEST(RealPictures, RoverHasOneWidthInNearlyEveryColumn) {
+TEST(RealImages, RoverHasOneWidthInNearlyEveryColumn) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("neil-rover-striper");
   auto paper = parts_of_rover_columns(paper_method(ScannerOptions()));
   EXPECT_GE(paper[ReturnStatus::kOk], 0.95);
@@ -125,16 +125,16 @@ TEST(RealPictures, RoverHasOneWidthInNearlyEveryColumn) {
   EXPECT_LE(refined[ReturnStatus::kNarrow] + refined[ReturnStatus::kWide], 0.02);
 }
 
-// ---- Pictures of a laser that is always on: no dark exposure may be seen in them.
+// ---- Images of a laser that is always on: no dark exposure may be seen in them.
 
 struct AlwaysLitSet {
-  const char* set;       // A folder of real data.
-  const char* pictures;  // Within it.
+  const char* set;     // A folder of real data.
+  const char* images;  // Within it.
   StripeAxis axis = StripeAxis::kColumns;
 };
-void PrintTo(const AlwaysLitSet& set, std::ostream* out) { *out << set.set << '/' << set.pictures; }
+void PrintTo(const AlwaysLitSet& set, std::ostream* out) { *out << set.set << '/' << set.images; }
 
-constexpr int kFirstPictures = 10;
+constexpr int kFirstFrames = 10;
 
 struct ScannedSet {
   std::size_t scans = 0;
@@ -142,10 +142,9 @@ struct ScannedSet {
   AmbientStatus status;
 };
 
-// Every `stride`-th picture.
+// Every `stride`-th frame.
 ScannedSet scan_first(const AlwaysLitSet& set, const char* pattern, int stride) {
-  const auto source =
-      open_source("images:" + (testing::real_data(set.set) / set.pictures).string());
+  const auto source = open_source("images:" + (testing::real_data(set.set) / set.images).string());
   ScannerOptions options;
   options.ambient.pattern = IlluminationPattern::parse(pattern);
   options.stripe.axis = set.axis;
@@ -160,7 +159,7 @@ ScannedSet scan_first(const AlwaysLitSet& set, const char* pattern, int stride) 
   source->start();
   Frame frame;
   std::uint64_t scanned = 0;
-  for (int i = 0; scanned < kFirstPictures; ++i) {
+  for (int i = 0; scanned < kFirstFrames; ++i) {
     if (source->next(frame, kTimeout) != NextStatus::kFrame) break;
     if (i % stride != 0) continue;
     frame.sequence = scanned++;
@@ -177,7 +176,7 @@ TEST_P(AlwaysLit, NoDarkExposureIsInvented) {
   const AlwaysLitSet& set = GetParam();
   STRIPER_SKIP_WITHOUT_REAL_DATA(set.set);
   for (const int stride : {1, 2, 3}) {
-    SCOPED_TRACE(::testing::Message() << "every " << stride << " pictures");
+    SCOPED_TRACE(::testing::Message() << "every " << stride << " frames");
     const ScannedSet found = scan_first(set, "auto", stride);
     const ScannedSet given = scan_first(set, "0", stride);
     EXPECT_GT(given.ok, 0U);
@@ -189,7 +188,7 @@ TEST_P(AlwaysLit, NoDarkExposureIsInvented) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    RealPictures, AlwaysLit,
+    RealImages, AlwaysLit,
     ::testing::Values(
         AlwaysLitSet{"blaser-cmu", "handheld_1280x720"},
         AlwaysLitSet{"anugrah-step-scans", "05.08_Pyramid", StripeAxis::kRows},

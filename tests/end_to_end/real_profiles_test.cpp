@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves on published pictures of a real stripe that what profiles stand on holds there: that the
+// Proves on published images of a real stripe that what profiles stand on holds there: that the
 // stripe's place on a plane follows the closed form of triangulation over known distances. The
-// distances were set by hand, to a millimetre; nothing finer is proven. Skips where the pictures
+// distances were set by hand, to a millimetre; nothing finer is proven. Skips where the images
 // are absent.
 #include <algorithm>
 #include <array>
@@ -24,15 +24,15 @@ namespace {
 
 constexpr std::chrono::milliseconds kTimeout{1000};
 
-// A distance from the device, and where the stripe is there: its column, about the picture's middle
+// A distance from the device, and where the stripe is there: its column, about the image's middle
 // row.
 struct KnownPlace {
   double distance_m;
   double u_px;
 };
 
-double stripe_column(const std::string& picture) {
-  const auto source = open_source("images:" + picture + "?laser=0");
+double stripe_column(const std::string& image) {
+  const auto source = open_source("images:" + image + "?laser=0");
   ScannerOptions options;
   options.stripe.axis = StripeAxis::kRows;
   options.ambient.channel = Channel::kRed;
@@ -48,7 +48,7 @@ double stripe_column(const std::string& picture) {
   Frame frame;
   while (source->next(frame, kTimeout) == NextStatus::kFrame) keep(scanner.process(frame));
   keep(scanner.finish());
-  EXPECT_GT(columns.size(), 40U) << picture;
+  EXPECT_GT(columns.size(), 40U) << image;
   return columns.empty() ? NAN : upper_median(columns);
 }
 
@@ -80,8 +80,8 @@ TEST(KnownDistances, SevenPredictTheOtherThree) {
   std::vector<KnownPlace> places;
   for (int k = 1; k <= 10; ++k) {
     const int distance_cm = 28 - 2 * k;
-    const auto picture = set / fmt::format("dist_{:02d}_{}cm.png", k, distance_cm);
-    places.push_back({0.01 * distance_cm, stripe_column(picture.string())});
+    const auto image = set / fmt::format("dist_{:02d}_{}cm.png", k, distance_cm);
+    places.push_back({0.01 * distance_cm, stripe_column(image.string())});
   }
   // Each of the inner ones is predicted from seven that do not have it.
   for (std::size_t first = 1; first < 4; ++first) {

@@ -26,9 +26,9 @@ namespace striper {
 namespace {
 
 #ifdef STRIPER_FULL_TRIALS
-constexpr std::uint64_t kPictures = 20;
+constexpr std::uint64_t kFrames = 20;
 #else
-constexpr std::uint64_t kPictures = 2;
+constexpr std::uint64_t kFrames = 2;
 #endif
 
 constexpr double kDistance_m = 2.8;
@@ -180,8 +180,8 @@ Errors scan(const Poster& poster, const Setting& setting) {
       }
     }
   };
-  const std::uint64_t pictures = setting.has_dark ? 2 * kPictures : kPictures;
-  for (std::uint64_t n = 0; n < pictures; ++n) take(scanner.process(simulator.render(n)));
+  const std::uint64_t frames = setting.has_dark ? 2 * kFrames : kFrames;
+  for (std::uint64_t n = 0; n < frames; ++n) take(scanner.process(simulator.render(n)));
   take(scanner.finish());
   return errors;
 }

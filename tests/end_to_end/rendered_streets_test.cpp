@@ -47,15 +47,15 @@ Scene street(const std::string& name, int draw) {
   return scene;
 }
 
-/// Renders and scans pictures of a scene, one after the other.
+/// Renders and scans frames of a scene, one after the other.
 class SceneScans {
  public:
   explicit SceneScans(const Scene& scene)
       : simulator_(scene), scanner_(simulator_.model(), options(scene, simulator_.model())) {}
 
   template <typename Take>
-  void each(int pictures, const Take& take) {
-    for (int k = 0; k < pictures; ++k) {
+  void each(int frames, const Take& take) {
+    for (int k = 0; k < frames; ++k) {
       for (const PolarScan& scan :
            scanner_.process(simulator_.render(static_cast<std::uint64_t>(k))))
         take(scan);

@@ -173,8 +173,8 @@ class Signals(Serve):
         self.wait_until(lambda: os.path.exists(self.path("a.csv")), "a scan")
         time.sleep(1.5)
         program.send_signal(signal.SIGUSR1)
-        line = self.wait_for_line(program, "pictures/s")
-        self.assertRegex(line, r"^streaming, [\d.]+ pictures/s, \d+ scans.*; \S+a\.csv open, \d+ written, 0 lost")
+        line = self.wait_for_line(program, "frames/s")
+        self.assertRegex(line, r"^streaming, [\d.]+ frames/s, \d+ scans.*; \S+a\.csv open, \d+ written, 0 lost")
         self.end(program)
 
 
@@ -203,13 +203,13 @@ class Systemd(Serve):
             )
             time.sleep(1.5)
             program.send_signal(signal.SIGUSR1)
-            self.wait_for_line(program, "pictures/s")
+            self.wait_for_line(program, "frames/s")
             self.end(program)
             messages = self.messages(receiver)
         self.assertEqual(messages[0], "READY=1")
         self.assertEqual(messages[-1], "STOPPING=1")
         self.assertGreaterEqual(messages.count("WATCHDOG=1"), 4)
-        self.assertTrue(any(re.match(r"STATUS=streaming, .* pictures/s", one) for one in messages), messages)
+        self.assertTrue(any(re.match(r"STATUS=streaming, .* frames/s", one) for one in messages), messages)
 
     def test_socket_in_a_directory(self):
         self.check(self.path("notify"), self.path("notify"))

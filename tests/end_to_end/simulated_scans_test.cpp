@@ -36,17 +36,17 @@ double peak_over_noise(const NoiseModel& noise, double background_dn, double amp
   return amplitude_dn / std::sqrt(noise.variance_dn2(background_dn + amplitude_dn));
 }
 
-Containment measure(const Scene& scene, int pictures) {
+Containment measure(const Scene& scene, int frames) {
   Simulator simulator(scene);
   const StriperModel model = simulator.model();
   ScannerOptions options = ScannerOptions::for_model(model);
   options.stripe.method = ExtractMethod::kPaper;
   options.ambient.pattern =
-      scene.timing.pattern;  // Given, so that no picture waits for the next one.
+      scene.timing.pattern;  // Given, so that no frame waits for the next one.
   Scanner scanner(model, options);
   Containment result;
-  for (int picture = 0; picture < pictures; ++picture) {
-    const auto number = static_cast<std::uint64_t>(picture);
+  for (int n = 0; n < frames; ++n) {
+    const auto number = static_cast<std::uint64_t>(n);
     const std::vector<Truth> truth = simulator.truth(number);
     const cv::Mat background = simulator.expected_dn(number);
     for (const PolarScan& scan : scanner.process(simulator.render(number))) {
@@ -112,7 +112,7 @@ TEST(PaperMethodOnWalls, TruthIsWithinTheErrorBarInSunlight) {
       shine(scene);
       const double focal_px = scene.camera.fx();
       for (SimulatedLaser& laser : scene.lasers) {
-        // The same light in a line of the stated width in the picture.
+        // The same light in a stripe of the stated width in the image.
         laser.divergence_sigma_rad = width_px / focal_px;
         laser.pulse_energy_j *= laser.divergence_sigma_rad / SimulatedLaser().divergence_sigma_rad;
       }

@@ -75,22 +75,22 @@ class Replay(Simulated):
             file.write(text.replace(laser, laser + "\n" + laser.replace("-0.5]", "-0.7]")))
         self.check("two", "&laser=0,1,dark", "--missing", scene=scene)
 
-    def colour_pictures(self, folder, count=4):
+    def colour_images(self, folder, count=4):
         """Red stripes on uneven grounds, each another one."""
         random.seed(7)
-        for picture in range(count):
+        for number in range(count):
             pixels = bytearray()
             for v in range(96):
                 for u in range(128):
-                    ground = 30 + (u * 7 + v * 3 + picture) % 11 + random.randrange(3)
-                    stripe = round(180 * math.exp(-0.5 * ((v - 48 - picture - 4 * math.sin(u / 20)) / 1.2) ** 2))
+                    ground = 30 + (u * 7 + v * 3 + number) % 11 + random.randrange(3)
+                    stripe = round(180 * math.exp(-0.5 * ((v - 48 - number - 4 * math.sin(u / 20)) / 1.2) ** 2))
                     pixels += bytes((min(255, ground + stripe), ground, ground + 5))
             os.makedirs(self.path(folder), exist_ok=True)
-            with open(self.path(f"{folder}/{picture:03}.ppm"), "wb") as file:
+            with open(self.path(f"{folder}/{number:03}.ppm"), "wb") as file:
                 file.write(b"P6 128 96 255\n" + bytes(pixels))
         return "images:" + self.path(folder)
 
-    def check_pictures(self, source, name, code=0):
+    def check_images(self, source, name, code=0):
         live = striper("capture", source, "--missing", code=code)
         striper("record", source, "-o", self.path(name + ".mcap"), code=code)
         again = striper("capture", "mcap:" + self.path(name + ".mcap"), "--missing", code=code)
@@ -99,17 +99,17 @@ class Replay(Simulated):
         return live, again
 
     def test_colour(self):
-        self.check_pictures(self.colour_pictures("colour"), "colour")
+        self.check_images(self.colour_images("colour"), "colour")
 
-    def test_corrupt_pictures(self):
-        source = self.colour_pictures("corrupt", 6)
-        for picture in (1, 4):
-            path = self.path(f"corrupt/{picture:03}.ppm")
+    def test_corrupt_images(self):
+        source = self.colour_images("corrupt", 6)
+        for number in (1, 4):
+            path = self.path(f"corrupt/{number:03}.ppm")
             with open(path, "rb") as file:
                 content = file.read()
             with open(path, "wb") as file:
                 file.write(content[:len(content) // 2])
-        live, again = self.check_pictures(source, "corrupt", code=1)
+        live, again = self.check_images(source, "corrupt", code=1)
         for run in (live, again):
             self.assertIn("2 corrupt", run.stderr)
 
@@ -135,7 +135,7 @@ class Replay(Simulated):
         second = striper("capture", self.path("part_0001.mcap"), "--json", "-o", self.path("1.csv"))
         self.assertEqual(sum(json.loads(d.stdout)["pictures"] for d in (first, second)), 40)
 
-    def test_laser_in_every_other_picture(self):
+    def test_laser_in_every_other_frame(self):
         self.check("alternate", "&laser=0,dark", "-m", self.model)
 
     def test_laser_in_the_top_field(self):
@@ -196,7 +196,7 @@ class Simulate(Simulated):
 
 
 class Ntsc(Simulated):
-    """The paper's hard case as anybody would have it: a directory of interlaced pictures, bright sun."""
+    """The paper's hard case as anybody would have it: a directory of interlaced frames, bright sun."""
 
     @classmethod
     def setUpClass(cls):
@@ -209,17 +209,17 @@ class Ntsc(Simulated):
         cls.room = os.path.join(cls.scratch.name, "simulated")
         striper("simulate", scene, "-o", cls.room, "--frames", "6")
         cls.model = os.path.join(cls.room, "model.yaml")
-        cls.pictures = os.path.join(cls.scratch.name, "pictures")  # And nothing that explains them.
-        os.mkdir(cls.pictures)
+        cls.images = os.path.join(cls.scratch.name, "images")  # And nothing that explains them.
+        os.mkdir(cls.images)
         for name in os.listdir(cls.room):
             if name.endswith(".png"):
-                os.rename(os.path.join(cls.room, name), os.path.join(cls.pictures, name))
+                os.rename(os.path.join(cls.room, name), os.path.join(cls.images, name))
 
     def check(self, query, *options, least, in_first):
         with open(os.path.join(self.room, "truth.csv"), encoding="utf-8") as file:
             truth = {(r["frame"], r["u_px"]): r for r in csv.DictReader(file)}
         visible = collections.Counter(r["frame"] for r in truth.values() if r["status"] == "ok")
-        done = striper("capture", self.pictures + query, "-m", self.model, *options)
+        done = striper("capture", self.images + query, "-m", self.model, *options)
         scans = list(csv.DictReader(done.stdout.splitlines()))
         right = collections.Counter()
         for row in scans:
@@ -255,7 +255,7 @@ class Ntsc(Simulated):
 
 
 class WhenBoard(Simulated):
-    """A board before the camera, 30 px a square; 0.1 m/s is half a square a picture."""
+    """A board before the camera, 30 px a square; 0.1 m/s is half a square a frame."""
 
     SCENE = """striper_scene: 1
 camera: {width: 640, height: 480, fov_deg: 55, lens: plumb_bob}
@@ -300,7 +300,7 @@ objects:
 
 
 class Plot(Simulated):
-    """The pictures that ./demo.sh draws. That one recognises the scene in them is for people."""
+    """The plots that ./demo.sh draws. That one recognises the scene in them is for people."""
 
     SCRIPTS = os.path.join(SOURCE_DIR, "apps/plot")
 
@@ -321,7 +321,7 @@ class Plot(Simulated):
         self.assertIn("Frame 1: 640 returns", drawing)
         self.assertTrue(drawing.rstrip().endswith("</svg>"))
 
-    def test_stripe_in_the_picture(self):
+    def test_stripe_in_the_image(self):
         camera = os.path.join(self.room, "00000000.png")
         done = self.gnuplot("picture.gp", camera, self.scans, self.path("camera.png"))
         self.assertEqual(done.stderr, "")

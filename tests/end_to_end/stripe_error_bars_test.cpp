@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the error bar of `refined` is true on whole scans: against the simulator's exact
-// ranges on walls, boxes and cylinders with noise, and on real pictures against the stripe's own
+// ranges on walls, boxes and cylinders with noise, and on real images against the stripe's own
 // spread about a local smooth fit, where it also shows by how much the spread falls against
 // `paper`. It does not prove the calibration's part of the error, nor anything at depth edges.
 #include <algorithm>
@@ -36,9 +36,9 @@ double quantile(std::vector<double> values, double part) {
 }
 
 #ifdef STRIPER_FULL_TRIALS
-constexpr std::uint64_t kPictures = 60;
+constexpr std::uint64_t kFrames = 60;
 #else
-constexpr std::uint64_t kPictures = 4;
+constexpr std::uint64_t kFrames = 4;
 #endif
 
 // Errors of range over what the returns say of them, by the signal-to-noise ratio of the stripe.
@@ -90,17 +90,16 @@ double snr_of(const TrueReturn& truth, const NoiseModel& noise) {
   return peak / std::sqrt(noise.variance_dn2(noise.black_level_dn + peak));
 }
 
-// Scans pictures of a scene and hands every good return away from edges on, with its truth.
+// Scans frames of a scene and hands every good return away from edges on, with its truth.
 template <typename OnReturn>
 void scan_scene(const Scene& scene, const OnReturn& on_return) {
   Simulator simulator(scene);
   const StriperModel model = simulator.model();
   ScannerOptions options = ScannerOptions::for_model(model);
-  options.ambient.pattern =
-      IlluminationPattern::parse("0");  // Always lit: no picture is held back.
+  options.ambient.pattern = IlluminationPattern::parse("0");  // Always lit: no frame is held back.
   Scanner scanner(model, options);
   const std::vector<Truth> truth = simulator.truth(0);
-  for (std::uint64_t number = 0; number < kPictures; ++number) {
+  for (std::uint64_t number = 0; number < kFrames; ++number) {
     for (const PolarScan& scan : scanner.process(simulator.render(number))) {
       for (std::size_t i = 0; i < scan.returns.size(); ++i) {
         const Return& r = scan.returns[i];
@@ -149,14 +148,14 @@ TEST(RangeErrorBars, ArePullsOfOneInARoom) {
   all.expect_true("room", 1000);
 }
 
-// Lines about a return that tell of its error, and how far a line may lie off the one before it.
+// Scan lines about a return that tell of its error, and how far one may lie off the one before it.
 struct Neighbours {
   int reach;
   double largest_step_px;
 };
 constexpr Neighbours kFewLines{6, std::numeric_limits<double>::infinity()};
-// The errors of a camera that sharpens and compresses in blocks of 16 lines are alike within one:
-// three blocks, on one surface.
+// The errors of a camera that sharpens and compresses in blocks of 16 scan lines are alike within
+// one: three blocks, on one surface.
 constexpr Neighbours kThreeBlocks{24, 2.0};
 
 // The distance of good returns to the parabola through their neighbours, and what they predict.
@@ -196,10 +195,10 @@ void add_spread(const Stripe& stripe, const Neighbours& about, Spread& spread) {
   }
 }
 
-Spread spread_of(const std::filesystem::path& picture, ExtractMethod method, StripeAxis axis,
+Spread spread_of(const std::filesystem::path& image, ExtractMethod method, StripeAxis axis,
                  bool subtract_green, const Neighbours& about) {
   std::vector<cv::Mat> channels;
-  cv::split(cv::imread(picture.string()), channels);
+  cv::split(cv::imread(image.string()), channels);
   LitFrame frame;
   frame.lit = channels[2];
   if (subtract_green) frame.dark = channels[1];
@@ -233,9 +232,9 @@ void expect_true_error_bars(const std::filesystem::path& folder, StripeAxis axis
   const double ratio = quantile(ratios, 0.5);
   const double gain = quantile(gains, 0.5);
   std::cout << folder.filename().string() << ": " << ratios.size()
-            << " pictures; spread over prediction " << ratio << " (median), "
-            << quantile(ratios, 0.1) << " to " << quantile(ratios, 0.9)
-            << "; spread of paper over that of refined " << gain << "\n";
+            << " images; spread over prediction " << ratio << " (median), " << quantile(ratios, 0.1)
+            << " to " << quantile(ratios, 0.9) << "; spread of paper over that of refined " << gain
+            << "\n";
   EXPECT_NEAR(ratio, 1.0, 0.3);
   EXPECT_GE(gain, least_gain);
 }
@@ -254,7 +253,7 @@ TEST(RealErrorBars, AgreeWithTheSpreadOfAClippedStripe) {
   }
 }
 
-// Why the bars of compressed pictures are judged over three blocks: over fewer lines, neighbours
+// Why the bars of compressed images are judged over three blocks: over fewer scan lines, neighbours
 // share a part of their error.
 TEST(RealErrorBars, NeighboursOfACompressedStripeErrAlike) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("anugrah-step-scans");

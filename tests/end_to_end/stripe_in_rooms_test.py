@@ -63,7 +63,7 @@ class FirstScan(StripeInRooms):
 
 
 class Readme(StripeInRooms):
-    def test_picture_has_no_phantom(self):
+    def test_image_has_no_phantom(self):
         """Beside the stripe its light spills over a column or two, at its height; nothing else is anything."""
         truth, scans = self.scan(scene_path("room.yaml"), 3)
         heights = {(frame, float(u)): float(row["v_px"]) for (frame, u), row in truth.items() if row["status"] == "ok"}

@@ -61,7 +61,7 @@ class Why(InScratch):
 
     def test_people_get_a_table(self):
         text = striper("why", self.source, "--model", self.model, "--line", "320").stdout
-        self.assertIn("picture 0, line 320: searched from", text)
+        self.assertIn("frame 0, line 320: searched from", text)
         self.assertIn("what became of it", text)
         self.assertIn("chosen", text)
         self.assertIn("a pixel", text)
@@ -70,7 +70,7 @@ class Why(InScratch):
         for arguments, code, words in (
             (("--line", "640"), 2, "line 640 - expected 0 to 639, the image's columns"),
             (("--line", "-1"), 2, "line -1 - expected 0 to 639"),
-            (("--line", "3", "--frame", "7"), 1, "picture 7 gave no scan"),
+            (("--line", "3", "--frame", "7"), 1, "frame 7 gave no scan"),
             (("--line", "3", "--method", "paper"), 1, "method paper has no candidates"),
         ):
             done = striper("why", self.source, "--model", self.model, *arguments, code=code)

@@ -4,8 +4,8 @@
 //   foreign_files DIR
 //
 // DIR/points.ply, .pcd, .las and DIR/points_EXTENSION.json: their points. DIR/zstd.mcap,
-// DIR/plain.mcap and DIR/mended.mcap with messages of every type, every field of each with a value
-// of its own, and DIR/expected.jsonl, DIR/mended.jsonl: a line a message.
+// DIR/plain.mcap and DIR/repaired.mcap with messages of every type, every field of each with a
+// value of its own, and DIR/expected.jsonl, DIR/repaired.jsonl: a line a message.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -114,14 +114,14 @@ void save(const std::filesystem::path& path, const std::vector<std::string>& lin
 }
 
 /// What is left of a file that was cut in the middle.
-void write_mended(const std::filesystem::path& directory, const std::vector<std::string>& lines) {
+void write_repaired(const std::filesystem::path& directory, const std::vector<std::string>& lines) {
   const auto whole = directory / "plain.mcap";
   const auto cut = directory / "cut.mcap";
   std::filesystem::copy_file(whole, cut, std::filesystem::copy_options::overwrite_existing);
   std::filesystem::resize_file(cut, std::filesystem::file_size(whole) / 2);
-  const McapCopied mended = copy_mcap(cut, directory / "mended.mcap");
+  const McapCopied repaired = copy_mcap(cut, directory / "repaired.mcap");
   std::filesystem::remove(cut);
-  save(directory / "mended.jsonl", lines, mended.messages);
+  save(directory / "repaired.jsonl", lines, repaired.messages);
 }
 
 std::vector<CloudPoint> some_points() {
@@ -174,7 +174,7 @@ void write_files(const std::filesystem::path& directory) {
   write_every_type(outputs);
   for (auto& writer : outputs.writers) writer->close();
   save(directory / "expected.jsonl", outputs.lines, outputs.lines.size());
-  write_mended(directory, outputs.lines);
+  write_repaired(directory, outputs.lines);
 }
 
 }  // namespace

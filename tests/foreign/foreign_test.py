@@ -133,7 +133,7 @@ def main():
     install_judges(options.work)
     judge(options.work, "messages", options.work / "zstd.mcap", options.work / "expected.jsonl")
     judge(options.work, "messages", options.work / "plain.mcap", options.work / "expected.jsonl")
-    judge(options.work, "messages", options.work / "mended.mcap", options.work / "mended.jsonl")
+    judge(options.work, "messages", options.work / "repaired.mcap", options.work / "repaired.jsonl")
     judge(options.work, "refused", *damaged_files(options.work))
     for extension in ("ply", "pcd", "las"):
         judge(options.work, "points", options.work / f"points.{extension}", options.work / f"points_{extension}.json")

@@ -85,7 +85,7 @@ OTHER_MODULES = {"sdk": set(), "capture/simulator": set(), "capture": set(), "ca
 # ... and what lies in no folder of theirs may include more.
 OTHER_MODULES_AT_TOP = {"capture": {"capture/simulator"}}
 # Module -> another module and what of its private headers it may include: there is one reader of YAML files, and the virtual
-# camera speaks the protocol of GigE Vision from its other end; `bench` times one pass over a picture by itself.
+# camera speaks the protocol of GigE Vision from its other end; `bench` times one pass over an image by itself.
 YAML_READER = ("sdk", ("core/yaml_",))
 BORROWED = {"calibration": YAML_READER, "capture/simulator": YAML_READER,
             "capture/virtual_camera": ("capture", ("gige/protocol", "gige/pictures", "live")),

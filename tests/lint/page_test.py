@@ -4,8 +4,8 @@
 
 usage: page_test.py SOURCE_DIR STRIPER_PROGRAM PAGE
 Proves that every `striper ...` line of the page's shell blocks, and what of COMMANDS is between them, ends with exit code 0, in
-order, in one folder that at first holds data/ and apps/plot/ alone; that pictures are there and whole; that its C++ blocks
-stand, line for line, in the first example; that what it links to exists. Does not prove that a picture shows what it should.
+order, in one folder that at first holds data/ and apps/plot/ alone; that plots are there and whole; that its C++ blocks
+stand, line for line, in the first example; that what it links to exists. Does not prove that a plot shows what it should.
 """
 import os
 import pathlib
@@ -16,7 +16,7 @@ import sys
 import tempfile
 
 COMMANDS = ("striper", "gnuplot", "printf", "cp")
-PICTURES = {".png": (b"\x89PNG", b"IEND\xaeB`\x82"), ".svg": (b"<?xml", b"</svg>")}
+PLOTS = {".png": (b"\x89PNG", b"IEND\xaeB`\x82"), ".svg": (b"<?xml", b"</svg>")}
 
 
 def blocks(text, language):
@@ -36,11 +36,11 @@ def run(commands, source, program):
         for command in commands:
             print("$", command, flush=True)
             subprocess.run(command, shell=True, cwd=folder, check=True, env={**os.environ, "PATH": path})
-        for picture in re.findall(r"^gnuplot -c \S+.*? (\S+\.(?:svg|png))", "\n".join(commands), re.M):
-            first, last = PICTURES[pathlib.Path(picture).suffix]
-            content = (pathlib.Path(folder) / picture).read_bytes().strip()
+        for plot in re.findall(r"^gnuplot -c \S+.*? (\S+\.(?:svg|png))", "\n".join(commands), re.M):
+            first, last = PLOTS[pathlib.Path(plot).suffix]
+            content = (pathlib.Path(folder) / plot).read_bytes().strip()
             if not (content.startswith(first) and content.endswith(last)):
-                sys.exit(f"{picture} is no whole picture: {len(content)} bytes")
+                sys.exit(f"{plot} is no whole plot: {len(content)} bytes")
 
 
 def main():

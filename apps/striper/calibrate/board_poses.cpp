@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kSharp_px = 2.0;         // Blur beyond which corners are not worth keeping.
 constexpr double kNewPose_squares = 0.5;  // Root mean square motion of the corners.
-constexpr int kThoroughEvery = 10;        // Of live pictures in which a quick look finds no board.
+constexpr int kThoroughEvery = 10;        // Of live frames in which a quick look finds no board.
 
 double rms_motion_px(const BoardView& a, const BoardView& b) {
   double sum = 0.0;
@@ -38,13 +38,13 @@ struct NewBoardPoses::State {
   int in_vain = 0;  // Quick looks in a row.
   std::vector<BoardView> kept;
 
-  BoardView look(const cv::Mat& picture) {
+  BoardView look(const cv::Mat& image) {
     // There is one way only of looking for circles.
     const bool has_quick_look = board.pattern == Board::Pattern::kCheckerboard;
-    if (!is_live || !has_quick_look) return find_board(picture, board);
-    BoardView view = find_board(picture, board, BoardSearch::kQuick);
+    if (!is_live || !has_quick_look) return find_board(image, board);
+    BoardView view = find_board(image, board, BoardSearch::kQuick);
     in_vain = view.found ? 0 : in_vain + 1;
-    return in_vain > 0 && in_vain % kThoroughEvery == 0 ? find_board(picture, board) : view;
+    return in_vain > 0 && in_vain % kThoroughEvery == 0 ? find_board(image, board) : view;
   }
 
   bool is_new(const BoardView& view) const {

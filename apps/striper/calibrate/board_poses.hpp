@@ -8,12 +8,12 @@
 
 namespace striper::program {
 
-/// Lets through pictures that show a calibration board sharply and where it was not yet: how
-/// pictures for a calibration are gathered from a live camera by moving the board about.
+/// Lets through frames that show a calibration board sharply and where it was not yet: how
+/// images for a calibration are gathered from a live camera by moving the board about.
 class NewBoardPoses {
  public:
   /// @param board `8x6` (inner corners) or `circles:7x7`.
-  /// @param is_live there is always another picture: most of those without a board are let go after
+  /// @param is_live there is always another frame: most of those without a board are let go after
   ///        a quick look, so that the ones with it are seen as they come.
   /// @throws Error{kUsage} for another form, Error{kUnsupported} where this build has no
   ///         calibration.

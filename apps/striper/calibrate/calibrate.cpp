@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// striper calibrate: pictures of a board, with and without the laser on it, become a model.
+// striper calibrate: images of a board, with and without the laser on it, become a model.
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
@@ -46,13 +46,13 @@ struct CalibrateArguments {
 };
 
 constexpr const char* kDescription =
-    "Calibrate: pictures of a checkerboard, with and without the laser on it, become a model.";
+    "Calibrate: images of a checkerboard, with and without the laser on it, become a model.";
 
 constexpr const char* kExamples =
     "Examples:\n"
     "  striper calibrate --board 8x6 --square 0.040 --boards boards/ --lasers lit/ -o "
     "striper.yaml\n"
-    "      boards/ shows the board, lit/ the board and the stripe on it in one picture\n"
+    "      boards/ shows the board, lit/ the board and the stripe on it in one image\n"
     "  striper calibrate --board 8x6 --square 0.040 --pairs 'off/*.png' 'on/*.png' -o "
     "striper.yaml\n"
     "      the same pose twice, laser off then on: the surest way\n"
@@ -61,11 +61,11 @@ constexpr const char* kExamples =
     "  striper calibrate ... --lasers first/ --lasers second/ -o striper.yaml\n"
     "      two lasers: the k-th --lasers (or --pairs) is laser k\n\n"
     "Ten to twenty poses: tilted by 30 to 45 degrees each way, near and far, everywhere in the\n"
-    "picture, the stripe on the board or on its white margin. The report says what is missing.\n"
-    "Pictures that cannot be read are left out, with a warning that names them.\n"
+    "image, the stripe on the board or on its white margin. The report says what is missing.\n"
+    "Images that cannot be read are left out, with a warning that names them.\n"
     "It prints how far the boards were, how the stripe is read (and what other ways would have\n"
     "given) and what it looks like; the model keeps its width, brightness and colour.\n"
-    "Exit code 3: the pictures cannot give a model that is to be trusted; nothing is written\n"
+    "Exit code 3: the images cannot give a model that is to be trusted; nothing is written\n"
     "(--force writes it all the same, marked).";
 
 void define(Command& command, CalibrateArguments& arguments) {
@@ -76,10 +76,10 @@ void define(Command& command, CalibrateArguments& arguments) {
       ->type_name("M")
       ->check(above_zero())
       ->required();
-  command.add_option("--boards", arguments.boards, "Pictures of the board")->type_name("GLOB...");
+  command.add_option("--boards", arguments.boards, "Images of the board")->type_name("GLOB...");
   command
       .add_option("--lasers", arguments.lasers,
-                  "Pictures of board and stripe together; again for the next laser")
+                  "Images of board and stripe together; again for the next laser")
       ->type_name("GLOB...");
   command
       .add_option("--pairs", arguments.pairs,
@@ -102,7 +102,7 @@ void define(Command& command, CalibrateArguments& arguments) {
       ->check(one_of({"auto", "columns", "rows"}));
   command
       .add_option("--channel", arguments.channel,
-                  "What of a colour picture shows the stripe; auto: by the planes' fit")
+                  "What of a colour image shows the stripe; auto: by the planes' fit")
       ->type_name("NAME")
       ->check(one_of({"auto", "grey", "red", "green", "blue", "green-red", "red-green"}));
   command.add_flag(
@@ -119,38 +119,38 @@ void define(Command& command, CalibrateArguments& arguments) {
   command.footer(kExamples);
 }
 
-std::vector<SessionPicture> pictures_of(const std::string& pattern) {
-  std::vector<SessionPicture> pictures;
+std::vector<SessionImage> images_of(const std::string& pattern) {
+  std::vector<SessionImage> images;
   for (const auto& path : image_files(pattern))
-    pictures.emplace_back(path, [](const auto& file) { return read_image(file).image; });
-  return pictures;
+    images.emplace_back(path, [](const auto& file) { return read_image(file).image; });
+  return images;
 }
 
-std::vector<SessionPicture> pictures_of(const std::vector<std::string>& patterns) {
-  std::vector<SessionPicture> pictures;
+std::vector<SessionImage> images_of(const std::vector<std::string>& patterns) {
+  std::vector<SessionImage> images;
   for (const std::string& pattern : patterns)
-    for (SessionPicture& picture : pictures_of(pattern)) pictures.push_back(std::move(picture));
-  return pictures;
+    for (SessionImage& image : images_of(pattern)) images.push_back(std::move(image));
+  return images;
 }
 
 // Two patterns, or the even list that the shell has made of them: first half off, second half on.
-LaserPictures pair_up(const std::vector<std::string>& words) {
-  LaserPictures laser;
+LaserImages pair_up(const std::vector<std::string>& words) {
+  LaserImages laser;
   if (words.size() == 2) {
-    laser.off = pictures_of(words[0]);
-    laser.on = pictures_of(words[1]);
+    laser.off = images_of(words[0]);
+    laser.on = images_of(words[1]);
   } else {
     if (words.size() % 2 != 0)
       throw Error(ErrorKind::kUsage,
-                  fmt::format("--pairs got {} pictures; expected as many with the laser off as on",
+                  fmt::format("--pairs got {} images; expected as many with the laser off as on",
                               words.size()));
     const auto half = words.begin() + static_cast<std::ptrdiff_t>(words.size() / 2);
-    laser.off = pictures_of(std::vector<std::string>(words.begin(), half));
-    laser.on = pictures_of(std::vector<std::string>(half, words.end()));
+    laser.off = images_of(std::vector<std::string>(words.begin(), half));
+    laser.on = images_of(std::vector<std::string>(half, words.end()));
   }
   if (laser.off.size() != laser.on.size())
     throw Error(ErrorKind::kUsage,
-                fmt::format("--pairs names {} pictures with the laser off and {} with it on; they "
+                fmt::format("--pairs names {} images with the laser off and {} with it on; they "
                             "must be the same poses in the same order",
                             laser.off.size(), laser.on.size()));
   return laser;
@@ -159,11 +159,11 @@ LaserPictures pair_up(const std::vector<std::string>& words) {
 CalibrationInput input_of(const CalibrateArguments& arguments) {
   CalibrationInput input;
   input.board = parse_board(arguments.board, arguments.square_m);
-  input.boards = pictures_of(arguments.boards);
-  for (const auto& words : arguments.lasers) input.lasers.push_back({pictures_of(words), {}});
+  input.boards = images_of(arguments.boards);
+  for (const auto& words : arguments.lasers) input.lasers.push_back({images_of(words), {}});
   for (const auto& words : arguments.pairs) input.lasers.push_back(pair_up(words));
   if (input.boards.empty() && input.lasers.empty())
-    throw Error(ErrorKind::kUsage, "no pictures: give --boards, --lasers or --pairs");
+    throw Error(ErrorKind::kUsage, "no images: give --boards, --lasers or --pairs");
   if (!arguments.lasers.empty() && !arguments.pairs.empty())
     throw Error(ErrorKind::kUsage,
                 "--lasers and --pairs together leave open which laser is which; use one of them");
@@ -249,8 +249,8 @@ void say_result(const Calibration& calibration) {
       if (std::isfinite(at.sigma_m))
         say(fmt::format("laser {}: one-sigma calibration error at {:g} m: {:.2f} mm{}", laser,
                         at.range_m, 1e3 * at.sigma_m, at.inside_data ? "" : " (extrapolated)"));
-  say(fmt::format("{} boards of {} pictures, {} stripes; corners {:.3f} px rms{}; {:.1f} s",
-                  calibration.observations.views.size(), calibration.pictures.size(),
+  say(fmt::format("{} boards of {} images, {} stripes; corners {:.3f} px rms{}; {:.1f} s",
+                  calibration.observations.views.size(), calibration.images.size(),
                   calibration.observations.stripes.size(), calibration.solution.corners.rms_px,
                   calibration.observations.stripes.empty()
                       ? std::string()

@@ -27,7 +27,7 @@ struct DiffArguments {
 };
 
 constexpr const char* kDescription =
-    "Compare two models: where in the picture, and by how many millimetres, they differ.";
+    "Compare two models: where in the image, and by how many millimetres, they differ.";
 
 constexpr const char* kExamples =
     "Example:\n"
@@ -48,11 +48,11 @@ void define(Command& command, DiffArguments& arguments) {
 
 void say_difference(const ModelDifference& difference) {
   if (difference.rms_m == 0.0) {
-    say(fmt::format("both models give the same range at all {} places of the picture",
+    say(fmt::format("both models give the same range at all {} places of the image",
                     difference.pixels.size()));
     return;
   }
-  say(fmt::format("range differs by {:.2f} mm rms over {} places of the picture",
+  say(fmt::format("range differs by {:.2f} mm rms over {} places of the image",
                   1e3 * difference.rms_m, difference.pixels.size()));
   say(fmt::format("most at pixel ({:.0f}, {:.0f}): {:+.2f} mm at {:.2f} m",
                   difference.worst.pixel.x(), difference.worst.pixel.y(),

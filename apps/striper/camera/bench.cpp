@@ -28,28 +28,28 @@ struct BenchArguments {
 };
 
 constexpr const char* kDescription =
-    "Measure how fast this machine finds the stripe, beside reading the picture and OpenCV.";
+    "Measure how fast this machine finds the stripe, beside reading the image and OpenCV.";
 
 constexpr const char* kFooter =
     "Examples:\n"
     "  striper bench --size 640x480\n"
     "      is the camera's rate within reach?\n"
     "  striper bench --bits 8 16 --json > bench.json\n\n"
-    "One core. Hot: the same picture again and again; stream: pictures from memory. Roof: the "
+    "One core. Hot: the same image again and again; stream: images from memory. Roof: the "
     "time\n"
-    "of only reading the picture over the row's own, measured in turn, which a clock that changes\n"
+    "of only reading the image over the row's own, measured in turn, which a clock that changes\n"
     "leaves alone. All are medians of 5 to 31 runs. Rows of one table can be compared, on a quiet\n"
     "machine.";
 
 void define(Command& command, BenchArguments& arguments) {
-  command.add_option("--size", arguments.sizes, "Pictures of this size, one or more")
+  command.add_option("--size", arguments.sizes, "Images of this size, one or more")
       ->type_name("WxH")
       ->capture_default_str();
   command.add_option("--bits", arguments.bits, "Bits of a pixel: 8, or 16 (12 of them used)")
       ->type_name("N")
       ->check(one_of({"8", "16"}))
       ->capture_default_str();
-  command.add_option("--memory", arguments.memory_mb, "Memory for the streamed pictures")
+  command.add_option("--memory", arguments.memory_mb, "Memory for the streamed images")
       ->type_name("MB")
       ->check(between(1, 100000))
       ->capture_default_str();

@@ -190,7 +190,7 @@ ExitCode list(const DevicesArguments& arguments) {
   }
   for (const CameraListing& camera : cameras) print_camera(camera, arguments.all);
   if (cameras.empty()) {
-    say("no camera found: is it plugged in and switched on? Pictures (images:DIR) and the "
+    say("no camera found: is it plugged in and switched on? Image files (images:DIR) and the "
         "simulator "
         "(sim:SCENE.yaml) need none.");
   }
@@ -236,11 +236,11 @@ const char* advice_on(SyncVerdict verdict) {
              "camera's own vertical sync (or strobe), and every second one of it";
     case SyncVerdict::kNoDifference:
       return "no exposure shows a stripe that another lacks: the laser is off, on in every\n"
-             "exposure, out of the picture, or drowned";
+             "exposure, out of the image, or drowned";
     case SyncVerdict::kTooFew:
       break;
   }
-  return "too few good pictures to tell; try longer (--seconds)";
+  return "too few good frames to tell; try longer (--seconds)";
 }
 
 // "in the bottom field, the first exposure of two", or by the pattern alone.
@@ -255,18 +255,18 @@ std::string lit_exposures(const SyncReport& report) {
 }
 
 void print_sync(const SyncReport& report) {
-  fmt::print("pictures  {}, {:.3f}/s measured", field_name(report.field), report.rate_hz);
+  fmt::print("frames    {}, {:.3f}/s measured", field_name(report.field), report.rate_hz);
   if (report.nominal_rate_hz > 0.0) fmt::print(" ({:.3f} nominal)", report.nominal_rate_hz);
   fmt::print(", times even to {:.2f} ms\n", report.jitter_ms);
   const SourceStatistics& lost = report.statistics;
   fmt::print("lost      {} dropped by the driver, {} not read in time, {} damaged\n", lost.dropped,
              lost.overrun, lost.corrupt + lost.incomplete + lost.wrong_size);
-  fmt::print("looked    {} times at {} pictures: {} agree, {} show another order, {} none\n",
+  fmt::print("looked    {} times at {} frames: {} agree, {} show another order, {} none\n",
              report.windows, SyncReport::kWindowFrames, report.agreeing, report.others,
              report.unclear);
   if (report.verdict == SyncVerdict::kLocked) {
-    fmt::print("laser     {}, its line {:.0f} % of a clear one: laser={}\n", lit_exposures(report),
-               100.0 * report.surplus, report.pattern.to_string());
+    fmt::print("laser     {}, its stripe {:.0f} % of a clear one: laser={}\n",
+               lit_exposures(report), 100.0 * report.surplus, report.pattern.to_string());
   }
   fmt::print("{}: {}\n", verdict_name(report.verdict), advice_on(report.verdict));
 }
@@ -299,7 +299,7 @@ ExitCode check(const DevicesArguments& arguments) {
       striper::check_sync(*source, {arguments.seconds, [] { return stop_requested(); },
                                     *stripe_axis_from_string(arguments.axis)});
   if (report.windows == 0 && report.rate_hz == 0.0)
-    throw Error(ErrorKind::kDevice, fmt::format("{}: gave no picture", arguments.check_sync));
+    throw Error(ErrorKind::kDevice, fmt::format("{}: gave no frame", arguments.check_sync));
   if (arguments.json) {
     print_json(to_json(report));
   } else {

@@ -37,16 +37,16 @@ struct DoctorArguments {
 };
 
 constexpr const char* kDescription =
-    "Doctor: looks at a camera, its network and its pictures, and says what to do.";
+    "Doctor: looks at a camera, its network and its images, and says what to do.";
 
 constexpr const char* kExamples =
     "Examples:\n"
     "  striper doctor gige:\n"
     "      the first camera that answers, or why none does\n"
     "  striper doctor 'gige:STRIPER1?exposure_us=20&strobe=Line2'\n"
-    "      the pictures as they will be captured: exposure, laser, focus\n"
+    "      the frames as they will be captured: exposure, laser, focus\n"
     "  striper doctor 'images:shots?laser=0,dark' --model striper.yaml\n"
-    "      pictures that were taken, scanned as they will be\n"
+    "      images that were taken, scanned as they will be\n"
     "  striper doctor --ros2\n"
     "      who is heard of ROS 2 programs, and why those do not hear a head\n\n"
     "Exit code 0 where all is well or only doubtful, 1 where something is bad.";
@@ -100,7 +100,7 @@ void conclude_warnings(const std::vector<Event>& heard, std::vector<Event>& find
 
 bool any_bad(const std::vector<Event>& findings) { return worst(findings) >= Severity::kError; }
 
-void conclude_silence(const NoPicture& failure, const SourceUri& uri, int packet_bytes,
+void conclude_silence(const NoFrame& failure, const SourceUri& uri, int packet_bytes,
                       std::vector<Event>& findings) {
   findings.push_back({Severity::kError, "source_silent", failure.what()});
   std::vector<Event> causes = examine_silence(uri, packet_bytes);
@@ -115,18 +115,18 @@ void watch(const DoctorArguments& arguments, const EventPort& events,
   auto source = open_source(arguments.source, events);
   const SourceInfo info = source->info();
   findings.push_back({"source_opened", "opened: " + info.description});
-  PictureExam pictures(scanner_setup(arguments.scanner, info, events));
+  ImageExam images(scanner_setup(arguments.scanner, info, events));
   FrameLimits limits;
   limits.seconds = arguments.seconds;
   try {
     const FrameReport result = read_frames(*source, limits, TerminalEvents().port(),
-                                           [&](const Frame& frame) { pictures.look_at(frame); });
+                                           [&](const Frame& frame) { images.look_at(frame); });
     findings.push_back({"source_ended", "read " + describe(result)});
     conclude_stream(result, info, findings);
     conclude_network(*source, findings);
-    pictures.conclude(findings);
+    images.conclude(findings);
     let_go(std::move(source), result);
-  } catch (const NoPicture& failure) {
+  } catch (const NoFrame& failure) {
     const int packet_bytes = packet_bytes_of(*source);
     source.reset();  // The camera is asked by somebody else.
     conclude_silence(failure, SourceUri::parse(arguments.source), packet_bytes, findings);

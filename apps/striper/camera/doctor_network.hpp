@@ -20,7 +20,7 @@ void conclude_network(const FrameSource& source, std::vector<Event>& findings);
 /// What packets the camera and this machine agreed on; 0: not known.
 int packet_bytes_of(const FrameSource& source);
 
-/// Why a camera that answers gives no picture.
+/// Why a camera that answers gives no frame.
 std::vector<Event> examine_silence(const SourceUri& uri, int packet_bytes);
 
 }  // namespace striper::program

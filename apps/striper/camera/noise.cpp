@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// striper noise: read noise and DN per electron from pictures without the laser.
+// striper noise: read noise and DN per electron from frames without the laser.
 #include <cmath>
 #include <optional>
 #include <string>
@@ -35,23 +35,23 @@ struct NoiseArguments {
   bool json = false;
 };
 
-constexpr std::uint64_t kPictures = 32;
+constexpr std::uint64_t kFrames = 32;
 constexpr double kMostStriped = 0.5;
 
 constexpr const char* kDescription =
-    "Measure the camera's noise on pictures without the laser: for true error bars.";
+    "Measure the camera's noise on frames without the laser: for true error bars.";
 
 constexpr const char* kExamples =
     "Examples:\n"
     "  striper noise v4l2:/dev/video0 --model striper.yaml\n"
     "      laser off, a scene at rest with light and shade; writes the model's noise: block\n"
     "  striper noise gige: --covered images:lens-cap --model striper.yaml -o measured.yaml\n"
-    "      pictures with the lens covered tell the black level\n"
+    "      frames with the lens covered tell the black level\n"
     "  striper noise 'images:walk?laser=0,dark'\n"
-    "      the dark pictures of a sequence; without --model the block is printed\n\n"
-    "Half the variance of the difference of successive pictures, against the light, is a line:\n"
+    "      the dark exposures of a sequence; without --model the block is printed\n\n"
+    "Half the variance of the difference of successive exposures, against the light, is a line:\n"
     "read_noise_dn^2 + dn_per_electron * (DN - black_level_dn) + 1/12. The black level comes from\n"
-    "--covered, --black or the model, and is 0 otherwise. Exit code 3 where the pictures do not\n"
+    "--covered, --black or the model, and is 0 otherwise. Exit code 3 where the frames do not\n"
     "tell: the laser is on, too few, all the same, too even, compressed.";
 
 void define(Command& command, NoiseArguments& arguments) {
@@ -66,7 +66,7 @@ void define(Command& command, NoiseArguments& arguments) {
   CommandOption* const covered =
       command
           .add_option("--covered", arguments.covered,
-                      "Pictures of the same camera with the lens covered: the black level")
+                      "Frames of the same camera with the lens covered: the black level")
           ->type_name("SOURCE");
   command.add_option("--black", arguments.black_dn, "The black level, where it is known")
       ->type_name("DN")
@@ -76,10 +76,10 @@ void define(Command& command, NoiseArguments& arguments) {
   command.footer(std::string(kExamples) + "\n\n" + kSourceHelp);
 }
 
-// One channel of the dark pictures of a source.
-class DarkPictures {
+// One channel of the dark exposures of a source.
+class DarkExposures {
  public:
-  DarkPictures(const SourceInfo& info, Channel channel, StripeAxis axis)
+  DarkExposures(const SourceInfo& info, Channel channel, StripeAxis axis)
       : info_(info), channel_(channel == Channel::kAuto ? Channel::kGrey : channel), axis_(axis) {}
 
   /// Empty where the frame is lit or damaged. Valid until the next call.
@@ -97,7 +97,7 @@ class DarkPictures {
   void refuse_without_dark() const {
     if (dark_ > 0 || lit_ == 0) return;
     throw Error(ErrorKind::kUntrustworthy,
-                fmt::format("the laser is on in all {} pictures: switch it off, or say which are "
+                fmt::format("the laser is on in all {} exposures: switch it off, or say which are "
                             "dark with ?laser=0,dark",
                             lit_));
   }
@@ -117,11 +117,10 @@ class DarkPictures {
     for (const ReturnStatus status : stripe.status) good += status == ReturnStatus::kOk ? 1 : 0;
     good /= static_cast<double>(std::max<std::size_t>(1, stripe.size()));
     if (good < kMostStriped) return;
-    throw Error(
-        ErrorKind::kUntrustworthy,
-        fmt::format("there is a stripe in {:.0f} % of the picture: switch the laser off, or "
-                    "say which pictures are dark with ?laser=0,dark",
-                    100.0 * good));
+    throw Error(ErrorKind::kUntrustworthy,
+                fmt::format("there is a stripe in {:.0f} % of the image: switch the laser off, or "
+                            "say which exposures are dark with ?laser=0,dark",
+                            100.0 * good));
   }
 
   SourceInfo info_;
@@ -132,42 +131,41 @@ class DarkPictures {
   int lit_ = 0;
 };
 
-// Reads a source to its limit and hands every dark picture on.
-template <typename OnPicture>
+// Reads a source to its limit and hands every dark exposure on.
+template <typename OnExposure>
 void read_dark(const std::string& uri, const NoiseArguments& arguments,
-               const std::optional<StriperModel>& model, const OnPicture& on_picture) {
+               const std::optional<StriperModel>& model, const OnExposure& on_exposure) {
   const EventPort events = TerminalEvents().port();
   const auto source = open_source(uri, events);
   FrameLimits limits = arguments.limits;
-  if (!limits.pictures && !limits.seconds) limits.pictures = kPictures;
-  DarkPictures pictures(source->info(), model ? model->channel : Channel::kAuto,
-                        model ? model->axis : StripeAxis::kColumns);
+  if (!limits.pictures && !limits.seconds) limits.pictures = kFrames;
+  DarkExposures exposures(source->info(), model ? model->channel : Channel::kAuto,
+                          model ? model->axis : StripeAxis::kColumns);
   read_frames(*source, limits, events, [&](const Frame& frame) {
-    if (const cv::Mat* const image = pictures.of(frame)) on_picture(frame, *image);
+    if (const cv::Mat* const image = exposures.of(frame)) on_exposure(frame, *image);
   });
-  pictures.refuse_without_dark();
+  exposures.refuse_without_dark();
 }
 
 double black_level(const NoiseArguments& arguments, const std::optional<StriperModel>& model) {
   if (arguments.black_dn) return *arguments.black_dn;
   if (!arguments.covered) return model && model->noise ? model->noise->black_level_dn : 0.0;
   double sum = 0.0;
-  int pictures = 0;
+  int exposures = 0;
   double full_scale = 0.0;
   read_dark(*arguments.covered, arguments, model, [&](const Frame& frame, const cv::Mat& image) {
     sum += cv::mean(image)[0];
     full_scale = frame.full_scale_dn();
-    ++pictures;
+    ++exposures;
   });
-  if (pictures == 0) {
-    throw Error(ErrorKind::kUntrustworthy, "--covered: there is no dark picture");
+  if (exposures == 0) {
+    throw Error(ErrorKind::kUntrustworthy, "--covered: there is no dark exposure");
   }
-  const double level = sum / pictures;
+  const double level = sum / exposures;
   if (level < 0.25 * full_scale) return level;
-  throw Error(
-      ErrorKind::kUntrustworthy,
-      fmt::format("--covered: the pictures are at {:.0f} of {:.0f}: the lens is not covered", level,
-                  full_scale));
+  throw Error(ErrorKind::kUntrustworthy,
+              fmt::format("--covered: the images are at {:.0f} of {:.0f}: the lens is not covered",
+                          level, full_scale));
 }
 
 PhotonTransferFit measure(const NoiseArguments& arguments,
@@ -194,7 +192,7 @@ nlohmann::json to_json(const PhotonTransferFit& fit) {
 }
 
 void report(const NoiseArguments& arguments, const PhotonTransferFit& fit, bool is_black_assumed) {
-  say(fmt::format("{} pictures, light from {:.0f} to {:.0f} DN, off the line by {:.1f} %",
+  say(fmt::format("{} exposures, light from {:.0f} to {:.0f} DN, off the line by {:.1f} %",
                   fit.pictures, fit.lowest_dn, fit.highest_dn, 100.0 * fit.misfit));
   say(fmt::format("read noise {:.3f} +- {:.3f} DN, {:.4f} +- {:.4f} DN per electron",
                   fit.noise.read_noise_dn, fit.read_noise_sigma_dn, fit.noise.dn_per_electron,

@@ -22,8 +22,9 @@ constexpr double kFaint = 0.1;            // Of full scale.
 constexpr double kBlurred_px = 8.0;       // Full width at half the height.
 constexpr double kWidthOfSigma = 2.3548;  // The same of a Gaussian.
 constexpr double kMost = 0.5;
-constexpr double kNextLine_px = 3.0;  // A stripe is no further from where it was in the last line.
-constexpr double kOtherAxis = 0.2;    // So much more goes on along the other axis.
+constexpr double kNextLine_px =
+    3.0;  // A stripe is no further from where it was one scan line before.
+constexpr double kOtherAxis = 0.2;  // So much more goes on along the other axis.
 // What goes on from side to side there, and hardly at all here, is the stripe: a step in the ground
 // turns a tenth of one that runs along rows.
 constexpr double kFromSideToSide = 0.9;
@@ -43,7 +44,7 @@ AmbientOptions ambient_options(const ScannerOptions& options) {
   return ambient;
 }
 
-// One stripe a line along either axis, whatever the capture would take.
+// One stripe a scan line along either axis, whatever the capture would take.
 std::unique_ptr<StripeExtractor> plain_extractor(StripeAxis axis) {
   ExtractOptions options;
   options.axis = axis;
@@ -79,7 +80,7 @@ std::uint64_t clipped_at(const cv::Mat& clipped, const Stripe& stripe, std::size
 
 }  // namespace
 
-PictureExam::PictureExam(const ScannerSetup& setup)
+ImageExam::ImageExam(const ScannerSetup& setup)
     : options_(setup.options),
       ambient_(ambient_options(setup.options)),
       extractor_(make_extractor(setup.options.stripe)),
@@ -87,7 +88,7 @@ PictureExam::PictureExam(const ScannerSetup& setup)
       across_(other(setup.options.stripe.axis)),
       projector_(setup.model ? ScanProjector(*setup.model, setup.options.scan) : ScanProjector()) {}
 
-void PictureExam::look_at(const Frame& frame) {
+void ImageExam::look_at(const Frame& frame) {
   if (frame.status != FrameStatus::kOk || frame.image.empty()) return;
   ++frames_;
   if (exposures_with_stripe_ == 0) kept_.keep(frame);
@@ -95,11 +96,11 @@ void PictureExam::look_at(const Frame& frame) {
   look_at_lit_exposures();
 }
 
-void PictureExam::look_at_lit_exposures() {
+void ImageExam::look_at_lit_exposures() {
   while (const LitFrame* const lit = ambient_.next()) look_at(*lit);
 }
 
-void PictureExam::look_at(const LitFrame& exposure) {
+void ImageExam::look_at(const LitFrame& exposure) {
   ++exposures_;
   full_scale_dn_ = exposure.full_scale_dn;
   double brightest_dn = 0.0;
@@ -133,15 +134,15 @@ void PictureExam::look_at(const LitFrame& exposure) {
   }
 }
 
-bool PictureExam::is_overexposed() const noexcept {
+bool ImageExam::is_overexposed() const noexcept {
   return part(clipped_pixels_, pixels_) > kOverexposed;
 }
 
-PictureExam::Continuity::Continuity(StripeAxis axis) : extractor_(plain_extractor(axis)) {
+ImageExam::Continuity::Continuity(StripeAxis axis) : extractor_(plain_extractor(axis)) {
   stripe_.axis = axis;
 }
 
-void PictureExam::Continuity::look_at(const LitFrame& exposure) {
+void ImageExam::Continuity::look_at(const LitFrame& exposure) {
   const auto is_there = [&](std::size_t i) {
     return stripe_.status[i] == ReturnStatus::kOk || stripe_.status[i] == ReturnStatus::kSaturated;
   };
@@ -153,13 +154,13 @@ void PictureExam::Continuity::look_at(const LitFrame& exposure) {
   }
 }
 
-double PictureExam::Continuity::part() const noexcept {
+double ImageExam::Continuity::part() const noexcept {
   return program::part(continued_, neighbours_);
 }
 
-const char* PictureExam::Continuity::lines() const noexcept { return lines_of(stripe_); }
+const char* ImageExam::Continuity::lines() const noexcept { return lines_of(stripe_); }
 
-void PictureExam::conclude(std::vector<Event>& findings) {
+void ImageExam::conclude(std::vector<Event>& findings) {
   ambient_.finish();
   look_at_lit_exposures();
   if (frames_ == 0) return;
@@ -184,14 +185,14 @@ void PictureExam::conclude(std::vector<Event>& findings) {
 }
 
 // Two stripes that are as bright as each other, or one that is clipped all along, are seen though
-// no return is sure: then most lines show something that is no outlier.
-bool PictureExam::has_stripe() const noexcept {
+// no return is sure: then most scan lines show something that is no outlier.
+bool ImageExam::has_stripe() const noexcept {
   const bool is_sure = part(exposures_with_stripe_, exposures_) >= kSeenAtLeast;
   return is_sure || part(widths_px_.size(), lines_) > kMost;
 }
 
-void PictureExam::conclude_stripe_elsewhere(const StripeSighting& there,
-                                            std::vector<Event>& findings) const {
+void ImageExam::conclude_stripe_elsewhere(const StripeSighting& there,
+                                          std::vector<Event>& findings) const {
   const std::string options = options_for(there, options_);
   const std::string tried =
       fmt::format("no laser stripe along {} in channel {}, but {}", to_string(options_.stripe.axis),
@@ -208,7 +209,7 @@ void PictureExam::conclude_stripe_elsewhere(const StripeSighting& there,
                                     options, to_string(there.axis), to_string(there.channel)));
 }
 
-void PictureExam::conclude_light(std::vector<Event>& findings) const {
+void ImageExam::conclude_light(std::vector<Event>& findings) const {
   if (!is_overexposed()) return;
   findings.push_back(
       {"picture_overexposed",
@@ -218,19 +219,20 @@ void PictureExam::conclude_light(std::vector<Event>& findings) const {
 }
 
 // A lantern post does so too where the stripe does not reach from side to side.
-void PictureExam::conclude_axis(std::vector<Event>& findings) const {
+void ImageExam::conclude_axis(std::vector<Event>& findings) const {
   if (across_.part() < along_.part() + kOtherAxis) return;
   const bool is_there = across_.part() >= kFromSideToSide && along_.part() < kHardly;
   findings.push_back(
       {is_there ? Severity::kError : Severity::kWarning, "other_axis",
-       fmt::format("what goes on from line to line runs along the other axis: in {:.0f} % of the "
-                   "{}, and in {:.0f} % of the {}",
-                   100.0 * across_.part(), across_.lines(), 100.0 * along_.part(), along_.lines()),
+       fmt::format(
+           "what goes on from scan line to scan line runs along the other axis: in {:.0f} % of the "
+           "{}, and in {:.0f} % of the {}",
+           100.0 * across_.part(), across_.lines(), 100.0 * along_.part(), along_.lines()),
        fmt::format("if that is the stripe, say --axis {0}, and in the model stripe: {{axis: {0}}}",
                    across_.lines())});
 }
 
-void PictureExam::conclude_stripe(std::vector<Event>& findings) const {
+void ImageExam::conclude_stripe(std::vector<Event>& findings) const {
   const std::uint64_t found = widths_px_.size();
   findings.push_back({"stripe_seen", fmt::format("a stripe in {:.0f} % of the {}",
                                                  100.0 * part(found, lines_), lines_of(stripe_))});
@@ -266,27 +268,26 @@ void PictureExam::conclude_stripe(std::vector<Event>& findings) const {
   }
 }
 
-void PictureExam::conclude_without_stripe(std::vector<Event>& findings) const {
+void ImageExam::conclude_without_stripe(std::vector<Event>& findings) const {
   if (brightest_dn_ < kFaint * full_scale_dn_) {
     findings.push_back({Severity::kError, "no_stripe",
-                        fmt::format("the pictures are dark: the brightest pixel is {:.0f} of {}",
+                        fmt::format("the images are dark: the brightest pixel is {:.0f} of {}",
                                     brightest_dn_, full_scale_dn_),
                         "exposure too short, lens cap on, or laser off: lengthen exposure_us, "
                         "raise gain, check the laser's supply and strobe="});
     return;
   }
-  findings.push_back(
-      {Severity::kError, "no_stripe",
-       fmt::format("no laser stripe in these pictures, along columns or rows, in any "
-                   "channel: is it on, is it in view, which axis? The surroundings "
-                   "are at {:.0f} of {}",
-                   levels_dn_ / static_cast<double>(exposures_), full_scale_dn_),
-       "laser off or out of view, or laser= is wrong: check its supply, interlock "
-       "and strobe= line; does it fire during the exposure? A stripe from top to "
-       "bottom wants --axis rows"});
+  findings.push_back({Severity::kError, "no_stripe",
+                      fmt::format("no laser stripe in these images, along columns or rows, in any "
+                                  "channel: is it on, is it in view, which axis? The surroundings "
+                                  "are at {:.0f} of {}",
+                                  levels_dn_ / static_cast<double>(exposures_), full_scale_dn_),
+                      "laser off or out of view, or laser= is wrong: check its supply, interlock "
+                      "and strobe= line; does it fire during the exposure? A stripe from top to "
+                      "bottom wants --axis rows"});
 }
 
-void PictureExam::conclude_model(std::vector<Event>& findings) const {
+void ImageExam::conclude_model(std::vector<Event>& findings) const {
   const double off = part(off_the_plane_, widths_px_.size());
   if (off < kMost) return;
   findings.push_back({"not_in_the_plane",

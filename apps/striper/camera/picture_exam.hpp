@@ -16,13 +16,13 @@
 
 namespace striper::program {
 
-/// What pictures show of light, laser and focus, for people in front of a camera.
+/// What images show of light, laser and focus, for people in front of a camera.
 ///
-/// The pictures go through the stages that would scan them (pattern, fields, channel, daylight,
+/// The frames go through the stages that would scan them (pattern, fields, channel, daylight,
 /// stripe, laser plane), so that what is judged is what a capture would get; the limits are wide.
-class PictureExam {
+class ImageExam {
  public:
-  explicit PictureExam(const ScannerSetup& setup);
+  explicit ImageExam(const ScannerSetup& setup);
 
   /// Takes a frame into account, whatever its status.
   void look_at(const Frame& frame);
@@ -31,7 +31,7 @@ class PictureExam {
   void conclude(std::vector<Event>& findings);
 
  private:
-  // How much of what is found in a line goes on in the next one, which a stripe does.
+  // How much of what is found in a scan line goes on in the next one, which a stripe does.
   class Continuity {
    public:
     explicit Continuity(StripeAxis axis);
@@ -80,7 +80,7 @@ class PictureExam {
   std::uint64_t exposures_with_stripe_ = 0;
   std::uint64_t outliers_ = 0;
 
-  // Of the stripe, each element a line in which it was found.
+  // Of the stripe, each element a scan line in which it was found.
   std::uint64_t lines_ = 0;
   std::uint64_t clipped_peaks_ = 0;
   std::uint64_t doubtful_ = 0;

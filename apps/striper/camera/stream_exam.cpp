@@ -14,14 +14,14 @@ void conclude_stream(const FrameReport& result, const SourceInfo& info,
   if (got.dropped > 0 && !info.is_live) {
     findings.push_back(
         {"frames_dropped",
-         fmt::format("{} missing between the pictures' numbers", count(got.dropped, "number")),
-         "each counts as a lost picture, over which the illumination pattern goes on; where the "
+         fmt::format("{} missing between the frames' numbers", count(got.dropped, "number")),
+         "each counts as a lost frame, over which the illumination pattern goes on; where the "
          "numbers "
-         "are no count of pictures, give names that are"});
+         "are no count of frames, give names that are"});
   }
   if (info.is_live && got.dropped + got.incomplete > 0) {
     findings.push_back({Severity::kError, "frames_dropped",
-                        fmt::format("pictures lost on the way: {} never came, {} incomplete",
+                        fmt::format("frames lost on the way: {} never came, {} incomplete",
                                     got.dropped, got.incomplete),
                         info.uri.starts_with("gige:")
                             ? "larger socket buffer (`sysctl -w net.core.rmem_max=33554432`), "
@@ -41,18 +41,18 @@ void conclude_stream(const FrameReport& result, const SourceInfo& info,
   }
   if (got.overrun > 0) {
     findings.push_back({"frames_dropped",
-                        fmt::format("{} pictures came faster than they were read", got.overrun),
+                        fmt::format("{} frames came faster than they were read", got.overrun),
                         "a lower fps, a region of interest, or a faster machine"});
   }
   if (got.corrupt > 0) {
-    findings.push_back({Severity::kError, "frame_bad", count(got.corrupt, "damaged picture"),
+    findings.push_back({Severity::kError, "frame_bad", count(got.corrupt, "damaged frame"),
                         info.is_live ? "cable, connector" : "damaged files: take them out"});
   }
   if (got.wrong_size > 0) {
     findings.push_back(
         {Severity::kError, "frame_bad",
-         count(got.wrong_size, "picture") + " of another size, colour or depth than the first",
-         info.is_live ? "cable, connector" : "pictures of one camera, in one format, to a source"});
+         count(got.wrong_size, "frame") + " of another size, colour or depth than the first",
+         info.is_live ? "cable, connector" : "images of one camera, in one format, to a source"});
   }
 }
 

@@ -9,7 +9,7 @@
 
 namespace striper::program {
 
-/// What is wrong with how pictures came: lost, late, damaged, and what to do about it. Nothing
+/// What is wrong with how frames came: lost, late, damaged, and what to do about it. Nothing
 /// where all is well.
 void conclude_stream(const FrameReport& report, const SourceInfo& info,
                      std::vector<Event>& findings);

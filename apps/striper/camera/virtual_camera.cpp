@@ -63,7 +63,7 @@ void define(Command& command, VirtualCameraArguments& arguments) {
       ->type_name("TEXT");
   command
       .add_option("--loop", arguments.loop,
-                  "Make the first N pictures in advance and repeat them: for high frame rates")
+                  "Make the first N frames in advance and repeat them: for high frame rates")
       ->type_name("N")
       ->check(above_zero());
   command
@@ -152,7 +152,7 @@ ExitCode serve(const VirtualCameraArguments& arguments) {
   }
   if (!arguments.registers.empty()) write_registers(camera, arguments.registers);
   const VirtualCameraStatistics did = camera.statistics();
-  say(fmt::format("{} pictures, {} packets, {} lost on purpose, {} sent again, {} clients",
+  say(fmt::format("{} frames, {} packets, {} lost on purpose, {} sent again, {} clients",
                   did.frames, did.packets, did.lost, did.resent, did.controllers));
   return ExitCode::kDone;
 }

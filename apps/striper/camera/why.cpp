@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// striper why: why a line of the picture gave the return that it gave.
+// striper why: why a scan line gave the return that it gave.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -32,29 +32,29 @@ struct WhyArguments {
 };
 
 constexpr const char* kDescription =
-    "Why: what is in a line of the picture, what was taken for the stripe, and how sure that is.";
+    "Why: what is in a scan line, what was taken for the stripe, and how sure that is.";
 
 constexpr const char* kExamples =
     "Examples:\n"
     "  striper why images:shots --model striper.yaml --line 320\n"
-    "      column 320 of the first picture that gives a scan: its candidates, what became of "
+    "      column 320 of the first frame that gives a scan: its candidates, what became of "
     "each,\n"
     "      the position's error by cause, and what a pixel means in millimetres there\n"
     "  striper why images:shots --model striper.yaml --line 320 --frame 17 --json\n"
-    "      the same of picture 17, with the line's pixels, for programs\n\n"
-    "A line is a column of the picture, or a row with --axis rows. What became of a candidate:\n"
+    "      the same of frame 17, with the line's pixels, for programs\n\n"
+    "A scan line is a column of the image, or a row with --axis rows. What became of a candidate:\n"
     "chosen, less_probable (another one of the line is more probably the stripe), outside (where\n"
     "the model has no stripe) or not_significant (no higher than noise, or an edge).";
 
 void define(Command& command, WhyArguments& arguments) {
   add_source(command, arguments.source);
   add_scanner_arguments(command, arguments.scanner);
-  command.add_option("--line", arguments.line, "Column of the picture, or row; from 0")
+  command.add_option("--line", arguments.line, "Column of the image, or row; from 0")
       ->type_name("N")
       ->required();
   command
       .add_option("--frame", arguments.frame,
-                  "Number of the picture; default: the first that gives a scan")
+                  "Number of the frame; default: the first that gives a scan")
       ->type_name("K");
   command.add_flag("--json", arguments.json, "All of it for programs on the standard output");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
@@ -94,12 +94,12 @@ void print_result(const ScanExplanation& why) {
 void print(std::uint64_t frame, const ScanExplanation& why) {
   const LineExplanation& line = why.line;
   fmt::print(
-      "picture {}, line {}: searched from {:.0f} to {:.0f}, for a stripe {:.2f} pixels wide "
+      "frame {}, line {}: searched from {:.0f} to {:.0f}, for a stripe {:.2f} pixels wide "
       "(sigma)\nnoise {:.2f} DN; a candidate rises {:.1f} sigmas or more; {}\n\n",
       frame, line.line, line.from_px, line.to_px, line.expected_width_px, line.noise_dn,
       line.least_significance,
-      line.is_chosen_over_lines ? "chosen by what goes on from line to line"
-                                : "the line's highest peak is the stripe");
+      line.is_chosen_over_lines ? "chosen by what goes on from scan line to scan line"
+                                : "the scan line's highest peak is the stripe");
   print_candidates(line);
   fmt::print("\n");
   print_result(why);
@@ -132,8 +132,8 @@ ExitCode why(const WhyArguments& arguments) {
   source->stop();
   if (!found) {
     throw Error(ErrorKind::kNotFound, arguments.frame
-                                          ? fmt::format("picture {} gave no scan", *arguments.frame)
-                                          : std::string("no picture gave a scan"));
+                                          ? fmt::format("frame {} gave no scan", *arguments.frame)
+                                          : std::string("no frame gave a scan"));
   }
   if (arguments.json) {
     print_json(to_json(number, *found));

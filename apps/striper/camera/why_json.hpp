@@ -9,7 +9,7 @@
 
 namespace striper::program {
 
-/// All of an explanation, for programs. @param frame number of the picture.
+/// All of an explanation, for programs. @param frame number of the frame.
 nlohmann::json to_json(std::uint64_t frame, const ScanExplanation& why);
 
 }  // namespace striper::program

@@ -82,13 +82,13 @@ void define_geometry(Command& command, DesignArguments& arguments) {
              "MM", between(0.1, 1000.0));
   command.get_option("--focal")->excludes("--fov")->needs("--sensor-width");
   command.get_option("--sensor-width")->needs("--focal");
-  command.add_option("--columns", arguments.columns, "Of the picture")
+  command.add_option("--columns", arguments.columns, "Of the image")
       ->type_name("N")
       ->check(between(8, 32768));
-  command.add_option("--rows", arguments.rows, "Of the picture")
+  command.add_option("--rows", arguments.rows, "Of the image")
       ->type_name("N")
       ->check(between(8, 32768));
-  command.add_flag("--interlaced", arguments.interlaced, "Each picture is two fields");
+  command.add_flag("--interlaced", arguments.interlaced, "Each frame is two fields");
   command.add_flag("--dark", arguments.dark, "Every other exposure is dark and subtracted");
   add_number(command, "--baseline", arguments.baseline_m, "From the laser up to the camera", "M",
              between(1e-3, 100.0));
@@ -106,17 +106,17 @@ void define_light(Command& command, DesignArguments& arguments) {
   add_number(command, "--power", arguments.power_mw, "Of a steady laser instead", "MW",
              at_least(0.0));
   command.get_option("--power")->excludes("--energy");
-  add_number(command, "--fan", arguments.fan_deg, "Full angle of the line", "DEG",
+  add_number(command, "--fan", arguments.fan_deg, "Full angle of the fan", "DEG",
              between(1e-3, 180.0));
-  add_number(command, "--thickness", arguments.thickness_deg, "Of the sheet, energy over peak",
-             "DEG", between(1e-3, 57.0));
+  add_number(command, "--thickness", arguments.thickness_deg,
+             "Of the laser plane, energy over peak", "DEG", between(1e-3, 57.0));
   add_number(command, "--wavelength", arguments.wavelength_nm, "Of the laser", "NM",
              between(320.0, 1080.0));
   add_number(command, "--filter", arguments.filter_nm, "Width of the filter's band", "NM",
              between(0.1, 40.0));
   add_number(command, "--shutter", arguments.shutter_us, "How long it is open", "US",
              between(1e-3, 1e9));
-  add_number(command, "--rate", arguments.rate_hz, "Pictures a second", "HZ", between(1e-3, 1e6));
+  add_number(command, "--rate", arguments.rate_hz, "Frames a second", "HZ", between(1e-3, 1e6));
   add_number(command, "--f-number", arguments.f_number, "Of the lens", "F", between(0.3, 100.0));
   add_number(command, "--qe", arguments.qe, "Quantum efficiency, 0 to 1", "Q", between(1e-9, 1.0));
   add_number(command, "--reflectance", arguments.reflectance, "Of the target, 0 to 1", "R",
@@ -207,7 +207,7 @@ ExitCode run_design(const DesignArguments& arguments) {
       arguments.ranges_m.empty() ? std::vector<double>{1.0, 2.0, 4.0} : arguments.ranges_m;
   if (arguments.plot) {
     if (std::isnan(figures.near_m()))
-      throw Error(ErrorKind::kBadValue, "the laser's sheet is not in the picture: nothing to plot");
+      throw Error(ErrorKind::kBadValue, "the laser plane is not in the image: nothing to plot");
     write_file_atomically(*arguments.plot, design_svg(figures));
     say(fmt::format("wrote {}", *arguments.plot));
   }

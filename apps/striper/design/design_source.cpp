@@ -15,7 +15,7 @@
 namespace striper::program {
 namespace {
 
-// The sheet of a model's laser is known, not where in it the fan begins: below the camera's foot,
+// The plane of a model's laser is known, not where in it the fan begins: below the camera's foot,
 // along the scan frame's x.
 StriperDesign design_of(StriperModel model, const std::filesystem::path& path) {
   if (model.lasers.empty())

@@ -50,12 +50,12 @@ std::string inputs_text(const StriperDesign& design) {
 
 std::string coverage_text(const DesignFigures& figures, double range_m) {
   const double degrees = figures.coverage_rad(range_m) / kDegree;
-  return std::isnan(degrees) ? fmt::format("{:g} m straight ahead is not in the picture", range_m)
+  return std::isnan(degrees) ? fmt::format("{:g} m straight ahead is not in the image", range_m)
                              : fmt::format("covers {:.1f} degrees at {:g} m", degrees, range_m);
 }
 
 std::string limits_text(const DesignFigures& figures) {
-  if (std::isnan(figures.near_m())) return "sees nothing of the laser's sheet";
+  if (std::isnan(figures.near_m())) return "sees nothing of the laser plane";
   return fmt::format(
       "sees {:.2f} m to {}", figures.near_m(),
       std::isinf(figures.far_m()) ? "the horizon" : fmt::format("{:.2f} m", figures.far_m()));
@@ -75,7 +75,7 @@ std::string outcome_text(const DesignFigures& figures, double first_m) {
                  figures.filter_factor(), design.sun.suppression ? "given" : "as the sun is given",
                  derived_suppression(design));
   const double farthest_m = figures.max_range_m();
-  fmt::format_to(out, "  maximum range {} ({:g} found, {:g} false in a line)\n",
+  fmt::format_to(out, "  maximum range {} ({:g} found, {:g} false in a scan line)\n",
                  std::isnan(farthest_m) ? "none" : fmt::format("{:.2f} m", farthest_m),
                  design.detection, design.false_alarm);
   return text;
@@ -88,7 +88,7 @@ std::string range_table(const DesignFigures& figures, const std::vector<double>&
   for (const double range_m : ranges_m) {
     const RangeFigures at = figures.at(range_m);
     if (std::isnan(at.step_derivative_m)) {
-      text += fmt::format("{:7.2f}  not in the picture\n", range_m);
+      text += fmt::format("{:7.2f}  not in the image\n", range_m);
       continue;
     }
     text += fmt::format(
@@ -224,7 +224,7 @@ std::string design_svg(const DesignFigures& figures) {
     ratio.emplace_back(range_m, at.signal_to_background);
     found.emplace_back(range_m, 100.0 * at.detection);
   }
-  SvgChart errors("Range: one line of the picture, and the predicted error", range_axis(ranges_m),
+  SvgChart errors("Range: one scan line outward, and the predicted error", range_axis(ranges_m),
                   decades("mm", {step, sigma}));
   errors.line("one line outward", "#12395c", step);
   errors.line("one sigma", "#c2410c", sigma);

@@ -76,14 +76,14 @@ void define_emission(Command& command, EyesafeArguments& arguments) {
 
 void define_beam(Command& command, EyesafeArguments& arguments) {
   auto* const fan =
-      command.add_option("--fan", arguments.fan_deg, "Full angle of the line, degrees")
+      command.add_option("--fan", arguments.fan_deg, "Full angle of the fan, degrees")
           ->type_name("DEG")
           ->check(between(1e-3, 180.0));
-  auto* const thickness =
-      command
-          .add_option("--thickness", arguments.thickness_deg, "Of the sheet, full angle, degrees")
-          ->type_name("DEG")
-          ->check(between(1e-3, 180.0));
+  auto* const thickness = command
+                              .add_option("--thickness", arguments.thickness_deg,
+                                          "Of the laser plane, full angle, degrees")
+                              ->type_name("DEG")
+                              ->check(between(1e-3, 180.0));
   fan->needs(thickness);
   thickness->needs(fan);
   auto* const beam =

@@ -38,12 +38,12 @@ constexpr const char* kDescription =
     "Find curbs in scans across the road and follow them: place, height, error bars, probability.";
 
 constexpr const char* kHelp =
-    "Each scan gives a line for each curb or ramp that is followed:\n"
+    "Each scan gives a line for each curb or ramp that is tracked:\n"
     "frame,time_s,head,laser,track,kind,state,foot_x_m,foot_y_m,top_x_m,top_y_m,lateral_m,\n"
     "sigma_lateral_m,sigma_cal_lateral_m,height_m,sigma_height_m,sigma_cal_height_m,confidence\n"
     "  track              the same number while it is the same curb\n"
     "  kind               up, down (the road ends and goes on lower) or ramp, which is no curb\n"
-    "  state              new, tracked, or hidden: something is before it; it is foretold then\n"
+    "  state              new, tracked, or hidden: something is before it; it is predicted then\n"
     "  foot, top          where the road's line meets the face's, and the face's meets the top's\n"
     "                     (scan frame); of kind down the foot is the last of the road that is "
     "seen\n"
@@ -63,7 +63,7 @@ constexpr const char* kHelp =
     "  striper curb gige:STRIPER1 -m striper.yaml --up 118 --json -o curbs.csv\n"
     "      live; 118 degrees in the scan frame are up, within 20\n"
     "  striper curb drive.csv -o curbs.csv --plot curbs.svg --to drive.mcap\n"
-    "      a picture, and a recording of scans and curbs for Foxglove\n\n"
+    "      a plot, and a recording of scans and curbs for Foxglove\n\n"
     "Events (docs/events.md): curb_found, curb_lost; with --json, and to whoever --to names.";
 
 void define(Command& command, CurbArguments& arguments) {
@@ -95,7 +95,7 @@ struct CurbResult {
   double best = 0.0;  // Confidence.
 };
 
-/// Follows the curbs of every scan, each head's and laser's by itself.
+/// Tracks the curbs of every scan, each head's and laser's by itself.
 class CurbRun {
  public:
   explicit CurbRun(const CurbArguments& arguments) {
@@ -155,7 +155,7 @@ class CurbRun {
                                       to_string(track.kind), track.lateral_m, track.height_m)});
     }
     found_.forget_unseen(plane, [&](std::uint64_t track) {
-      send({"curb_lost", fmt::format("curb {} is not followed any more", track)});
+      send({"curb_lost", fmt::format("curb {} is not tracked any more", track)});
     });
   }
 

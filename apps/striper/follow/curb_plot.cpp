@@ -15,7 +15,7 @@ namespace {
 using Vector = Eigen::Vector2d;
 using Vectors = std::vector<Vector>;
 
-constexpr std::size_t kMostPlaces = 20'000;  // 2 MB of a picture.
+constexpr std::size_t kMostPlaces = 20'000;  // 2 MB of a plot.
 
 /// Across the road: lateral to the right, height above the road up.
 Vector across(const CurbView& view, const Vector& at_m) {
@@ -118,7 +118,7 @@ std::string CurbPlot::svg() const {
   SvgChart map("Curbs along the way", place_reach.axis(0, "way (m)", 0.5),
                place_reach.axis(1, "lateral (m)", 0.1));
   add_bars(map, "one sigma", "#f0a030", all_lateral, sigma_lateral);
-  map.dots("surely a curb", "#12395c", 2.4, lateral_sure);
+  map.dots("certainly a curb", "#12395c", 2.4, lateral_sure);
   map.dots("less sure, or a ramp", "#c2410c", 2.0, lateral_unsure);
   map.dots("hidden", "#9db4cc", 2.0, lateral_hidden);
   charts.push_back(map);

@@ -8,7 +8,7 @@
 
 namespace striper::program {
 
-/// Which tracks are surely there, so that each is said once when it is found and once when it is
+/// Which tracks are certain, so that each is said once when it is found and once when it is
 /// gone. Each head's and laser's tracks have numbers of their own.
 class FoundTracks {
  public:

@@ -15,7 +15,7 @@ namespace {
 using Vector = Eigen::Vector2d;
 using Vectors = std::vector<Vector>;
 
-constexpr std::size_t kMostPlaces = 20'000;  // 2 MB of a picture.
+constexpr std::size_t kMostPlaces = 20'000;  // 2 MB of a plot.
 constexpr double kSoon_s = 0.1;
 
 // As one looks at a striper from above: forward is up, left is left.

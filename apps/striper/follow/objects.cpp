@@ -41,7 +41,7 @@ constexpr const char* kDescription =
     "Follow objects in scans: where, how fast they close, time to contact, with error bars.";
 
 constexpr const char* kHelp =
-    "Each scan gives a line for each object that is followed (scan frame, x forward and y left):\n"
+    "Each scan gives a line for each object that is tracked (scan frame, x forward and y left):\n"
     "frame,time_s,head,laser,track,x_m,y_m,sigma_x_m,sigma_y_m,corr_xy,bearing_rad,range_m,\n"
     "width_m,vx_m_s,vy_m_s,sigma_v_m_s,observable_rad,closing_m_s,time_to_contact_s,ttc_low_s,\n"
     "ttc_high_s,zone,confidence\n"
@@ -54,9 +54,9 @@ constexpr const char* kHelp =
     "best\n"
     "  closing_m_s           how fast its distance shrinks, always relative\n"
     "  time_to_contact_s     distance over closing speed, 95 % between ttc_low_s and ttc_high_s;\n"
-    "                        inf: it may not close at all; empty: it surely does not\n"
+    "                        inf: it may not close at all; empty: it certainly does not\n"
     "  zone                  road, behind_curb, or unknown: needs --up and a curb, which is\n"
-    "                        followed: it counts while somebody before it hides it, too\n"
+    "                        tracked: it counts while somebody before it hides it, too\n"
     "  confidence            the probability that it exists: rises when it is seen, falls when it\n"
     "                        should be and is not, stays while something nearer hides it\n\n"
     "All of a stripe is exposed by one flash: unlike a turning scanner it has no skew in a "
@@ -70,7 +70,7 @@ constexpr const char* kHelp =
     "  striper objects lidar.csv --sigma 0.01 --json -o objects.csv\n"
     "      a table made elsewhere: frame,time_s,bearing_rad,range_m\n"
     "  striper objects street.csv --up 118 --contact 0.5 --to drive.mcap --plot objects.svg\n"
-    "      a recording of scans and objects for Foxglove, and a picture\n\n"
+    "      a recording of scans and objects for Foxglove, and a plot\n\n"
     "Events (docs/events.md): object_found, object_lost, and contact_near where an object that is "
     "not\n"
     "behind a curb will be here within --contact; with --json, and to whoever --to names.";
@@ -112,11 +112,11 @@ struct Plane {
 
 struct ObjectsResult {
   std::uint64_t lines = 0;
-  std::uint64_t objects = 0;  // That were surely there at some time.
+  std::uint64_t objects = 0;  // That were certain at some time.
   double soonest_contact_s = kNone;
 };
 
-/// Follows the objects of every scan, each head's and laser's by itself.
+/// Tracks the objects of every scan, each head's and laser's by itself.
 class ObjectsRun {
  public:
   explicit ObjectsRun(const ObjectsArguments& arguments) : arguments_(arguments) {
@@ -198,7 +198,7 @@ class ObjectsRun {
     }
     found_.forget_unseen(key, [&](std::uint64_t track) {
       plane.warned.erase(track);
-      send({"object_lost", fmt::format("object {} is not followed any more", track)});
+      send({"object_lost", fmt::format("object {} is not tracked any more", track)});
     });
   }
 
@@ -236,7 +236,7 @@ ExitCode objects(const ObjectsArguments& arguments) {
       follow_scans(arguments.follow, events.port(),
                    [&](const FollowedScan& followed) { run.look_at(followed); });
   const ObjectsResult& result = run.finish();
-  say(fmt::format("followed {} in {}", count(result.objects, "object"),
+  say(fmt::format("tracked {} in {}", count(result.objects, "object"),
                   count(counts.scans, "scan")));
   if (std::isfinite(result.soonest_contact_s))
     say(fmt::format("soonest contact {:.2g} s ahead", result.soonest_contact_s));

@@ -152,7 +152,7 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
                   "alone)")
       ->type_name("SINK")
       ->one_word_each();
-  command.add_option("--plot", arguments.plot, "A picture of a scan, and of all there was")
+  command.add_option("--plot", arguments.plot, "A plot of a scan, and of all there was")
       ->type_name("FILE.svg");
   command
       .add_option("--up", arguments.up_deg,

@@ -17,7 +17,7 @@
 
 namespace striper::program {
 
-/// The options of every command that follows something from scan to scan: `objects`, `curb`.
+/// The options of every command that tracks something from scan to scan: `objects`, `curb`.
 struct FollowArguments {
   std::string scans;
   std::optional<std::string> model;
@@ -62,7 +62,7 @@ struct FollowedScan {
 FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& events,
                           const std::function<void(const FollowedScan&)>& take);
 
-/// Writes the picture where one is asked for, and says which files are there now.
+/// Writes the plot where one is asked for, and says which files are there now.
 /// @throws Error{kIo}.
 void write_plot(const FollowArguments& arguments, const std::function<std::string()>& svg);
 

@@ -38,7 +38,7 @@ constexpr const char* kHelp =
     "kept\n"
     "in its guidance.yaml. The screen needs 80 x 24, also over ssh, also without colour (NO_COLOR "
     "is\n"
-    "heeded). Without a terminal, or with --lines, the same functions are lines: type help; the "
+    "respected). Without a terminal, or with --lines, the same functions are lines: type help; the "
     "run\n"
     "then goes on by `wait SECONDS`.\n\n"
     "Examples:\n"

@@ -194,7 +194,7 @@ Eigen::Vector2d point_of(const Return& one) {
 Eigen::Vector2d from_above(const Eigen::Vector2d& point) { return {-point.y(), point.x()}; }
 
 // As the paper's Figure 4: the striper's returns with their errors, and the other scanner's.
-SvgChart picture_of(const PolarScan& scan, const PolarScan& reference, const PlanarPose& pose) {
+SvgChart plot_of(const PolarScan& scan, const PolarScan& reference, const PlanarPose& pose) {
   std::vector<Eigen::Vector2d> ours, theirs, near, far;
   double reach_m = 0.0;
   for (const Return& one : scan.returns) {
@@ -250,7 +250,7 @@ ExitCode compare_with_reference(const CompareArguments& arguments) {
   options.reference_quantum_m = arguments.reference_quantum_m;
   const ScanComparison found = compare_scans(scans, reference, options);
   if (arguments.plot) {
-    write_file_atomically(*arguments.plot, svg_of({picture_of(scans.front(), reference, found.pose),
+    write_file_atomically(*arguments.plot, svg_of({plot_of(scans.front(), reference, found.pose),
                                                    differences_of(found)}));
     say(fmt::format("wrote {}", *arguments.plot));
   }

@@ -171,7 +171,7 @@ class Verification {
   void say_result(const VerifyArguments& arguments) const {
     say(fmt::format("{} scans of a flat target at {:.4f} m (square to it)", scans_,
                     mean_distance_m()));
-    say(fmt::format("fill: {:.1f} % of the lines have a return", 100.0 * fill()));
+    say(fmt::format("fill: {:.1f} % of the scan lines have a return", 100.0 * fill()));
     say(fmt::format("flatness: {:.3f} mm rms, {:.2f} times what the error bars say",
                     1e3 * flatness_m(), ratio()));
     if (changes_ > 0)
@@ -258,9 +258,9 @@ void define(Command& command, VerifyArguments& arguments) {
       ->type_name("M")
       ->check(above_zero());
   command
-      .add_option(
-          "--min-fill", arguments.least_fill,
-          fmt::format("Least part of the lines with a return; default {}", arguments.least_fill))
+      .add_option("--min-fill", arguments.least_fill,
+                  fmt::format("Least part of the scan lines with a return; default {}",
+                              arguments.least_fill))
       ->type_name("PART");
   command
       .add_option(
@@ -270,7 +270,7 @@ void define(Command& command, VerifyArguments& arguments) {
       ->check(above_zero());
   command
       .add_option("--at", arguments.at,
-                  "The same target at another known distance, in pictures of its own; with "
+                  "The same target at another known distance, in frames of its own; with "
                   "--distance and two of these: linearity")
       ->type_name("M=SOURCE")
       ->one_word_each();

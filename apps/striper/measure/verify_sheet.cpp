@@ -164,7 +164,7 @@ std::vector<std::string> sheet_lines(const nlohmann::json& sheet) {
   lines.push_back(fmt::format("repeatability of the mean {} mm (k = 2; {} scans)",
                               text("repeatability_of_mean_m", 2e3, "{:.4f}"),
                               count("repeatability_count")));
-  lines.push_back(fmt::format("rate {} pictures/s; latency {} ms median, {} ms 95 % ({} pictures)",
+  lines.push_back(fmt::format("rate {} frames/s; latency {} ms median, {} ms 95 % ({} frames)",
                               text("rate_hz", 1, "{:.1f}"), text("latency_s", 1e3, "{:.2f}"),
                               text("latency_95_s", 1e3, "{:.2f}"), count("latency_count")));
   return lines;

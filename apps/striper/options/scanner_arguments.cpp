@@ -66,7 +66,7 @@ void refuse_contradictions(const ScannerArguments& arguments) {
 void require_fields(AmbientMethod method, const SourceInfo& source) {
   if (method != AmbientMethod::kFields || source.field != Field::kProgressive) return;
   throw Error(ErrorKind::kUsage,
-              fmt::format("--ambient fields needs pictures of two fields, and source '{}' gives "
+              fmt::format("--ambient fields needs frames of two fields, and source '{}' gives "
                           "whole ones; if they are interlaced, say so in its address with "
                           "fields=split-top or fields=split-bottom (the field exposed first; NTSC "
                           "has the bottom one first, PAL the top one)",
@@ -78,7 +78,7 @@ void require_threshold(const std::optional<double>& threshold_dn, const SourceIn
   const int full_dn = full_scale_dn(source.bit_depth);
   if (!threshold_dn || *threshold_dn < full_dn) return;
   throw Error(ErrorKind::kUsage,
-              fmt::format("--threshold {}: the pictures of '{}' have {} bits and end at {} DN",
+              fmt::format("--threshold {}: the frames of '{}' have {} bits and end at {} DN",
                           *threshold_dn, source.uri, source.bit_depth, full_dn));
 }
 
@@ -86,10 +86,9 @@ void warn_of_grey(const ScannerArguments& arguments, Channel channel, const Sour
                   const EventPort& events) {
   const bool is_colour = channel != Channel::kGrey && channel != Channel::kAuto;
   if (!arguments.has("channel") || !is_colour || source.channels != 1) return;
-  events.send(
-      {"channel_of_grey",
-       fmt::format("--channel {}: the pictures of '{}' are grey, and so is what is searched",
-                   to_string(channel), source.uri)});
+  events.send({"channel_of_grey",
+               fmt::format("--channel {}: the frames of '{}' are grey, and so is what is searched",
+                           to_string(channel), source.uri)});
 }
 
 // Who said it.
@@ -118,7 +117,7 @@ void add_scanner_arguments(Command& command, ScannerArguments& arguments) {
       .add_option(
           "-m,--model", arguments.model,
           "The calibrated striper (striper.yaml); without it there are no ranges, only where "
-          "the stripe is in the picture")
+          "the stripe is in the image")
       ->type_name("FILE");
   for (const ScannerOption& option : scanner_options()) add_option(command, option, arguments);
 }

@@ -10,7 +10,7 @@ class Command;
 /// How the program ends, for scripts.
 enum class ExitCode {
   kDone = 0,
-  kFailed = 1,         ///< It could not be done, or not with every picture.
+  kFailed = 1,         ///< It could not be done, or not with every frame.
   kWrongUsage = 2,     ///< The command line asks for something that makes no sense.
   kUntrustworthy = 3,  ///< Refused, because the result would not be trustworthy.
 };

@@ -158,10 +158,10 @@ WordCheck number_that(bool (*is_fit)(double), const char* otherwise) {
 }  // namespace
 
 const char* const kSourceHelp =
-    "SOURCE names where the pictures come from (quote it: the shell knows ? & and * too):\n"
-    "  images:DIR  images:'shots/*.png'   pictures in natural order (a number that is missing in\n"
-    "                                     their names is a lost picture), or a recording\n"
-    "      ?fps=30  ?bits=12              their rate; significant bits of 16-bit pictures\n"
+    "SOURCE names where the frames come from (quote it: the shell knows ? & and * too):\n"
+    "  images:DIR  images:'shots/*.png'   image files in natural order (a number that is missing\n"
+    "                                     in their names is a lost frame), or a recording\n"
+    "      ?fps=30  ?bits=12              their rate; significant bits of 16-bit images\n"
     "  mcap:RUN.mcap                      the frames of a recording, or anybody's images\n"
     "      ?head=left  ?realtime=yes      one of several heads; at the pace it was recorded at\n"
     "  sim:SCENE.yaml                     the simulated striper\n"
@@ -170,7 +170,7 @@ const char* const kSourceHelp =
     "  and for all of them\n"
     "      ?laser=0,dark                  the lasers' pattern, an entry per exposure; 'auto' finds "
     "it\n"
-    "      ?fields=split-top              each picture is two fields, top (or split-bottom) "
+    "      ?fields=split-top              each frame is two fields, top (or split-bottom) "
     "first:\n"
     "                                     NTSC has the bottom field first, PAL the top one. A "
     "wrong\n"
@@ -225,8 +225,7 @@ WordCheck above_zero() {
 }
 
 CommandOption* add_source(Command& command, std::string& source) {
-  return command.add_option("SOURCE", source, "Where the pictures come from, see below")
-      ->required();
+  return command.add_option("SOURCE", source, "Where the frames come from, see below")->required();
 }
 
 }  // namespace striper::program

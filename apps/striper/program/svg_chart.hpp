@@ -20,7 +20,7 @@ struct ChartAxis {
 /// outside the axes, or is not finite, is left out.
 class SvgChart {
  public:
-  /// @param equal_scale a unit is as long along both axes (a picture from above): the taller axis
+  /// @param equal_scale a unit is as long along both axes (a plot from above): the taller axis
   /// decides. Linear axes only.
   SvgChart(std::string title, ChartAxis x, ChartAxis y, bool equal_scale = false);
 
@@ -34,7 +34,7 @@ class SvgChart {
 
   double height_px() const noexcept { return height_px_; }
 
-  /// The chart as a group whose top is `top_px` below the picture's.
+  /// The chart as a group whose top is `top_px` below the plot's.
   std::string group(double top_px) const;
 
   static constexpr double kWidth_px = 760.0;

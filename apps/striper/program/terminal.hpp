@@ -26,7 +26,7 @@ void show_no_progress() noexcept;
 /// is no terminal. Goes away when destroyed. One at a time.
 class Progress {
  public:
-  /// @param what is counted, in the plural: "pictures". @param total empty where it is not known.
+  /// @param what is counted, in the plural: "frames". @param total empty where it is not known.
   Progress(std::string_view what, std::optional<std::uint64_t> total);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

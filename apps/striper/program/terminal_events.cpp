@@ -24,7 +24,7 @@ const char* words_for(PatternOrigin origin) {
     case PatternOrigin::kFound:
       return "found";
     case PatternOrigin::kPhase:
-      return "its phase found in the pictures";
+      return "its phase found in the frames";
     case PatternOrigin::kAssumed:
       return "no dark exposure seen";
     case PatternOrigin::kNone:

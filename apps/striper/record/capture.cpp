@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// striper capture: from a source of pictures to polar scans in files.
+// striper capture: from a source of frames to polar scans in files.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -41,14 +41,14 @@ struct CaptureArguments {
 };
 
 constexpr const char* kDescription =
-    "Scan: every lit picture becomes polar scans, as CSV with error bars.";
+    "Scan: every lit exposure becomes polar scans, as CSV with error bars.";
 
 constexpr const char* kExamples =
     "Examples:\n"
     "  striper capture sim:data/scenes/room.yaml --frames 10 -o scans.csv\n"
-    "      ten pictures of a simulated room; no model, so only where the stripe is in the picture\n"
+    "      ten frames of a simulated room; no model, so only where the stripe is in the image\n"
     "  striper capture images:shots --model striper.yaml -o scans.csv\n"
-    "      a directory of pictures, calibrated\n"
+    "      a directory of image files, calibrated\n"
     "  striper capture 'v4l2:/dev/video0?standard=ntsc&laser=0,dark' -m striper.yaml --seconds 60\n"
     "      a minute of a grabber whose laser fires in every other field\n"
     "  striper capture 'images:*.png?fps=30' --axis rows --channel green --missing > rows.csv\n"
@@ -59,7 +59,7 @@ constexpr const char* kExamples =
     "sigma_cal_m,x_m,y_m,intensity,width_px,row_sigma_px,confidence,status. Only returns of "
     "status\n"
     "'ok' are written unless --doubtful or --missing say otherwise. The exit code is 1 where any\n"
-    "picture was corrupt or of wrong size; the others are scanned all the same. A FILE that holds\n"
+    "frame was corrupt or of wrong size; the others are scanned all the same. A FILE that holds\n"
     "anything but scans is not overwritten.";
 
 void define(Command& command, CaptureArguments& arguments) {
@@ -143,7 +143,7 @@ std::uint64_t misfits(const Capture& done) {
 // What was made of exposures without the laser matters where there are any, where somebody asked
 // for it, and where so little of the stripe is found that daylight may be why.
 bool do_dark_exposures_matter(const CaptureArguments& arguments, const Capture& done) {
-  constexpr double kMostIsFound = 0.5;  // Of the lines: half a view may show no stripe.
+  constexpr double kMostIsFound = 0.5;  // Of the scan lines: half a view may show no stripe.
   const bool is_asked = arguments.scanner.has("ambient") || done.source.pattern.has_dark();
   const bool is_found = static_cast<double>(done.returns.of(ReturnStatus::kOk)) >=
                         kMostIsFound * static_cast<double>(done.returns.total());
@@ -257,7 +257,7 @@ class CaptureRun {
     Scanner scanner = make_scanner(setup);
     watch_.emplace(arguments_.scanner, setup);
     if (source.is_live) say(source.description);  // What was chosen where the address is silent.
-    progress_.emplace("pictures", total_pictures(arguments_.limits, source));
+    progress_.emplace("frames", total_pictures(arguments_.limits, source));
     return {std::move(scanner), shared_model(setup), setup.options.stripe.axis,
             setup.options.adapts_exposure};
   }
@@ -265,14 +265,14 @@ class CaptureRun {
   void look_at(ScanSpan scans) {
     watch_->look_at(scans);
     for (const PolarScan& scan : scans) done_.returns.add(scan);
-    progress_->update(++pictures_);
+    progress_->update(++frames_);
   }
 
   const CaptureArguments& arguments_;
   const TerminalEvents& events_;
   ScanBus& bus_;
   Capture done_;
-  std::uint64_t pictures_ = 0;
+  std::uint64_t frames_ = 0;
   std::optional<StripeWatch> watch_;
   std::optional<Progress> progress_;
 };
@@ -300,7 +300,7 @@ ExitCode capture(const CaptureArguments& arguments) {
   done.sinks = bus.sinks();
   done.is_shaped = shape.is_any();
   if (is_one && bus.failure()) std::rethrow_exception(bus.failure());
-  require_pictures(done.read, arguments.source);
+  require_frames(done.read, arguments.source);
 
   say_summary(done, outputs);
   const bool has_moved = say_moved(*shaped);

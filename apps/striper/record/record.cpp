@@ -44,9 +44,9 @@ constexpr const char* kExamples =
     "  striper record v4l2:/dev/video0 -o 'run.mcap?rotate=10min'\n"
     "      run_0000.mcap, run_0001.mcap, ...: a file every ten minutes (or rotate=1GB)\n"
     "  striper record v4l2:/dev/video0 -o shots --every 2 --frames 20\n"
-    "      a picture every two seconds\n"
+    "      a frame every two seconds\n"
     "  striper record v4l2:/dev/video0 -o boards --when-board 8x6\n"
-    "      pictures for a calibration: move the board about until you have some 20 poses\n\n"
+    "      images for a calibration: move the board about until you have some 20 poses\n\n"
     "A directory gets one PNG per frame (8 or 16 bits) and frames.csv: number, times,\n"
     "illumination, field, bit depth, region and status of each. A file .mcap gets the same\n"
     "as ROS 2's images with a striper_msgs/FrameInfo each (CONVENTIONS.md, Messages). Ctrl-C or a\n"
@@ -58,7 +58,7 @@ void define(Command& command, RecordArguments& arguments) {
   add_source(command, arguments.source);
   command
       .add_option("-o,--output", arguments.output,
-                  "The directory, which is made and must not hold pictures already, or a file "
+                  "The directory, which is made and must not hold image files already, or a file "
                   ".mcap")
       ->type_name("DIR|FILE.mcap")
       ->required();
@@ -69,19 +69,19 @@ void define(Command& command, RecordArguments& arguments) {
   add_frame_limits(command, arguments.limits);
   command
       .add_option("--every", arguments.every_s,
-                  "Keep only pictures that are at least so many seconds apart")
+                  "Keep only frames that are at least so many seconds apart")
       ->type_name("S")
       ->check(above_zero());
   command
       .add_option("--when-board", arguments.board,
-                  "Keep only pictures that show this board (inner corners, or circles:7x7) sharply "
+                  "Keep only frames that show this board (inner corners, or circles:7x7) sharply "
                   "and where it was not yet: for calibrating a live camera")
       ->type_name("8x6");
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
 
-// Lets through pictures, with both of their fields, that are `--every` seconds apart.
+// Lets through frames, with both of their fields, that are `--every` seconds apart.
 class Spacing {
  public:
   explicit Spacing(double every_s) : every_ns_(static_cast<std::int64_t>(every_s * 1e9)) {}

@@ -27,17 +27,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kDefaultPictures = 10;
+constexpr std::uint64_t kDefaultFrames = 10;
 
 struct SimulateArguments {
   std::string scene;
   std::string directory;
-  std::uint64_t pictures = kDefaultPictures;
+  std::uint64_t frames = kDefaultFrames;
   bool json = false;
 };
 
 constexpr const char* kDescription =
-    "Simulate: pictures of a scene as the striper would see it, with the truth of every column.";
+    "Simulate: images of a scene as the striper would see it, with the truth of every column.";
 
 constexpr const char* kExamples =
     "SCENE is a file (see data/scenes), with the keys of a sim: source where wanted:\n"
@@ -47,8 +47,8 @@ constexpr const char* kExamples =
     "  striper simulate 'data/scenes/wall.yaml?noise=off' -o wall\n"
     "  striper capture images:room --model room/model.yaml -o scans.csv\n"
     "      scan what was simulated; compare with room/truth.csv\n\n"
-    "The directory gets the pictures with frames.csv (a recording: images:DIR), model.yaml, the\n"
-    "calibration without error (what the stripe looks like, at the ranges of these pictures), and\n"
+    "The directory gets the images with frames.csv (a recording: images:DIR), model.yaml, the\n"
+    "calibration without error (what the stripe looks like, at the ranges of these images), and\n"
     "truth.csv: the columns of a scan with exact values, a line "
     "for\n"
     "every column of every lit exposure.";
@@ -57,12 +57,12 @@ void define(Command& command, SimulateArguments& arguments) {
   command.add_option("SCENE", arguments.scene, "The scene file, see below")->required();
   command
       .add_option("-o,--output", arguments.directory,
-                  "The directory; it is made, and must not hold pictures already")
+                  "The directory; it is made, and must not hold image files already")
       ->type_name("DIR")
       ->required();
   command
-      .add_option("--frames", arguments.pictures,
-                  fmt::format("How many pictures; default {}", kDefaultPictures))
+      .add_option("--frames", arguments.frames,
+                  fmt::format("How many frames; default {}", kDefaultFrames))
       ->type_name("N")
       ->check(above_zero());
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
@@ -113,7 +113,7 @@ PolarScan to_scan(const Truth& truth) {
   return scan;
 }
 
-// How near and how far the lasers were seen, which is what a calibration of these pictures would
+// How near and how far the lasers were seen, which is what a calibration of these images would
 // know the stripe over.
 class SeenRanges {
  public:
@@ -160,7 +160,7 @@ ExitCode simulate(const SimulateArguments& arguments) {
   CsvSink truth_file((directory / "truth.csv").string(), {.doubtful = true, .missing = true});
 
   const FrameReport result = read_frames(
-      *source, {.pictures = arguments.pictures, .seconds = {}}, {}, [&](const Frame& frame) {
+      *source, {.pictures = arguments.frames, .seconds = {}}, {}, [&](const Frame& frame) {
         recorder.write(frame);
         if (frame.exposure_in_picture > 0) return;  // The truth of both fields is written already.
         for (const Truth& truth : source->simulator().truth(frame.sequence)) {

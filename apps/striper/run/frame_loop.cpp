@@ -11,7 +11,7 @@
 namespace striper::program {
 
 void add_frame_limits(Command& command, FrameLimits& limits) {
-  command.add_option("--frames", limits.pictures, "Stop after so many pictures")
+  command.add_option("--frames", limits.pictures, "Stop after so many frames")
       ->type_name("N")
       ->check(above_zero());
   command.add_option("--seconds", limits.seconds, "Stop after so many seconds")
@@ -19,9 +19,9 @@ void add_frame_limits(Command& command, FrameLimits& limits) {
       ->check(above_zero());
 }
 
-void require_pictures(const FrameReport& report, const std::string& source) {
+void require_frames(const FrameReport& report, const std::string& source) {
   if (report.frames > 0 || report.interrupted) return;
-  throw NoPicture(ErrorKind::kDevice, fmt::format("source '{}' gave no picture", source));
+  throw NoFrame(ErrorKind::kDevice, fmt::format("source '{}' gave no frame", source));
 }
 
 FrameReport read_frames(FrameSource& source, const FrameLimits& limits, const EventPort& events,
@@ -29,12 +29,12 @@ FrameReport read_frames(FrameSource& source, const FrameLimits& limits, const Ev
   const SourceInfo info = source.info();
   if (info.is_live) say(info.description);  // What was chosen where the address says nothing.
   FrameReader reader(source, {limits, events, stop_requested, {}});
-  Progress progress("pictures", total_pictures(limits, info));
+  Progress progress("frames", total_pictures(limits, info));
   const FrameReport report = reader.read([&](const Frame& frame) {
     on_frame(frame);
     progress.update(reader.report().pictures);
   });
-  require_pictures(report, info.uri);
+  require_frames(report, info.uri);
   return report;
 }
 
@@ -46,7 +46,7 @@ void let_go(std::unique_ptr<FrameSource> source, const FrameReport& report) {
 
 std::string describe(const FrameReport& report) {
   std::string text =
-      fmt::format("{} in {:.1f} s", count(report.pictures, "picture"), report.elapsed_s);
+      fmt::format("{} in {:.1f} s", count(report.pictures, "frame"), report.elapsed_s);
   if (report.elapsed_s > 0.0) {
     text += fmt::format(" ({:.1f}/s)", static_cast<double>(report.pictures) / report.elapsed_s);
   }

@@ -16,18 +16,18 @@ namespace striper::program {
 void add_frame_limits(Command& command, FrameLimits& limits);
 
 /// A source that opened and then gave nothing.
-class NoPicture : public Error {
+class NoFrame : public Error {
  public:
   using Error::Error;
 };
 
-/// @throws NoPicture where a source gave no frame and nobody stopped it.
-void require_pictures(const FrameReport& report, const std::string& source);
+/// @throws NoFrame where a source gave no frame and nobody stopped it.
+void require_frames(const FrameReport& report, const std::string& source);
 
 /// Reads a source as a FrameReader does, until Ctrl-C at the latest, in front of a person: says
 /// what a live source is and how it was set up, and shows progress.
 /// @param events hears of bad frames, silence, a rate that is too low.
-/// @throws Error what `on_frame` and `start` throw; NoPicture.
+/// @throws Error what `on_frame` and `start` throw; NoFrame.
 FrameReport read_frames(FrameSource& source, const FrameLimits& limits, const EventPort& events,
                         const std::function<void(const Frame&)>& on_frame);
 
@@ -35,7 +35,7 @@ FrameReport read_frames(FrameSource& source, const FrameLimits& limits, const Ev
 /// seconds, and the process then ends without its destructors (`leave_threads_behind`).
 void let_go(std::unique_ptr<FrameSource> source, const FrameReport& report);
 
-/// "120 pictures in 4.0 s (30.0/s), 2 dropped, 1 corrupt": for the summary.
+/// "120 frames in 4.0 s (30.0/s), 2 dropped, 1 corrupt": for the summary.
 std::string describe(const FrameReport& report);
 
 }  // namespace striper::program

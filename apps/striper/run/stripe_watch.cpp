@@ -16,8 +16,8 @@ constexpr std::uint64_t kFirstScans = 3;
 // Two lit exposures with the dark ones around them, which is what a survey subtracts; their pixels
 // are copied, so few.
 constexpr std::size_t kFramesKept = 5;
-// Of the lines: an edge of a wall or a post that the extractor takes for a stripe along the other
-// axis is shorter than a laser's fan, which is made to fill the view.
+// Of the scan lines: an edge of a wall or a post that the extractor takes for a stripe along the
+// other axis is shorter than a laser's fan, which is made to fill the view.
 constexpr double kLeastFound = 0.25;
 
 double percent(std::uint64_t of, std::uint64_t all) {

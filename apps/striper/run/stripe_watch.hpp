@@ -18,7 +18,7 @@
 namespace striper::program {
 
 /// Where a stripe is seen that was looked for elsewhere; empty where none is. Ways that show it in
-/// a few lines only do not count: so much any scene has.
+/// a few scan lines only do not count: so much any scene has.
 std::optional<StripeSighting> best_sighting(std::span<const Frame> frames,
                                             const ScannerOptions& options);
 

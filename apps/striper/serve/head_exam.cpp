@@ -41,7 +41,7 @@ void add_sinks(const std::vector<SinkReport>& sinks, std::vector<Event>& found) 
   for (const SinkReport& sink : sinks) {
     if (sink.state == SinkReport::State::kClosed) {
       found.push_back({"sink_failed", fmt::format("{} was closed: it gets no scans", sink.uri),
-                       "what happened says why; start striper again when it is mended"});
+                       "what happened says why; start striper again when it is repaired"});
     } else if (sink.lost > 0 && sink.delivery == Delivery::kLossless) {
       found.push_back({"sink_slow", fmt::format("{} lost {} scans so far", sink.uri, sink.lost),
                        "a faster disk, fewer outputs, or a slower camera"});
@@ -99,7 +99,7 @@ void HeadExam::look(const HeadHealth& health) {
   }
   std::vector<Event> found = examine(frames, source);
   const std::lock_guard lock(mutex_);
-  of_pictures_ = std::move(found);
+  of_images_ = std::move(found);
   looked_ = Clock::now();
 }
 
@@ -114,9 +114,9 @@ std::vector<Event> HeadExam::examine(const std::vector<Frame>& frames,
   std::vector<Event> found;
   if (frames.empty()) return found;
   try {
-    PictureExam pictures(scanner_setup(settings_.arguments(), source));
-    for (const Frame& frame : frames) pictures.look_at(frame);
-    pictures.conclude(found);
+    ImageExam images(scanner_setup(settings_.arguments(), source));
+    for (const Frame& frame : frames) images.look_at(frame);
+    images.conclude(found);
   } catch (const Error& error) {
     found.push_back({Severity::kError, "picture_unlit", error.what()});
   }
@@ -143,7 +143,7 @@ void HeadExam::add_state(const HeadHealth& health, std::vector<Event>& found) co
       break;
     case SourceState::kStreaming:
       found.push_back({"source_opened",
-                       fmt::format("{:.1f} pictures a second from {}", health.rate_hz,
+                       fmt::format("{:.1f} frames a second from {}", health.rate_hz,
                                    source_ ? source_->description : std::string("the source"))});
   }
 }
@@ -170,7 +170,7 @@ std::vector<Event> HeadExam::findings(const HeadHealth& health,
     conclude_stream(report, *source_, found);
   }
   if (health.state == SourceState::kStreaming) {
-    found.insert(found.end(), of_pictures_.begin(), of_pictures_.end());
+    found.insert(found.end(), of_images_.begin(), of_images_.end());
   }
   add_sinks(sinks, found);
   add_heard(found);

@@ -15,7 +15,7 @@
 
 namespace striper::program {
 
-/// Looks at a head's pictures and how they come, as `striper doctor` does: every three seconds
+/// Looks at a head's frames and how they come, as `striper doctor` does: every three seconds
 /// while somebody asks, never for longer. Thread-safe.
 class HeadExam {
  public:
@@ -31,7 +31,7 @@ class HeadExam {
   void look(const HeadHealth& health);
 
   /// What is wrong with the head now, and what to do about it, what is worst first; does not wait:
-  /// of the pictures it knows a few seconds after it was first asked.
+  /// of the images it knows a few seconds after it was first asked.
   std::vector<Event> findings(const HeadHealth& health, const std::vector<SinkReport>& sinks);
 
  private:
@@ -56,7 +56,7 @@ class HeadExam {
   std::vector<Frame> kept_;
   std::size_t kept_bytes_ = 0;
   std::optional<SourceInfo> source_;
-  std::vector<Event> of_pictures_;
+  std::vector<Event> of_images_;
   std::deque<Heard> heard_;
   SourceStatistics before_;  // Up to a minute ago: what was lost then is over.
   Clock::time_point before_when_;

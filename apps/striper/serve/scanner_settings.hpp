@@ -16,7 +16,7 @@ namespace striper::program {
 /// The options of a head's scanner, which may change while it runs. Thread-safe.
 class ScannerSettings {
  public:
-  /// @param explains whether its scanners can say why a line gave what it gave.
+  /// @param explains whether its scanners can say why a scan line gave what it gave.
   ScannerSettings(ScannerArguments arguments, std::string head, bool explains);
 
   /// The scanner by the options as they are now. @throws as `scanner_setup` and `make_scanner`.

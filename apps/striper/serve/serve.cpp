@@ -124,10 +124,10 @@ std::string describe(const SinkReport& sink) {
                      sink.lost);
 }
 
-// "streaming, 30.0 pictures/s, 1200 scans, 2 dropped; csv:a.csv open, 1200 written, 0 lost".
+// "streaming, 30.0 frames/s, 1200 scans, 2 dropped; csv:a.csv open, 1200 written, 0 lost".
 std::string describe(const HeadHealth& head, const std::vector<SinkReport>& sinks) {
   const SourceStatistics& source = head.read.statistics;
-  std::string text = fmt::format("{}, {:.1f} pictures/s, {}", to_string(head.state), head.rate_hz,
+  std::string text = fmt::format("{}, {:.1f} frames/s, {}", to_string(head.state), head.rate_hz,
                                  count(head.scanner.counts.scans, "scan"));
   const auto add = [&](std::uint64_t number, const char* what) {
     if (number > 0) text += fmt::format(", {} {}", number, what);
@@ -150,7 +150,7 @@ std::filesystem::path recordings_folder(const ServeArguments& arguments) {
 // Those that show scans to people, who ask back.
 bool is_screen(const SinkUri& uri) { return uri.scheme() == "web"; }
 
-// Keeping what an explanation needs takes .03 ms a picture.
+// Keeping what an explanation needs takes .03 ms a frame.
 bool is_asked_why(const ServeArguments& arguments) {
   const std::vector<SinkUri> sinks = parse_sinks(arguments.sinks);
   return std::any_of(sinks.begin(), sinks.end(), is_screen);

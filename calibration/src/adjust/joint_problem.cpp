@@ -106,8 +106,9 @@ Eigen::Vector2d ray_near(const JointState& state, Eigen::Vector2d xy,
   return xy;
 }
 
-// How the board slopes along the pixel line about the middle of the sheet. The laser is taken to be
-// where the scan frame begins, below the camera: the plane does not say where in it the laser is.
+// How the board slopes along the scan line about the middle of the laser plane. The laser is taken
+// to be where the scan frame begins, below the camera: the plane does not say where in it the laser
+// is.
 ProfileSlopes slopes_at(const JointState& state, const BendShape& shape, StripeAxis axis,
                         const PoseBlock& pose, const std::array<double, 3>& plane,
                         const Eigen::Vector2d& ray) {

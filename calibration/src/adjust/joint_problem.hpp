@@ -49,8 +49,8 @@ std::unique_ptr<ceres::Problem> make_problem(const Observations& observations,
 /// One stripe pixel against the stripe that the state predicts in its column or row.
 struct StripeResidual {
   double residual_px;   ///< Observed minus predicted.
-  double skew_px;       ///< How far beside the middle of the sheet it is predicted to be found.
-  Eigen::Vector2d ray;  ///< Of the middle of the sheet: a start for the next search.
+  double skew_px;       ///< How far beside the middle of the laser plane it should be.
+  Eigen::Vector2d ray;  ///< Of the middle of the laser plane: a start for the next search.
 };
 
 /// Empty where the state predicts no stripe there.

@@ -15,7 +15,7 @@ namespace striper::detail {
 /// What a state leaves unexplained, in pixels, per view and point; NaN where it predicts nothing.
 struct Residuals {
   std::vector<std::vector<Eigen::Vector2d>> corner_px;  ///< Projected minus observed.
-  std::vector<std::vector<double>> stripe_px;           ///< Along the pixel's line.
+  std::vector<std::vector<double>> stripe_px;           ///< Along the scan line.
 };
 
 Residuals compute_residuals(const Observations& observations, const JointState& state);

@@ -35,16 +35,16 @@ void require_enough(const Observations& observations, const JointOptions& option
   const std::size_t views = observations.views.size();
   if (!options.known_camera && views < 2)
     throw Error(ErrorKind::kUntrustworthy,
-                fmt::format("the board was seen in {} picture{}; the camera needs at least 3, "
+                fmt::format("the board was seen in {} image{}; the camera needs at least 3, "
                             "tilted differently",
                             views, views == 1 ? "" : "s"));
   if (options.known_camera && views == 0)
-    throw Error(ErrorKind::kUntrustworthy, "the board was not seen in any picture");
+    throw Error(ErrorKind::kUntrustworthy, "the board was not seen in any image");
   for (int laser = 0; laser < observations.laser_count(); ++laser)
     if (std::none_of(observations.stripes.begin(), observations.stripes.end(),
                      [&](const StripeView& s) { return s.laser == laser && !s.pixel.empty(); }))
       throw Error(ErrorKind::kUntrustworthy,
-                  fmt::format("laser {}: no stripe was found on the board in any picture", laser));
+                  fmt::format("laser {}: no stripe was found on the board in any image", laser));
 }
 
 JointState initial_state(const Observations& observations, const JointOptions& options) {

@@ -8,7 +8,7 @@
 
 namespace striper::detail {
 
-/// A checkerboard corner as it looks in the picture: two blurred edges that cross,
+/// A checkerboard corner as it looks in the image: two blurred edges that cross,
 /// B + slope . (p - c) + A erf(d1 / (sqrt2 s)) erf(d2 / (sqrt2 s)) with d the distances to the
 /// edges.
 struct CornerModel {
@@ -25,7 +25,7 @@ struct CornerModel {
 /// The pattern and the model are both symmetric about the corner, so that blur, angle and shading
 /// leave its position unbiased, where the usual gradient-orthogonality refinement
 /// (cv::cornerSubPix) is off by 0.05 to 0.1 px. Empty where it does not converge near the start.
-/// @param grey CV_8UC1. @param along, down the board's axes in the picture at the corner.
+/// @param grey CV_8UC1. @param along, down the board's axes in the image at the corner.
 std::optional<CornerModel> fit_corner(const cv::Mat& grey, const Eigen::Vector2d& start_px,
                                       const Eigen::Vector2d& along, const Eigen::Vector2d& down,
                                       double radius_px);

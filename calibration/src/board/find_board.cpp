@@ -21,7 +21,7 @@ namespace {
 
 using Corners = std::vector<cv::Point2f>;
 
-// The shortest distance from a grid point to its neighbours in the picture.
+// The shortest distance from a grid point to its neighbours in the image.
 float nearest_neighbour_px(const Corners& corners, const Board& board, int index) {
   const int column = index % board.columns;
   const int row = index / board.columns;
@@ -47,7 +47,7 @@ double median_square_px(const Corners& corners, const Board& board) {
   return upper_median(distances);
 }
 
-// The board's axes in the picture at a corner, per square.
+// The board's axes in the image at a corner, per square.
 struct LocalAxes {
   cv::Point2f along;
   cv::Point2f down;
@@ -148,7 +148,7 @@ double bright_level(const cv::Mat& grey) {
   return level;
 }
 
-// Squares of a dozen pixels or fewer in a dim picture are found twice as large and bright.
+// Squares of a dozen pixels or fewer in a dim image are found twice as large and bright.
 bool find_enlarged(const cv::Mat& grey, cv::Size size, int flags, Corners& corners) {
   constexpr double kLargest = 1.3e6;
   if (static_cast<double>(grey.total()) > kLargest) return false;
@@ -217,7 +217,7 @@ void mirror_rows(const Board& board, Corners& corners) {
                  corners.begin() + (row + 1) * board.columns);
 }
 
-// Makes the order right-handed and the first corner the same one in every picture.
+// Makes the order right-handed and the first corner the same one in every image.
 void make_order_consistent(const cv::Mat& grey, const Board& board, Corners& corners) {
   const auto n = static_cast<std::size_t>(board.columns);
   if (cross(corners[n - 1] - corners[0], corners[corners.size() - n] - corners[0]) < 0.0F)
@@ -239,7 +239,7 @@ std::string why_not_found(const cv::Mat& grey, const Board& board) {
   if (deviation[0] < 5.0)
     return fmt::format("no contrast (standard deviation {:.1f})", deviation[0]);
   return fmt::format(
-      "no complete {} board: part of it outside the picture or covered, blurred, or too oblique",
+      "no complete {} board: part of it outside the image or covered, blurred, or too oblique",
       to_string(board));
 }
 
@@ -249,7 +249,7 @@ cv::Mat to_grey8(const cv::Mat& image) {
   if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U) ||
       (image.channels() != 1 && image.channels() != 3))
     throw Error(ErrorKind::kBadValue,
-                fmt::format("image is {}x{} with {} channels of type {}; expected a picture of 8 "
+                fmt::format("image is {}x{} with {} channels of type {}; expected an image of 8 "
                             "or 16 bit, grey or colour",
                             image.cols, image.rows, image.channels(), image.depth()));
   cv::Mat grey;

@@ -48,7 +48,7 @@ CameraModel make_camera(const std::filesystem::path& path, RawCamera raw) {
   if (raw.matrix.size() != 9)
     bad_file(path, fmt::format("camera matrix has {} numbers; expected 9", raw.matrix.size()));
   if (raw.width <= 0 || raw.height <= 0)
-    bad_file(path, "image_width and image_height are missing; add the size of the pictures");
+    bad_file(path, "image_width and image_height are missing; add the size of the images");
   if (std::abs(raw.matrix[1]) > 1e-9)
     bad_file(path, fmt::format("camera matrix has a skew of {}; expected 0", raw.matrix[1]));
   const LensModel lens = lens_of(path, raw);

@@ -161,7 +161,7 @@ CameraModel initial_camera(const Observations& observations, LensModel lens) {
     best_error_px = error_px;
     best = camera;
   };
-  // Focal lengths of a quarter of the picture's width to six of it.
+  // Focal lengths of a quarter of the image's width to six of it.
   constexpr int kFocals = 29;
   for (int i = 0; i < kFocals; ++i) {
     const double f = 0.25 * width * std::pow(1.12, i);
@@ -174,7 +174,7 @@ CameraModel initial_camera(const Observations& observations, LensModel lens) {
   }
   if (!best)
     throw Error(ErrorKind::kUntrustworthy,
-                fmt::format("no focal length explains the boards of the {} pictures",
+                fmt::format("no focal length explains the boards of the {} images",
                             observations.views.size()));
   return *best;
 }

@@ -18,7 +18,7 @@ constexpr std::uint8_t kUnknown = 2;
 
 // How much light a point of the board's plane sends back: 1 white, 0 black; white off the print and
 // unknown off the paper.
-int albedo(const BoardInPicture& scene, const Eigen::Vector2d& p_m) {
+int albedo(const BoardInImage& scene, const Eigen::Vector2d& p_m) {
   const Board& board = scene.board;
   if (!scene.paper_m.contains(p_m)) return kUnknown;
   const double x = p_m.x() / board.square_m;
@@ -34,7 +34,7 @@ int albedo(const BoardInPicture& scene, const Eigen::Vector2d& p_m) {
 }
 
 // Where a pixel's ray meets the board's plane; empty behind the camera.
-std::optional<Eigen::Vector2d> on_board(const BoardInPicture& scene, const Eigen::Vector2d& pixel) {
+std::optional<Eigen::Vector2d> on_board(const BoardInImage& scene, const Eigen::Vector2d& pixel) {
   const Unprojection ray = scene.camera.unproject(pixel);
   if (ray.status != CameraStatus::kOk) return std::nullopt;
   const Eigen::Vector3d centre = scene.T_board_cam.translation();
@@ -46,8 +46,8 @@ std::optional<Eigen::Vector2d> on_board(const BoardInPicture& scene, const Eigen
 }
 
 // What the board is at the pixels within `half_px` of the line: 1 white, 0 black, or kUnknown.
-cv::Mat ground_along(const BoardInPicture& scene, const std::vector<double>& across,
-                     StripeAxis axis, double half_px) {
+cv::Mat ground_along(const BoardInImage& scene, const std::vector<double>& across, StripeAxis axis,
+                     double half_px) {
   cv::Mat ground(scene.camera.height(), scene.camera.width(), CV_8UC1, cv::Scalar(kUnknown));
   const bool columns = axis == StripeAxis::kColumns;
   const int length = columns ? scene.camera.height() : scene.camera.width();
@@ -67,13 +67,13 @@ cv::Mat ground_along(const BoardInPicture& scene, const std::vector<double>& acr
 
 }  // namespace
 
-bool is_on_white(const BoardInPicture& scene, const Eigen::Vector2d& pixel) {
+bool is_on_white(const BoardInImage& scene, const Eigen::Vector2d& pixel) {
   const auto p = on_board(scene, pixel);
   return p && albedo(scene, *p) == 1;
 }
 
-bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& pixel,
-                           StripeAxis axis, double reach_px) {
+bool straddles_albedo_edge(const BoardInImage& scene, const Eigen::Vector2d& pixel, StripeAxis axis,
+                           double reach_px) {
   const Eigen::Vector2d across =
       axis == StripeAxis::kColumns ? Eigen::Vector2d(0.0, 1.0) : Eigen::Vector2d(1.0, 0.0);
   int first = -1;
@@ -87,7 +87,7 @@ bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& p
   return false;
 }
 
-cv::Mat even_ground(const BoardInPicture& scene, const std::vector<double>& across, StripeAxis axis,
+cv::Mat even_ground(const BoardInImage& scene, const std::vector<double>& across, StripeAxis axis,
                     const ProfileGround& profile) {
   const cv::Mat ground = ground_along(scene, across, axis, profile.far_px);
   cv::Mat lowest;
@@ -136,7 +136,7 @@ cv::Mat board_mask(const Board& board, const CameraModel& camera,
   const Eigen::Vector2d high = 2.0 * board.half_extent_m() + Eigen::Vector2d(out, out);
   const std::array<Eigen::Vector2d, 5> ring = {low, Eigen::Vector2d(high.x(), low.y()), high,
                                                Eigen::Vector2d(low.x(), high.y()), low};
-  constexpr int kSteps = 24;  // A straight edge is curved in the picture.
+  constexpr int kSteps = 24;  // A straight edge is curved in the image.
   std::vector<cv::Point> outline;
   for (std::size_t side = 0; side + 1 < ring.size(); ++side)
     for (int step = 0; step < kSteps; ++step) {

@@ -13,8 +13,8 @@
 
 namespace striper::detail {
 
-/// What lies on the board's plane in a picture.
-struct BoardInPicture {
+/// What lies on the board's plane in an image.
+struct BoardInImage {
   const Board& board;
   const CameraModel& camera;
   Eigen::Isometry3d T_board_cam;
@@ -23,11 +23,11 @@ struct BoardInPicture {
 
 /// True where black of the print meets white within `reach_px` of a pixel along the stripe's
 /// profile.
-bool straddles_albedo_edge(const BoardInPicture& scene, const Eigen::Vector2d& pixel,
-                           StripeAxis axis, double reach_px);
+bool straddles_albedo_edge(const BoardInImage& scene, const Eigen::Vector2d& pixel, StripeAxis axis,
+                           double reach_px);
 
 /// True on a white square of the print or on the white paper around it.
-bool is_on_white(const BoardInPicture& scene, const Eigen::Vector2d& pixel);
+bool is_on_white(const BoardInImage& scene, const Eigen::Vector2d& pixel);
 
 /// How much of a profile must lie on ground of one albedo.
 struct ProfileGround {
@@ -41,7 +41,7 @@ struct ProfileGround {
 /// (kColumns) or row, no black meeting white and no end of the paper within two pixels of them.
 /// None of a column whose profile is not on such ground.
 /// @param across where the line is in each column (kColumns) or row; NaN: not there.
-cv::Mat even_ground(const BoardInPicture& scene, const std::vector<double>& across, StripeAxis axis,
+cv::Mat even_ground(const BoardInImage& scene, const std::vector<double>& across, StripeAxis axis,
                     const ProfileGround& profile);
 
 }  // namespace striper::detail

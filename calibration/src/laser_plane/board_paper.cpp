@@ -17,7 +17,7 @@ constexpr double kStepSquares = 0.05;   // and steps outward.
 constexpr double kFirstSquares = 0.25;  // Clear of the print's own blur.
 constexpr double kSpanSquares = kMarginSquares - kFirstSquares + 0.5 * kStepSquares;
 constexpr int kSteps = static_cast<int>(kSpanSquares / kStepSquares);
-constexpr std::size_t kFewest = 6;   // Places that say how bright the picture is in a step.
+constexpr std::size_t kFewest = 6;   // Places that say how bright the image is in a step.
 constexpr double kSameWhite = 0.15;  // Of the difference of white and black.
 
 // One side of the print: where it begins, along it, and out of it; metres.
@@ -63,7 +63,7 @@ class PaperFinder {
 
  private:
   // A quantile of the brightness along a side, `out_m` outside of the print; empty where the stripe
-  // covers it or the picture ends.
+  // covers it or the image ends.
   std::optional<double> level(const Side& side, double out_m, double quantile) const {
     std::vector<std::uint8_t> seen;
     for (int i = 0; i < kAlong; ++i) {

@@ -16,7 +16,7 @@ namespace striper::detail {
 /// How far beyond the print the paper may go on, in squares.
 inline constexpr double kMarginSquares = 3.0;
 
-/// Where the stripe is in a picture, so that its light is not taken for the paper's.
+/// Where the stripe is in an image, so that its light is not taken for the paper's.
 struct StripeCourse {
   StripeAxis axis = StripeAxis::kColumns;
   std::vector<double> across;  ///< In each column (kColumns) or row; NaN: not there.
@@ -24,9 +24,9 @@ struct StripeCourse {
 };
 
 /// How far the white paper around the print goes, in the board's frame: on each side of the print
-/// to where the picture is no longer as bright as the white squares beside it, at most
+/// to where the image is no longer as bright as the white squares beside it, at most
 /// `kMarginSquares`. Behind the paper's end is another albedo, which pulls a stripe as any black
-/// square does, by up to a tenth of a pixel, and the same way in all pictures of a session that
+/// square does, by up to a tenth of a pixel, and the same way in all images of a session that
 /// show the board's lower end.
 /// @param grey of the board, CV_8U; may show the stripe. Cost ~1 ms.
 Eigen::AlignedBox2d find_paper(const cv::Mat& grey, const Board& board, const CameraModel& camera,

@@ -20,7 +20,7 @@
 namespace striper {
 namespace {
 
-using detail::BoardInPicture;
+using detail::BoardInImage;
 using detail::CoarseLine;
 using detail::find_paper;
 using detail::fit_line;
@@ -54,7 +54,7 @@ std::unique_ptr<StripeExtractor> fine_extractor(const ExtractionSettings& settin
 double reach_px(double width_px) { return 1.0 + 2.5 * std::max(1.0, width_px); }
 
 // The ground that a profile is wanted on: all of it far from every edge; where the squares are too
-// small for that, at least on one of them, next to the edges blind.
+// small for that, at least on one of them, next to the edges masked.
 enum class Demand { kWholeProfile, kMostOfIt };
 ProfileGround ground_for(double width_px, Demand demand) {
   const double far_px = 6.0 + 12.0 * width_px;
@@ -63,7 +63,7 @@ ProfileGround ground_for(double width_px, Demand demand) {
   return {profile_px, profile_px, far_px};
 }
 
-// Where the line runs in the picture: across for every column (kColumns) or row; NaN beyond its
+// Where the line runs in the image: across for every column (kColumns) or row; NaN beyond its
 // ends.
 std::vector<double> across_of(const StraightLine& line, const Returns& returns,
                               const CameraModel& camera, StripeAxis axis) {
@@ -76,7 +76,7 @@ std::vector<double> across_of(const StraightLine& line, const Returns& returns,
   const bool columns = axis == StripeAxis::kColumns;
   std::vector<double> across(static_cast<std::size_t>(columns ? camera.width() : camera.height()),
                              std::numeric_limits<double>::quiet_NaN());
-  constexpr double kStepPx = 0.5;  // Every line of the picture is met.
+  constexpr double kStepPx = 0.5;  // Every scan line is met.
   const int steps = static_cast<int>(std::max(-1.0, (last - first) / kStepPx));
   for (int step = 0; step <= steps; ++step) {
     const double along = first + kStepPx * step;
@@ -94,7 +94,7 @@ std::vector<double> across_of(const StraightLine& line, const Returns& returns,
 // Averages neighbouring returns, weighted, until there are few enough: along a line that costs
 // nothing and makes the adjustment fast.
 void average_neighbours(const Returns& returns, const std::vector<std::size_t>& kept,
-                        const BoardInPicture& scene, BoardStripe& stripe) {
+                        const BoardInImage& scene, BoardStripe& stripe) {
   const std::size_t group = (kept.size() + kMostPoints - 1) / kMostPoints;
   for (std::size_t first = 0; first < kept.size(); first += group) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -114,8 +114,8 @@ void average_neighbours(const Returns& returns, const std::vector<std::size_t>& 
 }
 
 // The returns on the line under which no black meets white.
-std::vector<std::size_t> clear_of_albedo_edges(const CoarseLine& coarse,
-                                               const BoardInPicture& scene, StripeAxis axis) {
+std::vector<std::size_t> clear_of_albedo_edges(const CoarseLine& coarse, const BoardInImage& scene,
+                                               StripeAxis axis) {
   std::vector<std::size_t> clear;
   for (const std::size_t i : coarse.line.inliers)
     if (!straddles_albedo_edge(scene, coarse.returns.pixel[i], axis,
@@ -144,8 +144,8 @@ void add_scatter(const StraightLine& line, Returns& returns) {
 
 // Where a line is looked for, and how.
 struct Surroundings {
-  const LaserPicture& picture;
-  const BoardInPicture& scene;
+  const LaserImage& image;
+  const BoardInImage& scene;
   const StripeCourse& course;
   const ExtractionSettings& settings;
   const std::optional<NoiseModel>& noise;
@@ -185,7 +185,7 @@ class FineSearch {
   std::optional<FineLine> line_of(double width_px) const {
     width_px = std::clamp(width_px, kLeastWidthPx, kMostWidthPx);
     Returns returns =
-        returns_within(seen_, around_.picture, around_.scene.camera, around_.settings,
+        returns_within(seen_, around_.image, around_.scene.camera, around_.settings,
                        *fine_extractor(around_.settings, width_px, around_.noise), Verdict::kGood);
     auto line = fit_line(returns.undistorted, kLeastGatePx);
     if (!line || static_cast<int>(line->inliers.size()) < kFewestPoints) return std::nullopt;
@@ -227,18 +227,18 @@ class FineSearch {
 
 }  // namespace
 
-BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
+BoardStripe find_board_stripe(const LaserImage& image, const Board& board,
                               const CameraModel& camera, const ExtractionSettings& settings,
                               const std::optional<NoiseModel>& noise) {
-  const CoarseLine coarse = detail::find_coarse_line(picture, board, camera, settings, noise);
+  const CoarseLine coarse = detail::find_coarse_line(image, board, camera, settings, noise);
   BoardStripe stripe = coarse.stripe;
   if (!stripe.found()) return stripe;
   const StripeCourse course{settings.axis,
                             across_of(coarse.line, coarse.returns, camera, settings.axis),
                             2.0 * reach_px(stripe.width_px)};
-  const BoardInPicture scene{board, camera, picture.T_cam_board.inverse(),
-                             find_paper(to_grey8(picture.off.empty() ? picture.on : picture.off),
-                                        board, camera, picture.T_cam_board, course)};
+  const BoardInImage scene{board, camera, image.T_cam_board.inverse(),
+                           find_paper(to_grey8(image.off.empty() ? image.on : image.off), board,
+                                      camera, image.T_cam_board, course)};
   const std::vector<std::size_t> clear = clear_of_albedo_edges(coarse, scene, settings.axis);
   stripe.at_albedo_edge = stripe.on_line - static_cast<int>(clear.size());
   if (static_cast<int>(clear.size()) < kFewestPoints) {
@@ -247,7 +247,7 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
         stripe.at_albedo_edge, stripe.on_line);
     return stripe;
   }
-  const Surroundings around{picture, scene, course, settings, noise};
+  const Surroundings around{image, scene, course, settings, noise};
   std::optional<FineLine> fine;
   for (const Demand demand : {Demand::kWholeProfile, Demand::kMostOfIt})
     if (!fine) fine = FineSearch(coarse, around, demand).run(clear);
@@ -258,9 +258,9 @@ BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
   } else {
     average_neighbours(coarse.returns, clear, scene, stripe);
   }
-  if (picture.on.channels() == 3) {
+  if (image.on.channels() == 3) {
     stripe.colour =
-        detail::stripe_colour(picture.on, stripe, settings.axis, full_scale_dn(picture.bit_depth));
+        detail::stripe_colour(image.on, stripe, settings.axis, full_scale_dn(image.bit_depth));
   }
   return stripe;
 }

@@ -32,12 +32,12 @@ std::unique_ptr<StripeExtractor> coarse_extractor(const ExtractionSettings& sett
   return make_extractor(options);
 }
 
-LitFrame lit_frame(const LaserPicture& picture, const ExtractionSettings& settings) {
-  LitFrame frame = lit_frame_of_channel(picture.on, settings.channel, settings.axis,
-                                        full_scale_dn(picture.bit_depth));
+LitFrame lit_frame(const LaserImage& image, const ExtractionSettings& settings) {
+  LitFrame frame = lit_frame_of_channel(image.on, settings.channel, settings.axis,
+                                        full_scale_dn(image.bit_depth));
   if (settings.subtract_off && frame.dark.empty()) {
     ChannelImages off;
-    select_channel(picture.off, settings.channel, off);
+    select_channel(image.off, settings.channel, off);
     frame.dark = off.lit;
   }
   return frame;
@@ -65,10 +65,10 @@ std::string why_no_line(const BoardStripe& stripe, const std::optional<StraightL
 
 }  // namespace
 
-Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const CameraModel& camera,
+Returns returns_within(const cv::Mat& seen, const LaserImage& image, const CameraModel& camera,
                        const ExtractionSettings& settings, StripeExtractor& extractor,
                        Verdict worst) {
-  LitFrame frame = lit_frame(picture, settings);
+  LitFrame frame = lit_frame(image, settings);
   cv::bitwise_not(seen, frame.masked);
   Stripe stripe;
   extractor.extract(frame, stripe);
@@ -108,12 +108,12 @@ std::optional<double> unclipped_width_px(const Returns& returns,
   return upper_median(widths);
 }
 
-CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
-                            const CameraModel& camera, const ExtractionSettings& settings,
+CoarseLine find_coarse_line(const LaserImage& image, const Board& board, const CameraModel& camera,
+                            const ExtractionSettings& settings,
                             const std::optional<NoiseModel>& noise) {
   CoarseLine coarse;
-  coarse.mask = board_mask(board, camera, picture.T_cam_board, kMarginSquares);
-  coarse.returns = returns_within(coarse.mask, picture, camera, settings,
+  coarse.mask = board_mask(board, camera, image.T_cam_board, kMarginSquares);
+  coarse.returns = returns_within(coarse.mask, image, camera, settings,
                                   *coarse_extractor(settings, noise), Verdict::kDoubtful);
   BoardStripe& stripe = coarse.stripe;
   stripe.returns = static_cast<int>(coarse.returns.pixel.size());

@@ -27,14 +27,14 @@ struct Returns {
 };
 
 /// @param seen where the extractor may look, 255. @param worst which returns count.
-Returns returns_within(const cv::Mat& seen, const LaserPicture& picture, const CameraModel& camera,
+Returns returns_within(const cv::Mat& seen, const LaserImage& image, const CameraModel& camera,
                        const ExtractionSettings& settings, StripeExtractor& extractor,
                        Verdict worst);
 
 double median_of(const std::vector<float>& values, const std::vector<std::size_t>& some);
 
 /// How wide the stripe is: the median of some of the returns, of those that are not clipped; empty
-/// where these are too few. A clipped profile has lost its top, and its width with it: a line of
+/// where these are too few. A clipped profile has lost its top, and its width with it: a stripe of
 /// pixels at full scale comes out half as wide again as it is, and every fit with that width puts
 /// it off by up to a tenth of a pixel.
 std::optional<double> unclipped_width_px(const Returns& returns,
@@ -48,8 +48,8 @@ struct CoarseLine {
   cv::Mat mask;  ///< Of the board, 255.
 };
 
-CoarseLine find_coarse_line(const LaserPicture& picture, const Board& board,
-                            const CameraModel& camera, const ExtractionSettings& settings,
+CoarseLine find_coarse_line(const LaserImage& image, const Board& board, const CameraModel& camera,
+                            const ExtractionSettings& settings,
                             const std::optional<NoiseModel>& noise);
 
 }  // namespace striper::detail

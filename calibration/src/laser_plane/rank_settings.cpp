@@ -18,22 +18,22 @@ namespace {
 
 using detail::kMarginSquares;
 
-constexpr std::size_t kTrialPictures = 6;
+constexpr std::size_t kTrialImages = 6;
 
-// Scatter over the root of the number: how well the picture's line is known. Infinite without one.
+// Scatter over the root of the number: how well the image's line is known. Infinite without one.
 double line_uncertainty_px(const BoardStripe& stripe) {
   if (!stripe.found()) return std::numeric_limits<double>::infinity();
   return std::max(stripe.line_rms_px, 0.02) / std::sqrt(static_cast<double>(stripe.on_line));
 }
 
-// Exposure or ambient light may differ between the two pictures of a pair; then taking one off the
-// other leaves the pattern, or worse.
-bool off_is_comparable(const LaserPicture& picture, const cv::Mat& mask) {
-  if (picture.off.empty() || picture.off.size() != picture.on.size() ||
-      picture.off.type() != picture.on.type())
+// Exposure or ambient light may differ between the two images of a pair; then subtracting one from
+// the other leaves the pattern, or worse.
+bool off_is_comparable(const LaserImage& image, const cv::Mat& mask) {
+  if (image.off.empty() || image.off.size() != image.on.size() ||
+      image.off.type() != image.on.type())
     return false;
-  const double on = cv::norm(cv::mean(picture.on, mask));
-  const double off = cv::norm(cv::mean(picture.off, mask));
+  const double on = cv::norm(cv::mean(image.on, mask));
+  const double off = cv::norm(cv::mean(image.off, mask));
   return off < 1.1 * on && on < 1.5 * off + 5.0;
 }
 
@@ -44,15 +44,15 @@ std::vector<Channel> candidate_channels(const cv::Mat& image, Channel given) {
           Channel::kBlue, Channel::kGreenMinusRed, Channel::kRedMinusGreen};
 }
 
-std::vector<ExtractionSettings> candidate_compared_settings(const LaserPicture& picture,
+std::vector<ExtractionSettings> candidate_compared_settings(const LaserImage& image,
                                                             const cv::Mat& mask,
                                                             std::optional<StripeAxis> axis,
                                                             Channel channel) {
   std::vector<ExtractionSettings> compared_settings;
-  const bool may_subtract = off_is_comparable(picture, mask);
+  const bool may_subtract = off_is_comparable(image, mask);
   for (const StripeAxis a : {StripeAxis::kColumns, StripeAxis::kRows}) {
     if (axis && *axis != a) continue;
-    for (const Channel c : candidate_channels(picture.on, channel)) {
+    for (const Channel c : candidate_channels(image.on, channel)) {
       const bool difference = c == Channel::kGreenMinusRed || c == Channel::kRedMinusGreen;
       compared_settings.push_back({a, c, false});
       if (may_subtract && !difference) compared_settings.push_back({a, c, true});
@@ -66,22 +66,22 @@ struct Impression {
   double score;
 };
 
-// The information about the lines, summed: a picture without a line adds nothing.
-double score_of(const ExtractionSettings& settings, const std::vector<LaserPicture>& pictures,
+// The information about the lines, summed: an image without a line adds nothing.
+double score_of(const ExtractionSettings& settings, const std::vector<LaserImage>& images,
                 const Board& board, const CameraModel& camera) {
   double score = 0.0;
-  const std::size_t step = std::max<std::size_t>(1, pictures.size() / kTrialPictures);
-  for (std::size_t i = 0; i < pictures.size(); i += step) {
-    if (settings.subtract_off && pictures[i].off.empty()) continue;
+  const std::size_t step = std::max<std::size_t>(1, images.size() / kTrialImages);
+  for (std::size_t i = 0; i < images.size(); i += step) {
+    if (settings.subtract_off && images[i].off.empty()) continue;
     const double uncertainty_px = line_uncertainty_px(
-        detail::find_coarse_line(pictures[i], board, camera, settings, std::nullopt).stripe);
+        detail::find_coarse_line(images[i], board, camera, settings, std::nullopt).stripe);
     if (std::isfinite(uncertainty_px)) score += 1.0 / uncertainty_px;
   }
   return score;
 }
 
-// Of its kind (lit pictures alone, or with the others subtracted) among the best, and with a fair
-// part of the best one's information: each costs some 30 ms a picture more. Where none of these is
+// Of its kind (lit images alone, or with the others subtracted) among the best, and with a fair
+// part of the best one's information: each costs some 30 ms an image more. Where none of these is
 // right the others are tried, so that the two bounds decide the time and not the result.
 bool is_plausible(const Impression& one, const std::vector<Impression>& best_first) {
   constexpr int kMost = 4;
@@ -99,19 +99,19 @@ bool is_plausible(const Impression& one, const std::vector<Impression>& best_fir
 
 std::string to_string(const ExtractionSettings& settings) {
   return fmt::format("{} {}{}", to_string(settings.axis), to_string(settings.channel),
-                     settings.subtract_off ? ", laser-off picture subtracted" : "");
+                     settings.subtract_off ? ", laser-off image subtracted" : "");
 }
 
-SettingsRanking rank_settings(const std::vector<LaserPicture>& pictures, const Board& board,
+SettingsRanking rank_settings(const std::vector<LaserImage>& images, const Board& board,
                               const CameraModel& camera, std::optional<StripeAxis> axis,
                               Channel channel) {
   std::vector<Impression> impressions;
-  if (!pictures.empty()) {
+  if (!images.empty()) {
     const cv::Mat first_mask =
-        board_mask(board, camera, pictures.front().T_cam_board, kMarginSquares);
+        board_mask(board, camera, images.front().T_cam_board, kMarginSquares);
     for (const ExtractionSettings& settings :
-         candidate_compared_settings(pictures.front(), first_mask, axis, channel)) {
-      const double score = score_of(settings, pictures, board, camera);
+         candidate_compared_settings(images.front(), first_mask, axis, channel)) {
+      const double score = score_of(settings, images, board, camera);
       if (score > 0.0) impressions.push_back({settings, score});
     }
   }
@@ -121,12 +121,11 @@ SettingsRanking rank_settings(const std::vector<LaserPicture>& pictures, const B
   for (const Impression& one : impressions)
     (is_plausible(one, impressions) ? ranking.plausible : ranking.others).push_back(one.settings);
   if (impressions.empty())
-    throw Error(
-        ErrorKind::kUntrustworthy,
-        fmt::format("no stripe was found on the board in any of {} pictures, in no channel, "
-                    "neither along columns nor along rows: is the laser on in them, and "
-                    "does it cross the board?",
-                    pictures.size()));
+    throw Error(ErrorKind::kUntrustworthy,
+                fmt::format("no stripe was found on the board in any of {} images, in no channel, "
+                            "neither along columns nor along rows: is the laser on in them, and "
+                            "does it cross the board?",
+                            images.size()));
   return ranking;
 }
 

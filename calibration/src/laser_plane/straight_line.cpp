@@ -20,7 +20,7 @@ double distance(const StraightLine& line, const Eigen::Vector2d& p) {
 }
 
 // The value that a fraction of the distances stays below. Less than a half, so that a line holds
-// out against a majority of stray returns elsewhere.
+// out against a majority of returns elsewhere.
 double quantile_distance(const StraightLine& line, const std::vector<Eigen::Vector2d>& points,
                          double fraction) {
   std::vector<double> distances;

@@ -37,7 +37,7 @@ ModelDifference compare_models(const StriperModel& first, const StriperModel& se
   if (first.camera.width() != second.camera.width() ||
       first.camera.height() != second.camera.height())
     throw Error(ErrorKind::kBadValue,
-                fmt::format("the models are of pictures of {}x{} and {}x{}; expected one camera",
+                fmt::format("the models are of images of {}x{} and {}x{}; expected one camera",
                             first.camera.width(), first.camera.height(), second.camera.width(),
                             second.camera.height()));
   const Triangulator a(first, laser);

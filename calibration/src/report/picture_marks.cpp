@@ -72,27 +72,27 @@ cv::Point fixed(const Eigen::Vector2d& p, double scale) {
 
 }  // namespace
 
-std::string thumbnail(const Calibration& calibration, const PictureResult& picture) {
+std::string thumbnail(const Calibration& calibration, const ImageResult& result) {
   cv::Mat image;
   try {
-    image = in_colour(picture.laser >= 0 ? picture.lit.load() : picture.picture.load());
+    image = in_colour(result.laser >= 0 ? result.lit.load() : result.image.load());
   } catch (const Error&) {
     return {};
   }
   const double scale = static_cast<double>(kThumbnailWidth) / image.cols;
   cv::Mat small;
   cv::resize(image, small, {}, scale, scale, cv::INTER_AREA);
-  const BoardView& board = picture.board;
+  const BoardView& board = result.board;
   for (std::size_t i = 0; i < board.corners_px.size(); ++i) {
-    const bool good = picture.view >= 0 && board.reliable[i] != 0;
+    const bool good = result.view >= 0 && board.reliable[i] != 0;
     cv::circle(small, fixed(board.corners_px[i], scale), 32, good ? kGood : kBad, 1, cv::LINE_AA,
                4);
   }
-  if (picture.stripe_view >= 0)
+  if (result.stripe_view >= 0)
     for (const auto& p :
-         calibration.observations.stripes[static_cast<std::size_t>(picture.stripe_view)].pixel)
+         calibration.observations.stripes[static_cast<std::size_t>(result.stripe_view)].pixel)
       cv::circle(small, fixed(p, scale), 16, kStripe, cv::FILLED, cv::LINE_AA, 4);
-  return as_img(small, "jpg", "picture");
+  return as_img(small, "jpg", "image");
 }
 
 std::string outlier_crop(const Calibration& calibration, const OutlierPoint& outlier) {
@@ -100,14 +100,13 @@ std::string outlier_crop(const Calibration& calibration, const OutlierPoint& out
   const auto i = static_cast<std::size_t>(outlier.index);
   const Eigen::Vector2d at = outlier.is_stripe ? calibration.observations.stripes[k].pixel[i]
                                                : calibration.observations.views[k].pixel[i];
-  const auto picture = std::find_if(
-      calibration.pictures.begin(), calibration.pictures.end(), [&](const PictureResult& p) {
+  const auto result =
+      std::find_if(calibration.images.begin(), calibration.images.end(), [&](const ImageResult& p) {
         return outlier.is_stripe ? p.stripe_view == outlier.view : p.view == outlier.view;
       });
-  if (picture == calibration.pictures.end()) return {};
+  if (result == calibration.images.end()) return {};
   try {
-    const cv::Mat image =
-        in_colour(outlier.is_stripe ? picture->lit.load() : picture->picture.load());
+    const cv::Mat image = in_colour(outlier.is_stripe ? result->lit.load() : result->image.load());
     const cv::Point middle(static_cast<int>(std::lround(at.x())),
                            static_cast<int>(std::lround(at.y())));
     const cv::Rect window =

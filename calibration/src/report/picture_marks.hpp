@@ -7,9 +7,9 @@
 
 namespace striper::detail {
 
-/// A picture of the calibration made small, corners and stripe drawn into it, as an <img> that
-/// holds its own data. Empty where the picture cannot be read any more.
-std::string thumbnail(const Calibration& calibration, const PictureResult& picture);
+/// An image of the calibration made small, corners and stripe drawn into it, as an <img> that
+/// holds its own data. Empty where the image cannot be read any more.
+std::string thumbnail(const Calibration& calibration, const ImageResult& result);
 
 /// The surroundings of an outlier, enlarged, as an <img>.
 std::string outlier_crop(const Calibration& calibration, const OutlierPoint& outlier);

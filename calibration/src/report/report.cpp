@@ -69,7 +69,7 @@ class Report {
     residuals();
     cross_validation();
     outliers();
-    pictures();
+    images();
     return std::move(html_) + "</html>\n";
   }
 
@@ -88,8 +88,8 @@ class Report {
         escape_html(c_.verdict()),
         c_.forced ? " <b>The model was written all the same, because it was asked for by force.</b>"
                   : "");
-    add("<p>{} board pictures used of {}, {} stripes; corners fit to <b>{:.3f} px</b> rms",
-        o_.views.size(), c_.pictures.size(), o_.stripes.size(), s_.corners.rms_px);
+    add("<p>{} board images used of {}, {} stripes; corners fit to <b>{:.3f} px</b> rms",
+        o_.views.size(), c_.images.size(), o_.stripes.size(), s_.corners.rms_px);
     if (!o_.stripes.empty()) add(", stripes to <b>{:.3f} px</b> rms", s_.stripes.rms_px);
     const BoardDistances boards = c_.board_distances();
     add(". The boards were {:.2f} to {:.2f} m away, median {:.2f} m. It took {:.1f} s.</p>",
@@ -157,10 +157,9 @@ class Report {
     add("<table><tr><th>lens</th><th>fit</th><th>held-out views</th></tr>");
     for (const LensTrial& trial : c_.lens.trials) {
       const bool chosen = trial.lens == c_.lens.lens && trial.hold_k3 == c_.lens.hold_k3;
-      const char* remark = chosen ? " (chosen)"
-                           : std::isfinite(trial.held_out_px)
-                               ? ""
-                               : " (not determined by these pictures)";
+      const char* remark = chosen                             ? " (chosen)"
+                           : std::isfinite(trial.held_out_px) ? ""
+                                                              : " (not determined by these images)";
       add("<tr><td>{}{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td></tr>", trial.name(),
           remark, px(trial.rms_px), px(trial.held_out_px));
     }
@@ -178,8 +177,7 @@ class Report {
     for (const RangeSigma& at : c_.range_sigmas[laser])
       add("<tr><td class=\"n\">{:g} m</td><td class=\"n\">{}</td><td>{}</td></tr>", at.range_m,
           mm(at.sigma_m),
-          std::isfinite(at.sigma_m) ? (at.inside_data ? "" : "extrapolated")
-                                    : "not in the picture");
+          std::isfinite(at.sigma_m) ? (at.inside_data ? "" : "extrapolated") : "not in the image");
     add("</table>");
     if (c_.model.covariance) map(static_cast<int>(laser));
     add("</div>");
@@ -194,7 +192,7 @@ class Report {
     std::sort(finite.begin(), finite.end());
     const double low = finite[finite.size() / 50];
     const double high = std::max(finite[finite.size() - 1 - finite.size() / 20], low + 0.1);
-    SvgPlot plot = picture_plot(560);
+    SvgPlot plot = image_plot(560);
     const Eigen::Vector2d cell(static_cast<double>(o_.image_width) / map.columns,
                                static_cast<double>(o_.image_height) / map.rows);
     for (int row = 0; row < map.rows; ++row)
@@ -219,7 +217,7 @@ class Report {
         plot.finish());
   }
 
-  SvgPlot picture_plot(int width) const {
+  SvgPlot image_plot(int width) const {
     const Eigen::AlignedBox2d box(Eigen::Vector2d(0, 0),
                                   Eigen::Vector2d(o_.image_width, o_.image_height));
     const int height = 46 + (width - 62) * o_.image_height / std::max(1, o_.image_width);
@@ -228,13 +226,13 @@ class Report {
 
   void coverage() {
     add("<h2>Coverage</h2><div class=\"row\">");
-    SvgPlot plot = picture_plot(500);
+    SvgPlot plot = image_plot(500);
     for (const CornerView& view : o_.views)
       for (const auto& p : view.pixel) plot.dot(p, 1.4, kBlue);
     for (const StripeView& stripe : o_.stripes)
       for (const auto& p : stripe.pixel) plot.dot(p, 1.0, kOrange);
     plot.labels("u, px", "v, px");
-    add("<div>{}<p class=\"small\">Corners (blue) and stripes (orange) in the picture. White areas "
+    add("<div>{}<p class=\"small\">Corners (blue) and stripes (orange) in the image. White areas "
         "are extrapolated.</p></div>",
         plot.finish());
     for (std::size_t laser = 0; laser < c_.model.lasers.size(); ++laser)
@@ -289,7 +287,7 @@ class Report {
     add("<div>{}<p class=\"small\">Corners: observed minus predicted. It should be a round cloud; "
         "rms {:.3f} px.</p></div>",
         scatter.finish(), s_.corners.rms_px);
-    SvgPlot field = picture_plot(500);
+    SvgPlot field = image_plot(500);
     const double enlarge = 0.06 * o_.image_width / std::max(3.0 * s_.corners.sigma_px, 1e-3);
     for (std::size_t v = 0; v < o_.views.size(); ++v)
       for (std::size_t i = 0; i < o_.views[v].pixel.size(); ++i) {
@@ -327,7 +325,7 @@ class Report {
     const CrossValidation& v = c_.validation;
     add("<h2>Cross-validation</h2>");
     if (v.splits > 0)
-      add("<p>Two halves of the pictures, calibrated apart, differ by a NEES of <b>{:.1f}</b>; if "
+      add("<p>Two halves of the images, calibrated apart, differ by a NEES of <b>{:.1f}</b>; if "
           "the error bars are right it lies between {:.1f} and {:.1f} in 95 of 100 cases (mean of "
           "{} "
           "splits). {}</p>",
@@ -337,7 +335,7 @@ class Report {
                             std::sqrt(v.covariance_factor))
               : "The error bars hold.");
     else
-      add("<p>There are too few pictures to calibrate two halves of them.</p>");
+      add("<p>There are too few images to calibrate two halves of them.</p>");
     if (v.held_out_corner_px.empty()) return;
     double top = 0.1;
     for (std::size_t i = 0; i < o_.views.size(); ++i)
@@ -351,8 +349,8 @@ class Report {
       if (std::isfinite(v.held_out_corner_px[i]))
         plot.rectangle({x, 0.0}, {x + 0.38, v.held_out_corner_px[i]}, kBlue);
     }
-    plot.labels("picture, the first is 0", "corners, px rms");
-    add("{}<p class=\"small\">Every picture as part of the fit (grey) and predicted from the "
+    plot.labels("image, the first is 0", "corners, px rms");
+    add("{}<p class=\"small\">Every image as part of the fit (grey) and predicted from the "
         "others "
         "(blue; its pose is solved).</p>",
         plot.finish());
@@ -376,25 +374,25 @@ class Report {
     add("</div>");
   }
 
-  void pictures() {
-    add("<h2>The pictures</h2><p class=\"small\">Green: corners; red: corners that the stripe or a "
+  void images() {
+    add("<h2>The images</h2><p class=\"small\">Green: corners; red: corners that the stripe or a "
         "glare hides; blue: where the stripe was used.</p><div class=\"row\">");
-    for (const PictureResult& picture : c_.pictures) {
-      add("<div class=\"card\">{}<br><b>{}</b>", detail::thumbnail(c_, picture),
-          escape_html(file_name(picture.laser >= 0 ? picture.lit.name : picture.picture.name)));
-      if (picture.view >= 0)
+    for (const ImageResult& result : c_.images) {
+      add("<div class=\"card\">{}<br><b>{}</b>", detail::thumbnail(c_, result),
+          escape_html(file_name(result.laser >= 0 ? result.lit.name : result.image.name)));
+      if (result.view >= 0)
         add("<br>board: {:.3f} px rms, squares of {:.0f} px",
-            s_.view_rms_px(static_cast<std::size_t>(picture.view)), picture.board.square_px);
+            s_.view_rms_px(static_cast<std::size_t>(result.view)), result.board.square_px);
       else
         add("<br><span class=\"refusal\">board not used:</span> {}",
-            escape_html(picture.board_reason));
-      if (picture.stripe_view >= 0)
+            escape_html(result.board_reason));
+      if (result.stripe_view >= 0)
         add("<br>stripe of laser {}: {:.3f} px rms, {} returns, {:.1f} px wide, {:.0f} DN",
-            picture.laser, s_.stripe_rms_px(static_cast<std::size_t>(picture.stripe_view)),
-            picture.stripe.on_line, picture.stripe.width_px, picture.stripe.amplitude_dn);
-      else if (picture.laser >= 0)
+            result.laser, s_.stripe_rms_px(static_cast<std::size_t>(result.stripe_view)),
+            result.stripe.on_line, result.stripe.width_px, result.stripe.amplitude_dn);
+      else if (result.laser >= 0)
         add("<br><span class=\"warning\">stripe not used:</span> {}",
-            escape_html(picture.stripe_reason.empty() ? "no board" : picture.stripe_reason));
+            escape_html(result.stripe_reason.empty() ? "no board" : result.stripe_reason));
       add("</div>");
     }
     add("</div>");

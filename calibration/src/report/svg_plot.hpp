@@ -12,7 +12,7 @@ namespace striper::detail {
 /// A plot of points in data units, drawn as inline SVG.
 class SvgPlot {
  public:
-  /// @param box what the axes cover. @param y_down as in a picture.
+  /// @param box what the axes cover. @param y_down as in an image.
   SvgPlot(int width_px, int height_px, const Eigen::AlignedBox2d& box, bool y_down);
 
   void labels(std::string_view x, std::string_view y);

@@ -24,7 +24,7 @@ class Calibrator {
 
   Calibration run() {
     const auto began = std::chrono::steady_clock::now();
-    detail::list_pictures(input_, result_);
+    detail::list_images(input_, result_);
     detail::find_boards(input_, options_, result_);
     solve_camera();
     if (!input_.lasers.empty()) detail::find_stripes(input_, options_, result_);
@@ -81,7 +81,7 @@ class Calibrator {
     detail::report_progress(options_, "adjusting camera, boards and lasers together", 0.8);
     if (result_.observations.laser_count() < static_cast<int>(input_.lasers.size()))
       throw Error(ErrorKind::kUntrustworthy,
-                  fmt::format("laser {}: no stripe was found on the board in any of its pictures",
+                  fmt::format("laser {}: no stripe was found on the board in any of its images",
                               result_.observations.laser_count()));
     if (!result_.observations.stripes.empty()) {
       const JointSolution from_corners = std::move(result_.solution);
@@ -114,15 +114,15 @@ class Calibrator {
 
 }  // namespace
 
-cv::Mat SessionPicture::load() const {
+cv::Mat SessionImage::load() const {
   if (file.empty()) return image;
   if (!std::filesystem::is_regular_file(file))
-    throw Error(ErrorKind::kNotFound, fmt::format("{}: there is no such picture", file.string()));
+    throw Error(ErrorKind::kNotFound, fmt::format("{}: there is no such image", file.string()));
   if (read) return read(file);
   cv::Mat pixels = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
   if (pixels.empty())
     throw Error(ErrorKind::kBadFile,
-                fmt::format("{}: not a picture that can be read (PNG, JPEG, TIFF, PGM, BMP)",
+                fmt::format("{}: not an image that can be read (PNG, JPEG, TIFF, PGM, BMP)",
                             file.string()));
   if (pixels.channels() == 4) {  // Transparency says nothing about light.
     std::vector<cv::Mat> planes;

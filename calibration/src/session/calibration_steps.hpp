@@ -13,36 +13,36 @@ namespace striper::detail {
 // Calibration. session_pictures.cpp, find_stripes.cpp, swapped_lists.cpp, outlier_views.cpp,
 // measure_look.cpp, judgement.cpp.
 
-/// Every board picture once, every laser picture once per laser.
-void list_pictures(const CalibrationInput& input, Calibration& calibration);
+/// Every board image once, every laser image once per laser.
+void list_images(const CalibrationInput& input, Calibration& calibration);
 
-/// Finds the board in all pictures, on `options.threads`, and makes views of what was found.
+/// Finds the board in all images, on `options.threads`, and makes views of what was found.
 /// @throws Error{kBadValue} where sizes differ; Error{kUntrustworthy} where no board was found.
 void find_boards(const CalibrationInput& input, const CalibrationOptions& options,
                  Calibration& calibration);
 
-/// A laser picture with its board's pose, read from its files.
-LaserPicture laser_picture(const Calibration& calibration, const PictureResult& picture);
+/// A laser image with its board's pose, read from its files.
+LaserImage laser_image(const Calibration& calibration, const ImageResult& result);
 
-/// Finds the stripes: every plausible way of reading them is tried on all pictures, and the one
+/// Finds the stripes: every plausible way of reading them is tried on all images, and the one
 /// whose stripes lie on planes best is taken. Fills settings, observations.stripes, and the
 /// channels of the model.
 /// @throws Error{kUntrustworthy} where no way shows a stripe, or the lists are swapped.
 void find_stripes(const CalibrationInput& input, const CalibrationOptions& options,
                   Calibration& calibration);
 
-/// Tries some ways of reading the stripe on pictures that `load` gives; in the order of `settings`.
+/// Tries some ways of reading the stripe on images that `load` gives; in the order of `settings`.
 struct SettingsTrial {
   SettingsScore score;
-  std::vector<BoardStripe> stripes;  ///< One per picture.
+  std::vector<BoardStripe> stripes;  ///< One per image.
 };
 std::vector<SettingsTrial> try_compared_settings(
     const std::vector<ExtractionSettings>& compared_settings,
-    const std::vector<const PictureResult*>& pictures,
-    const std::function<LaserPicture(const PictureResult&)>& load,
-    const CalibrationOptions& options, const Calibration& calibration);
+    const std::vector<const ImageResult*>& images,
+    const std::function<LaserImage(const ImageResult&)>& load, const CalibrationOptions& options,
+    const Calibration& calibration);
 
-/// Refuses lists that are swapped: the stripe is in the pictures that should be without it.
+/// Refuses lists that are swapped: the stripe is in the images that should be without it.
 /// @param on_plane how many stripes were found where they should be.
 /// @throws Error{kUntrustworthy} saying which lists.
 void refuse_swapped_lists(const CalibrationInput& input, const CalibrationOptions& options,
@@ -65,7 +65,7 @@ void leave_out_bad_stripes(Calibration& calibration);
 /// the corners' own error allows: then the board is not what it is taken for where the stripe lies.
 void compare_cameras(const JointSolution& from_corners, Calibration& calibration);
 
-/// Warns where a camera that was given is not the one that these pictures' corners show; refuses
+/// Warns where a camera that was given is not the one that these images' corners show; refuses
 /// another lens where a laser is calibrated with it.
 void compare_with_known_camera(const CalibrationOptions& options, Calibration& calibration);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the stripe is read (axis, channel, laser-off picture subtracted or not) decides which pixels
-// become the plane. A first impression of some pictures leaves few ways; of these the stripes of
-// all pictures are found, a plane is put through them, and they are compared by how many stripes
+// How the stripe is read (axis, channel, laser-off image subtracted or not) decides which pixels
+// become the plane. A first impression of some images leaves few ways; of these the stripes of
+// all images are found, a plane is put through them, and they are compared by how many stripes
 // lie on it and how well.
 #include <algorithm>
 #include <atomic>
@@ -33,17 +33,17 @@ constexpr double kBetter = 1.05;
 // Below this the corners decide how well a plane is known, not the stripes.
 constexpr double kLeastRmsPx = 0.02;
 
-StripeView view_of(const PictureResult& picture, const BoardStripe& stripe) {
+StripeView view_of(const ImageResult& result, const BoardStripe& stripe) {
   StripeView view;
-  view.name = picture.lit.name;
-  view.view = picture.view;
-  view.laser = std::max(picture.laser, 0);
+  view.name = result.lit.name;
+  view.view = result.view;
+  view.laser = std::max(result.laser, 0);
   view.pixel = stripe.pixel;
   view.sigma_px = stripe.sigma_px;
   // What blurs the board's edges blurs the stripe as well; the rest of its width is the laser's.
   view.width_px = stripe.width_px;
   view.sheet_px = std::sqrt(
-      std::max(0.0, view.width_px * view.width_px - picture.board.blur_px * picture.board.blur_px));
+      std::max(0.0, view.width_px * view.width_px - result.board.blur_px * result.board.blur_px));
   return view;
 }
 
@@ -74,28 +74,28 @@ void for_each_index(std::size_t count, int threads, const Work& work) {
 // The distance of each stripe from the plane of most of its laser's, px rms; NaN where there is no
 // stripe or no plane.
 std::vector<double> distances_px(const SettingsTrial& trial,
-                                 const std::vector<const PictureResult*>& pictures,
+                                 const std::vector<const ImageResult*>& images,
                                  const Calibration& calibration) {
   Observations all = calibration.observations;
   all.axis = trial.score.settings.axis;
   all.stripes.clear();
-  std::vector<std::size_t> picture_of;
+  std::vector<std::size_t> image_of;
   JointSolution solution = calibration.solution;
   solution.stripe_residual_px.clear();
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
+  for (std::size_t i = 0; i < images.size(); ++i) {
     if (!trial.stripes[i].found()) continue;
-    all.stripes.push_back(view_of(*pictures[i], trial.stripes[i]));
-    picture_of.push_back(i);
+    all.stripes.push_back(view_of(*images[i], trial.stripes[i]));
+    image_of.push_back(i);
     solution.stripe_residual_px.emplace_back(all.stripes.back().pixel.size(), 0.0);
   }
-  std::vector<double> distances(pictures.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<double> distances(images.size(), std::numeric_limits<double>::quiet_NaN());
   for (int laser = 0; laser < all.laser_count(); ++laser) {
     const auto plane = fit_plane(stripe_points_cam(all, solution, laser));
     for (std::size_t s = 0; s < all.stripes.size() && plane; ++s) {
       if (all.stripes[s].laser != laser) continue;
       const auto view = static_cast<std::size_t>(all.stripes[s].view);
-      distances[picture_of[s]] = stripe_rms_px(all, all.stripes[s], solution.camera,
-                                               solution.T_cam_board[view], *plane, solution.bend_m);
+      distances[image_of[s]] = stripe_rms_px(all, all.stripes[s], solution.camera,
+                                             solution.T_cam_board[view], *plane, solution.bend_m);
     }
   }
   return distances;
@@ -110,12 +110,12 @@ double median_of_finite(const std::vector<double>& values) {
 
 // One bound for all trials: a way of reading that scatters more gets no more room, and none gets
 // more than a calibration may have.
-void judge(std::vector<SettingsTrial>& trials, const std::vector<const PictureResult*>& pictures,
+void judge(std::vector<SettingsTrial>& trials, const std::vector<const ImageResult*>& images,
            const CalibrationOptions& options, const Calibration& calibration) {
   std::vector<std::vector<double>> distances;
   double usual_px = std::numeric_limits<double>::infinity();
   for (const SettingsTrial& trial : trials) {
-    distances.push_back(distances_px(trial, pictures, calibration));
+    distances.push_back(distances_px(trial, images, calibration));
     usual_px = std::min(usual_px, median_of_finite(distances.back()));
   }
   const double most_px = options.limits.most_stripe_rms_px *
@@ -124,7 +124,7 @@ void judge(std::vector<SettingsTrial>& trials, const std::vector<const PictureRe
   for (std::size_t t = 0; t < trials.size(); ++t) {
     SettingsScore& score = trials[t].score;
     double squares = 0.0;
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
+    for (std::size_t i = 0; i < images.size(); ++i) {
       score.stripes += trials[t].stripes[i].found() ? 1 : 0;
       if (!(distances[t][i] <= bound_px)) continue;
       ++score.on_plane;
@@ -150,24 +150,24 @@ const SettingsTrial* best_of(const std::vector<SettingsTrial>& trials, const Cou
   return best;
 }
 
-void take(const SettingsTrial& chosen, const std::vector<PictureResult*>& lit,
+void take(const SettingsTrial& chosen, const std::vector<ImageResult*>& lit,
           Calibration& calibration) {
   calibration.settings = chosen.score.settings;
   calibration.observations.axis = chosen.score.settings.axis;
   for (std::size_t i = 0; i < lit.size(); ++i) {
-    PictureResult& picture = *lit[i];
-    picture.stripe = chosen.stripes[i];
-    picture.stripe_reason = picture.stripe.reason;
-    if (!picture.stripe.found()) continue;
-    picture.stripe_view = static_cast<int>(calibration.observations.stripes.size());
-    calibration.observations.stripes.push_back(view_of(picture, picture.stripe));
+    ImageResult& result = *lit[i];
+    result.stripe = chosen.stripes[i];
+    result.stripe_reason = result.stripe.reason;
+    if (!result.stripe.found()) continue;
+    result.stripe_view = static_cast<int>(calibration.observations.stripes.size());
+    calibration.observations.stripes.push_back(view_of(result, result.stripe));
   }
 }
 
-// The channel for single frames is the one that is best without the laser-off pictures; the one for
-// differences is kept beside it where there are such pictures and it is another.
+// The channel for single frames is the one that is best without the laser-off images; the one for
+// differences is kept beside it where there are such images and it is another.
 void choose_channels(const std::vector<SettingsTrial>& trials, const SettingsTrial& chosen,
-                     const std::vector<PictureResult*>& lit, Calibration& calibration) {
+                     const std::vector<ImageResult*>& lit, Calibration& calibration) {
   const StripeAxis axis = chosen.score.settings.axis;
   const SettingsTrial* const single = best_of(trials, [axis](const SettingsScore& score) {
     return !score.settings.subtract_off && score.settings.axis == axis && score.on_plane > 0;
@@ -176,7 +176,7 @@ void choose_channels(const std::vector<SettingsTrial>& trials, const SettingsTri
     return score.settings.subtract_off && score.settings.axis == axis && score.on_plane > 0;
   });
   StriperModel& model = calibration.model;
-  // Where no single picture shows it, a scanner is to look for itself.
+  // Where no single image shows it, a scanner is to look for itself.
   const Channel unknown =
       chosen.score.settings.channel == Channel::kGrey ? Channel::kGrey : Channel::kAuto;
   model.channel = single != nullptr ? single->score.settings.channel : unknown;
@@ -186,67 +186,66 @@ void choose_channels(const std::vector<SettingsTrial>& trials, const SettingsTri
   for (std::size_t i = 0; i < lit.size(); ++i) lit[i]->single_frame = single->stripes[i];
 }
 
-SettingsRanking compared_settings_to_try(const std::vector<PictureResult*>& lit,
+SettingsRanking compared_settings_to_try(const std::vector<ImageResult*>& lit,
                                          const CalibrationOptions& options,
                                          const Calibration& calibration) {
-  std::vector<LaserPicture> some;
+  std::vector<LaserImage> some;
   const std::size_t step = std::max<std::size_t>(1, lit.size() / 6);
   for (std::size_t k = 0; k < lit.size(); k += step)
-    some.push_back(laser_picture(calibration, *lit[k]));
+    some.push_back(laser_image(calibration, *lit[k]));
   return rank_settings(some, calibration.observations.board, calibration.solution.camera,
                        options.axis, options.channel);
 }
 
 }  // namespace
 
-LaserPicture laser_picture(const Calibration& calibration, const PictureResult& picture) {
-  const bool is_pair = picture.laser >= 0 && picture.lit.name != picture.picture.name;
-  const SessionPicture& lit = picture.laser >= 0 ? picture.lit : picture.picture;
-  LaserPicture laser;
+LaserImage laser_image(const Calibration& calibration, const ImageResult& result) {
+  const bool is_pair = result.laser >= 0 && result.lit.name != result.image.name;
+  const SessionImage& lit = result.laser >= 0 ? result.lit : result.image;
+  LaserImage laser;
   laser.name = lit.name;
   laser.on = lit.load();
-  if (is_pair) laser.off = picture.picture.load();
+  if (is_pair) laser.off = result.image.load();
   laser.bit_depth = laser.on.depth() == CV_16U && lit.bit_depth <= 8 ? 16 : lit.bit_depth;
-  laser.T_cam_board = calibration.solution.T_cam_board[static_cast<std::size_t>(picture.view)];
+  laser.T_cam_board = calibration.solution.T_cam_board[static_cast<std::size_t>(result.view)];
   return laser;
 }
 
 std::vector<SettingsTrial> try_compared_settings(
     const std::vector<ExtractionSettings>& compared_settings,
-    const std::vector<const PictureResult*>& pictures,
-    const std::function<LaserPicture(const PictureResult&)>& load,
-    const CalibrationOptions& options, const Calibration& calibration) {
+    const std::vector<const ImageResult*>& images,
+    const std::function<LaserImage(const ImageResult&)>& load, const CalibrationOptions& options,
+    const Calibration& calibration) {
   std::vector<SettingsTrial> trials;
   trials.reserve(compared_settings.size());
   for (const ExtractionSettings& settings : compared_settings)
-    trials.push_back({{settings}, std::vector<BoardStripe>(pictures.size())});
+    trials.push_back({{settings}, std::vector<BoardStripe>(images.size())});
   std::mutex lock;
   std::size_t done = 0;
-  for_each_index(pictures.size(), options.threads, [&](std::size_t i) {
-    const LaserPicture picture = load(*pictures[i]);
+  for_each_index(images.size(), options.threads, [&](std::size_t i) {
+    const LaserImage image = load(*images[i]);
     for (SettingsTrial& trial : trials) {
       ExtractionSettings settings = trial.score.settings;
-      if (picture.off.empty()) settings.subtract_off = false;
-      trial.stripes[i] = find_board_stripe(picture, calibration.observations.board,
+      if (image.off.empty()) settings.subtract_off = false;
+      trial.stripes[i] = find_board_stripe(image, calibration.observations.board,
                                            calibration.solution.camera, settings, options.noise);
     }
     const std::lock_guard guard(lock);
-    report_progress(
-        options, "finding stripes",
-        0.65 + 0.1 * static_cast<double>(++done) / static_cast<double>(pictures.size()));
+    report_progress(options, "finding stripes",
+                    0.65 + 0.1 * static_cast<double>(++done) / static_cast<double>(images.size()));
   });
-  judge(trials, pictures, options, calibration);
+  judge(trials, images, options, calibration);
   return trials;
 }
 
 void find_stripes(const CalibrationInput& input, const CalibrationOptions& options,
                   Calibration& calibration) {
-  std::vector<PictureResult*> lit;
-  for (PictureResult& picture : calibration.pictures)
-    if (picture.laser >= 0 && picture.view >= 0) lit.push_back(&picture);
+  std::vector<ImageResult*> lit;
+  for (ImageResult& result : calibration.images)
+    if (result.laser >= 0 && result.view >= 0) lit.push_back(&result);
   if (lit.empty())
     throw Error(ErrorKind::kUntrustworthy,
-                "the board was found in none of the laser pictures: without its pose the stripe "
+                "the board was found in none of the laser images: without its pose the stripe "
                 "says nothing. Move the laser so that it leaves most corners free, or take pairs "
                 "(laser off, then on)");
   report_progress(options, "looking how the stripe is seen best", 0.6);
@@ -261,7 +260,7 @@ void find_stripes(const CalibrationInput& input, const CalibrationOptions& optio
   const auto try_all = [&](const std::vector<ExtractionSettings>& some) {
     return try_compared_settings(
         some, {lit.begin(), lit.end()},
-        [&](const PictureResult& one) { return laser_picture(calibration, one); }, options,
+        [&](const ImageResult& one) { return laser_image(calibration, one); }, options,
         calibration);
   };
   const auto any = [](const SettingsScore&) { return true; };

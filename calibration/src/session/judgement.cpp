@@ -21,11 +21,11 @@ constexpr double kBlurredPx = 2.5;
 constexpr double kFewClipped = 0.1;
 constexpr double kManyClipped = 0.8;
 // By how much a focal length may differ before it is another lens: the worst set of real boards,
-// bent by more than can be solved for, has fx 616 where the same camera's other pictures have 620.
+// bent by more than can be solved for, has fx 616 where the same camera's other images have 620.
 constexpr double kOtherLens = 0.02;
 constexpr std::size_t kFewestToCompare = 6;
 
-void judge_pictures(Calibration& calibration) {
+void judge_images(Calibration& calibration) {
   std::size_t unreadable = 0;
   std::size_t lost = 0;
   std::size_t lost_stripes = 0;
@@ -33,40 +33,40 @@ void judge_pictures(Calibration& calibration) {
   std::string fault;
   std::string first;
   std::string blurred;
-  for (const PictureResult& picture : calibration.pictures) {
-    if (!picture.fault.empty()) {
+  for (const ImageResult& result : calibration.images) {
+    if (!result.fault.empty()) {
       ++unreadable;
-      fault += (fault.empty() ? "" : "; ") + picture.fault;
+      fault += (fault.empty() ? "" : "; ") + result.fault;
       continue;
     }
-    if (!picture.board.found) {
+    if (!result.board.found) {
       ++lost;
-      if (first.empty()) first = picture.picture.name + ": " + picture.board_reason;
+      if (first.empty()) first = result.image.name + ": " + result.board_reason;
     }
-    if (picture.laser >= 0) ++lit;
-    if (picture.laser >= 0 && picture.view >= 0 && picture.stripe_view < 0) ++lost_stripes;
-    if (picture.board.blur_px >
+    if (result.laser >= 0) ++lit;
+    if (result.laser >= 0 && result.view >= 0 && result.stripe_view < 0) ++lost_stripes;
+    if (result.board.blur_px >
         kBlurredPx * std::max(1.0, calibration.observations.image_width / 1280.0))
-      blurred += (blurred.empty() ? "" : ", ") + picture.picture.name;
+      blurred += (blurred.empty() ? "" : ", ") + result.image.name;
   }
   if (unreadable > 0)
     note(calibration, Severity::kWarning, "pictures_unreadable",
-         fmt::format("{} of {} pictures could not be read and {} left out ({})", unreadable,
-                     calibration.pictures.size(), unreadable == 1 ? "is" : "are", fault),
+         fmt::format("{} of {} images could not be read and {} left out ({})", unreadable,
+                     calibration.images.size(), unreadable == 1 ? "is" : "are", fault),
          "copy or take them again");
   if (lost > 0)
-    note(calibration, 4 * lost > calibration.pictures.size() ? Severity::kWarning : Severity::kInfo,
+    note(calibration, 4 * lost > calibration.images.size() ? Severity::kWarning : Severity::kInfo,
          "boards_not_found",
-         fmt::format("the board was not found in {} of {} pictures ({})", lost,
-                     calibration.pictures.size(), first),
-         "the whole board must be in the picture, sharp and evenly lit");
+         fmt::format("the board was not found in {} of {} images ({})", lost,
+                     calibration.images.size(), first),
+         "the whole board must be in the image, sharp and evenly lit");
   if (lost_stripes > 0)
     note(calibration, 4 * lost_stripes > lit ? Severity::kWarning : Severity::kInfo,
          "stripes_not_found",
-         fmt::format("no stripe was used in {} of {} laser pictures", lost_stripes, lit),
+         fmt::format("no stripe was used in {} of {} laser images", lost_stripes, lit),
          "the laser must cross the board or its white margin");
   if (!blurred.empty())
-    note(calibration, Severity::kWarning, "blurred", "blurred pictures: " + blurred,
+    note(calibration, Severity::kWarning, "blurred", "blurred images: " + blurred,
          "hold the board still, expose shorter, focus");
 }
 
@@ -91,19 +91,19 @@ void judge_validation(const CalibrationOptions& options, Calibration& calibratio
          "the intrinsics that were given carry no covariance: the error bars leave the camera's "
          "own error out",
          "give a model of this program, which carries it, or calibrate the camera from these "
-         "pictures too");
+         "images too");
   if (validation.splits == 0) {
     if (!options.known_camera || !calibration.solution.planes.empty())
       note(calibration, Severity::kInfo, "not_cross_validated",
-           "too few pictures to solve two halves of them against each other",
-           "eight or more pictures let the halves be compared");
+           "too few images to solve two halves of them against each other",
+           "eight or more images let the halves be compared");
     return;
   }
   if (validation.covariance_factor <= 1.0) return;
   const double times = std::sqrt(validation.covariance_factor);
   note(calibration, times > 2.0 ? Severity::kWarning : Severity::kInfo, "halves_disagree",
        fmt::format(
-           "two halves of the pictures disagree by more than their error bars say (NEES "
+           "two halves of the images disagree by more than their error bars say (NEES "
            "{:.1f}, expected {:.1f} to {:.1f}); all error bars were widened by {:.2f} for it",
            validation.nees, validation.nees_low, validation.nees_high, times),
        "the board may be bent, the lens model too simple, or the camera moved its focus");
@@ -128,7 +128,7 @@ bool differ(const CameraModel& a, const CameraModel& b, const Eigen::MatrixXd& c
   return distance > chi2_quantile(0.9999, static_cast<double>(free.size()));
 }
 
-// By a misfit of these pictures: what a given camera adds is no matter of theirs.
+// By a misfit of these images: what a given camera adds is no matter of theirs.
 void widen(double factor, Calibration& calibration) {
   JointSolution& solution = calibration.solution;
   solution.covariance *= factor;
@@ -167,8 +167,8 @@ void compare_cameras(const JointSolution& from_corners, Calibration& calibration
        fmt::format(
            "the stripes move the camera from where the corners put it: fx from {} to {:.2f}",
            with_sigma(from_corners.camera.fx(), from_corners.covariance(0, 0)), joint.camera.fx()),
-       "the board is not flat where the stripe lies on it, or gives way from picture to picture; "
-       "calibrate the camera from pictures of a stiff board and give it with --intrinsics");
+       "the board is not flat where the stripe lies on it, or gives way from image to image; "
+       "calibrate the camera from images of a stiff board and give it with --intrinsics");
 }
 
 void compare_with_known_camera(const CalibrationOptions& options, Calibration& calibration) {
@@ -178,7 +178,7 @@ void compare_with_known_camera(const CalibrationOptions& options, Calibration& c
   JointOptions free = calibration.options;
   free.known_camera.reset();
   free.lens = options.known_camera->camera.lens();
-  // From nothing: a camera that is far off may not lead to the one of these pictures, and what the
+  // From nothing: a camera that is far off may not lead to the one of these images, and what the
   // solution has besides (its planes) would be held to be unknown without stripes.
   free.start = nullptr;
   try {
@@ -196,14 +196,14 @@ void compare_with_known_camera(const CalibrationOptions& options, Calibration& c
     const bool is_other_lens = moved >= kOtherLens && !calibration.solution.planes.empty();
     note(calibration, is_other_lens ? Severity::kRefusal : Severity::kWarning,
          "known_camera_differs",
-         fmt::format("the intrinsics that were given do not fit these pictures: fx is {:.2f} in "
+         fmt::format("the intrinsics that were given do not fit these images: fx is {:.2f} in "
                      "them, {} from the corners here",
                      options.known_camera->camera.fx(),
                      with_sigma(own.camera.fx(), own.covariance(0, 0))),
          "were they made with this lens, at this focus? If so, the board here is bent more than "
          "can be solved for: use a stiff one");
   } catch (const Error&) {
-    // These pictures alone give no camera, and have no say.
+    // These images alone give no camera, and have no say.
   }
 }
 
@@ -215,7 +215,7 @@ void judge(const CalibrationOptions& options, Calibration& calibration) {
     widen(calibration.validation.covariance_factor, calibration);
   }
   if (options.known_camera) compare_with_known_camera(options, calibration);
-  judge_pictures(calibration);
+  judge_images(calibration);
   judge_clipping(calibration);
   judge_validation(options, calibration);
   for (Event& finding :
@@ -224,8 +224,8 @@ void judge(const CalibrationOptions& options, Calibration& calibration) {
     calibration.findings.push_back(std::move(finding));
   if (calibration.model.camera.folds_inside_image())
     note(calibration, Severity::kWarning, "lens_folds",
-         "the lens model folds back inside the picture: its corners cannot be used",
-         "show the board in the corners of the picture, or choose another --lens");
+         "the lens model folds back inside the image: its corners cannot be used",
+         "show the board in the corners of the image, or choose another --lens");
   predict_ranges(calibration);
   std::stable_sort(calibration.findings.begin(), calibration.findings.end(),
                    [](const Event& a, const Event& b) { return a.severity > b.severity; });

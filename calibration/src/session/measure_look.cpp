@@ -20,7 +20,7 @@ constexpr int kKnots = 5;
 // Over less of a depth there is no course to see.
 constexpr double kLeastDepth = 1.05;
 constexpr std::size_t kFewestReturns = 40;
-// Of a picture with more clipped returns the others are the faint ones, and tell too little.
+// Of an image with more clipped returns the others are the faint ones, and tell too little.
 constexpr double kMostClipped = 0.2;
 // Light that grazes the board says more of its surface than of the laser.
 constexpr double kLeastCosine = 0.3;
@@ -38,12 +38,12 @@ struct Samples {
   std::size_t returns = 0;
 };
 
-const BoardStripe& stripe_of(const PictureResult& picture) {
-  return picture.single_frame ? *picture.single_frame : picture.stripe;
+const BoardStripe& stripe_of(const ImageResult& result) {
+  return result.single_frame ? *result.single_frame : result.stripe;
 }
 
-bool is_used(const PictureResult& picture, int laser) {
-  return picture.laser == laser && picture.stripe_view >= 0 && stripe_of(picture).found();
+bool is_used(const ImageResult& result, int laser) {
+  return result.laser == laser && result.stripe_view >= 0 && stripe_of(result).found();
 }
 
 bool is_often_clipped(const BoardStripe& stripe) {
@@ -53,24 +53,24 @@ bool is_often_clipped(const BoardStripe& stripe) {
 }
 
 // The light is taken to come from the scan frame's origin, the laser plane's point nearest to the
-// camera: where in its plane the laser is, no picture tells.
+// camera: where in its plane the laser is, no image tells.
 double cosine_of_incidence(const Eigen::Vector3d& point_cam, const Eigen::Vector3d& origin_cam,
                            const Eigen::Isometry3d& T_cam_board) {
   return std::abs(T_cam_board.linear().col(2).dot((point_cam - origin_cam).normalized()));
 }
 
-void collect(const Calibration& calibration, const PictureResult& picture,
+void collect(const Calibration& calibration, const ImageResult& result,
              const Triangulator& triangulator, Samples& samples) {
-  const BoardStripe& stripe = stripe_of(picture);
+  const BoardStripe& stripe = stripe_of(result);
   const bool is_dim_part = is_often_clipped(stripe);
   const Eigen::Isometry3d& T_cam_board =
-      calibration.solution.T_cam_board[static_cast<std::size_t>(picture.view)];
+      calibration.solution.T_cam_board[static_cast<std::size_t>(result.view)];
   for (const StripeSample& sample : stripe.samples) {
     const PlanePoint at = triangulator.triangulate(sample.pixel);
     if (at.status != ReturnStatus::kOk) continue;
     ++samples.returns;
     if (sample.is_clipped) ++samples.clipped;
-    // Where the converter ended below the peak, the picture's width is that of the flanks.
+    // Where the converter ended below the peak, the image's width is that of the flanks.
     samples.width_px.push_back(
         {at.range_m(), sample.is_clipped ? stripe.width_px : sample.width_px});
     if (sample.is_clipped || !sample.is_white || is_dim_part) continue;
@@ -87,8 +87,8 @@ void collect(const Calibration& calibration, const PictureResult& picture,
 Samples samples_of(const Calibration& calibration, int laser) {
   Samples samples;
   const Triangulator triangulator(calibration.model, laser);
-  for (const PictureResult& picture : calibration.pictures)
-    if (is_used(picture, laser)) collect(calibration, picture, triangulator, samples);
+  for (const ImageResult& result : calibration.images)
+    if (is_used(result, laser)) collect(calibration, result, triangulator, samples);
   return samples;
 }
 

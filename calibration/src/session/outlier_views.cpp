@@ -52,18 +52,18 @@ void leave_out_bad_views(Calibration& calibration) {
     good.push_back(static_cast<int>(v));
   }
   if (good.size() == rms.size() || good.size() < 3) return;
-  for (PictureResult& picture : calibration.pictures) {
-    if (picture.view < 0) continue;
-    const auto old = static_cast<std::size_t>(picture.view);
-    picture.view = new_index[old];
-    if (picture.view >= 0) continue;
-    picture.board_reason = fmt::format(
-        "its corners fit to {:.2f} px only, the usual picture's to {:.2f} px: blurred, bent, or of "
+  for (ImageResult& result : calibration.images) {
+    if (result.view < 0) continue;
+    const auto old = static_cast<std::size_t>(result.view);
+    result.view = new_index[old];
+    if (result.view >= 0) continue;
+    result.board_reason = fmt::format(
+        "its corners fit to {:.2f} px only, the usual image's to {:.2f} px: blurred, bent, or of "
         "another camera",
         rms[old], usual);
     note(calibration, Severity::kWarning, "view_left_out",
-         fmt::format("{}: left out, {}", picture.picture.name, picture.board_reason),
-         "look at the picture; take it again with the board held still");
+         fmt::format("{}: left out, {}", result.image.name, result.board_reason),
+         "look at the image; take it again with the board held still");
   }
   calibration.observations = calibration.observations.subset(good);
   calibration.solution = solve_joint(calibration.observations, calibration.options);
@@ -81,16 +81,16 @@ void leave_out_bad_stripes(Calibration& calibration) {
     kept.push_back(calibration.observations.stripes[s]);
   }
   if (kept.size() == rms.size() || 2 * kept.size() < rms.size()) return;
-  for (PictureResult& picture : calibration.pictures) {
-    if (picture.stripe_view < 0) continue;
-    const auto old = static_cast<std::size_t>(picture.stripe_view);
-    picture.stripe_view = new_index[old];
-    if (picture.stripe_view >= 0) continue;
-    picture.stripe_reason =
+  for (ImageResult& result : calibration.images) {
+    if (result.stripe_view < 0) continue;
+    const auto old = static_cast<std::size_t>(result.stripe_view);
+    result.stripe_view = new_index[old];
+    if (result.stripe_view >= 0) continue;
+    result.stripe_reason =
         fmt::format("its stripe lies {:.1f} px off the plane of the others (usual: {:.2f} px)",
                     rms[old], usual);
     note(calibration, Severity::kWarning, "stripe_left_out",
-         fmt::format("{}: left out, {}", picture.lit.name, picture.stripe_reason),
+         fmt::format("{}: left out, {}", result.lit.name, result.stripe_reason),
          "is it a reflection, or did the laser move?");
   }
   calibration.observations.stripes = std::move(kept);

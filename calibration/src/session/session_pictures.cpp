@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kFewestCorners = 12;
 
-// All pictures must come from one camera at one setting: the first one says how large they are.
+// All images must come from one camera at one setting: the first one says how large they are.
 class CommonSize {
  public:
   explicit CommonSize(const CalibrationOptions& options) : options_(options) {}
@@ -34,7 +34,7 @@ class CommonSize {
     if (size != size_)
       throw Error(
           ErrorKind::kBadValue,
-          fmt::format("{}: the picture is {}x{}, but {} is {}x{}; all must come from one "
+          fmt::format("{}: the image is {}x{}, but {} is {}x{}; all must come from one "
                       "camera at one setting",
                       name, size.width, size.height, first_name_, size_.width, size_.height));
   }
@@ -46,7 +46,7 @@ class CommonSize {
     if (camera.width() == size_.width && camera.height() == size_.height) return;
     throw Error(
         ErrorKind::kBadValue,
-        fmt::format("{}: the picture is {}x{} and the given intrinsics are of {}x{}", first_name_,
+        fmt::format("{}: the image is {}x{} and the given intrinsics are of {}x{}", first_name_,
                     size_.width, size_.height, camera.width(), camera.height()));
   }
 
@@ -56,12 +56,12 @@ class CommonSize {
   std::string first_name_;
 };
 
-// The picture that shows the board. Both of a pair are read: half of it is of no use.
-cv::Mat load_checked(const PictureResult& picture, CommonSize& common) {
-  cv::Mat image = picture.picture.load();
-  common.check(picture.picture.name, image.size());
-  if (picture.laser >= 0 && picture.lit.name != picture.picture.name)
-    common.check(picture.lit.name, picture.lit.load().size());
+// The image that shows the board. Both of a pair are read: half of it is of no use.
+cv::Mat load_checked(const ImageResult& result, CommonSize& common) {
+  cv::Mat image = result.image.load();
+  common.check(result.image.name, image.size());
+  if (result.laser >= 0 && result.lit.name != result.image.name)
+    common.check(result.lit.name, result.lit.load().size());
   return image;
 }
 
@@ -69,18 +69,18 @@ bool is_of_the_file(ErrorKind kind) {
   return kind == ErrorKind::kBadFile || kind == ErrorKind::kIo || kind == ErrorKind::kNotFound;
 }
 
-void find_board_of(PictureResult& picture, const Board& board, BoardSearch search,
+void find_board_of(ImageResult& result, const Board& board, BoardSearch search,
                    CommonSize& common) {
   cv::Mat image;
   try {
-    image = load_checked(picture, common);
+    image = load_checked(result, common);
   } catch (const Error& error) {
     if (!is_of_the_file(error.kind())) throw;
-    picture.fault = picture.board_reason = error.what();
+    result.fault = result.board_reason = error.what();
     return;
   }
-  picture.board = find_board(image, board, search);
-  picture.board_reason = picture.board.reason;
+  result.board = find_board(image, board, search);
+  result.board_reason = result.board.reason;
 }
 
 cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& options,
@@ -91,20 +91,20 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
   std::mutex lock;
   std::exception_ptr failure;
   const auto work = [&] {
-    for (std::size_t i = next++; i < calibration.pictures.size(); i = next++) {
+    for (std::size_t i = next++; i < calibration.images.size(); i = next++) {
       try {
-        find_board_of(calibration.pictures[i], input.board,
+        find_board_of(calibration.images[i], input.board,
                       options.like_opencv ? BoardSearch::kLikeOpenCv : BoardSearch::kThorough,
                       common);
         // Inside of the try: a caller may end the work by throwing from its progress.
         const std::lock_guard guard(lock);
         report_progress(
             options, "finding boards",
-            0.5 * static_cast<double>(++done) / static_cast<double>(calibration.pictures.size()));
+            0.5 * static_cast<double>(++done) / static_cast<double>(calibration.images.size()));
       } catch (...) {
         const std::lock_guard guard(lock);
         failure = std::current_exception();
-        next = calibration.pictures.size();
+        next = calibration.images.size();
       }
     }
   };
@@ -116,17 +116,17 @@ cv::Size find_all(const CalibrationInput& input, const CalibrationOptions& optio
   return common.size();
 }
 
-// Which other board is in some of the pictures without the one that was given; empty for none.
+// Which other board is in some of the images without the one that was given; empty for none.
 std::string hint_of_another_board(const CalibrationInput& input, const Calibration& calibration) {
   constexpr int kGuesses = 3;
   int guesses = 0;
-  for (const PictureResult& picture : calibration.pictures) {
-    if (!picture.fault.empty() || picture.board.found) continue;
+  for (const ImageResult& result : calibration.images) {
+    if (!result.fault.empty() || result.board.found) continue;
     if (guesses++ == kGuesses) break;
-    const std::string size = guess_board_size(picture.picture.load(), input.board);
+    const std::string size = guess_board_size(result.image.load(), input.board);
     if (size.empty() || size == to_string(input.board)) continue;
     return fmt::format("; a {} board is in {}: the size is given in inner corners, columns x rows",
-                       size, picture.picture.name);
+                       size, result.image.name);
   }
   return {};
 }
@@ -134,22 +134,22 @@ std::string hint_of_another_board(const CalibrationInput& input, const Calibrati
 [[noreturn]] void refuse_without_boards(const CalibrationInput& input,
                                         const Calibration& calibration) {
   const bool is_any_read =
-      std::any_of(calibration.pictures.begin(), calibration.pictures.end(),
-                  [](const PictureResult& picture) { return picture.fault.empty(); });
+      std::any_of(calibration.images.begin(), calibration.images.end(),
+                  [](const ImageResult& result) { return result.fault.empty(); });
   const std::string hint = hint_of_another_board(input, calibration);
   if (!is_any_read)
     throw Error(ErrorKind::kBadFile,
-                fmt::format("none of {} pictures can be read; {}", calibration.pictures.size(),
-                            calibration.pictures.front().fault));
-  throw Error(ErrorKind::kUntrustworthy,
-              fmt::format("the {} board was found in none of {} pictures ({}: {}){}",
-                          to_string(input.board), calibration.pictures.size(),
-                          calibration.pictures.front().picture.name,
-                          calibration.pictures.front().board_reason, hint));
+                fmt::format("none of {} images can be read; {}", calibration.images.size(),
+                            calibration.images.front().fault));
+  throw Error(
+      ErrorKind::kUntrustworthy,
+      fmt::format("the {} board was found in none of {} images ({}: {}){}", to_string(input.board),
+                  calibration.images.size(), calibration.images.front().image.name,
+                  calibration.images.front().board_reason, hint));
 }
 
 // A board that is larger than the given one holds it, and now and then it is found there: in few
-// pictures, and as likely as not in different places.
+// images, and as likely as not in different places.
 void refuse_a_part_of_a_board(const CalibrationInput& input, const Calibration& calibration) {
   constexpr std::size_t kFewestViews = 3;  // As many as a camera is solved from.
   const std::size_t found = calibration.observations.views.size();
@@ -157,15 +157,15 @@ void refuse_a_part_of_a_board(const CalibrationInput& input, const Calibration& 
   const std::string hint = hint_of_another_board(input, calibration);
   if (hint.empty()) return;
   throw Error(ErrorKind::kUntrustworthy,
-              fmt::format("the {} board was found in {} of {} pictures only{}",
-                          to_string(input.board), found, calibration.pictures.size(), hint));
+              fmt::format("the {} board was found in {} of {} images only{}",
+                          to_string(input.board), found, calibration.images.size(), hint));
 }
 
 // A board printed by another program may have larger or smaller circles.
 double median_dot_ratio(const Calibration& calibration) {
   std::vector<double> ratios;
-  for (const PictureResult& picture : calibration.pictures)
-    if (picture.view >= 0) ratios.push_back(picture.board.dot_ratio);
+  for (const ImageResult& result : calibration.images)
+    if (result.view >= 0) ratios.push_back(result.board.dot_ratio);
   return upper_median(ratios);
 }
 
@@ -175,28 +175,28 @@ void collect_views(const CalibrationInput& input, cv::Size size, Calibration& ca
   observations.image_width = size.width;
   observations.image_height = size.height;
   std::map<std::string, int> view_of;  // A pose that several lasers share is one view.
-  for (PictureResult& picture : calibration.pictures) {
-    if (!picture.board.found) continue;
-    const auto known = view_of.find(picture.picture.name);
+  for (ImageResult& result : calibration.images) {
+    if (!result.board.found) continue;
+    const auto known = view_of.find(result.image.name);
     if (known != view_of.end()) {
-      picture.view = known->second;
+      result.view = known->second;
       continue;
     }
     CornerView view;
-    view.name = picture.picture.name;
-    for (std::size_t i = 0; i < picture.board.corners_px.size(); ++i) {
-      if (!picture.board.reliable[i]) continue;
+    view.name = result.image.name;
+    for (std::size_t i = 0; i < result.board.corners_px.size(); ++i) {
+      if (!result.board.reliable[i]) continue;
       view.point.push_back(static_cast<int>(i));
-      view.pixel.push_back(picture.board.corners_px[i]);
+      view.pixel.push_back(result.board.corners_px[i]);
     }
     if (view.point.size() < std::min<std::size_t>(kFewestCorners, static_cast<std::size_t>(
                                                                       input.board.point_count()))) {
-      picture.board_reason = fmt::format("only {} of {} corners look like corners",
-                                         view.point.size(), input.board.point_count());
+      result.board_reason = fmt::format("only {} of {} corners look like corners",
+                                        view.point.size(), input.board.point_count());
       continue;
     }
-    picture.view = static_cast<int>(observations.views.size());
-    view_of[picture.picture.name] = picture.view;
+    result.view = static_cast<int>(observations.views.size());
+    view_of[result.image.name] = result.view;
     observations.views.push_back(std::move(view));
   }
   if (observations.views.empty()) refuse_without_boards(input, calibration);
@@ -207,34 +207,34 @@ void collect_views(const CalibrationInput& input, cv::Size size, Calibration& ca
 
 }  // namespace
 
-void list_pictures(const CalibrationInput& input, Calibration& calibration) {
+void list_images(const CalibrationInput& input, Calibration& calibration) {
   input.board.validate();
   std::map<std::string, bool> listed;
   for (std::size_t laser = 0; laser < input.lasers.size(); ++laser) {
-    const LaserPictures& pictures = input.lasers[laser];
-    if (!pictures.off.empty() && pictures.off.size() != pictures.on.size())
+    const LaserImages& images = input.lasers[laser];
+    if (!images.off.empty() && images.off.size() != images.on.size())
       throw Error(ErrorKind::kUsage,
-                  fmt::format("laser {}: {} pictures with the laser off and {} with it on; pairs "
+                  fmt::format("laser {}: {} images with the laser off and {} with it on; pairs "
                               "need as many of each",
-                              laser, pictures.off.size(), pictures.on.size()));
-    for (std::size_t i = 0; i < pictures.on.size(); ++i) {
-      PictureResult picture;
-      picture.laser = static_cast<int>(laser);
-      picture.lit = pictures.on[i];
-      picture.picture = pictures.off.empty() ? pictures.on[i] : pictures.off[i];
-      listed[picture.picture.name] = true;
-      calibration.pictures.push_back(std::move(picture));
+                              laser, images.off.size(), images.on.size()));
+    for (std::size_t i = 0; i < images.on.size(); ++i) {
+      ImageResult result;
+      result.laser = static_cast<int>(laser);
+      result.lit = images.on[i];
+      result.image = images.off.empty() ? images.on[i] : images.off[i];
+      listed[result.image.name] = true;
+      calibration.images.push_back(std::move(result));
     }
   }
-  for (const SessionPicture& picture : input.boards) {
-    if (listed[picture.name]) continue;
-    listed[picture.name] = true;
-    PictureResult board;
-    board.picture = picture;
-    calibration.pictures.push_back(std::move(board));
+  for (const SessionImage& image : input.boards) {
+    if (listed[image.name]) continue;
+    listed[image.name] = true;
+    ImageResult board;
+    board.image = image;
+    calibration.images.push_back(std::move(board));
   }
-  if (calibration.pictures.empty())
-    throw Error(ErrorKind::kUsage, "there is no picture to calibrate from");
+  if (calibration.images.empty())
+    throw Error(ErrorKind::kUsage, "there is no image to calibrate from");
 }
 
 void find_boards(const CalibrationInput& input, const CalibrationOptions& options,

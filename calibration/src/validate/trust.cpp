@@ -54,7 +54,7 @@ struct Checker {
     return check.beyond == "below" ? figure < limit : figure > limit;
   }
 
-  // Picture widths of 640 pixels, one at least: residuals grow with them.
+  // Image widths of 640 pixels, one at least: residuals grow with them.
   double in_640ths() const { return std::max(1.0, observations.image_width / 640.0); }
 
   void add(EventCode code, std::string message) {
@@ -72,10 +72,10 @@ struct Checker {
     const auto views = static_cast<int>(observations.views.size());
     if (options.known_camera) return;
     if (is_beyond("too_few_views", views))
-      add("too_few_views", fmt::format("the board was found in {} pictures; {} at least are needed",
+      add("too_few_views", fmt::format("the board was found in {} images; {} at least are needed",
                                        views, limits.fewest_views));
     else if (is_beyond("few_views", views))
-      add("few_views", fmt::format("the board was found in {} pictures only", views));
+      add("few_views", fmt::format("the board was found in {} images only", views));
   }
 
   void check_tilts() {
@@ -92,8 +92,8 @@ struct Checker {
                       figures, limits.least_tilt_deg));
     else if (is_beyond("boards_tilted_one_way", spread.minCoeff()))
       add("boards_tilted_one_way", figures,
-          spread.x() < spread.y() ? "add pictures with the board's top or bottom towards the camera"
-                                  : "add pictures with the board's left or right side towards the "
+          spread.x() < spread.y() ? "add images with the board's top or bottom towards the camera"
+                                  : "add images with the board's left or right side towards the "
                                     "camera");
     else if (is_beyond("boards_tilted_little", most))
       add("boards_tilted_little", figures);
@@ -102,7 +102,7 @@ struct Checker {
   void check_condition() {
     const bool is_regular = std::isfinite(solution.rcond) && !is_beyond("singular", solution.rcond);
     if (solution.covariance.size() > 0 && is_regular) return;
-    add("singular", "the pictures leave a direction of the model free" +
+    add("singular", "the images leave a direction of the model free" +
                         (is_regular || solution.weakest.empty()
                              ? ": the adjustment ran away along it, and there are no error bars"
                              : fmt::format(" (mostly {}; reciprocal condition {:.1g})",
@@ -129,7 +129,7 @@ struct Checker {
           fmt::format("the focal length is known to {:.2f} % only{}; the limit is {:.2f} %",
                       100.0 * geometric,
                       options.known_camera ? ", by the intrinsics that were given"
-                                           : " from pictures placed like these, however well the "
+                                           : " from images placed like these, however well the "
                                              "corners fit",
                       100.0 * limits.most_focal_error));
     else if (is_beyond("focal_length_uncertain", 100.0 * error))
@@ -145,7 +145,7 @@ struct Checker {
   // What part of an error bar is there for a misfit.
   std::string of_misfit() const {
     return widening > 1.005 ? fmt::format(
-                                  ", {:.1f} times as much as from pictures placed like "
+                                  ", {:.1f} times as much as from images placed like "
                                   "these, since they do not fit each other",
                                   widening)
                             : std::string();
@@ -193,18 +193,18 @@ struct Checker {
     if (alike > limits.bent_alike)
       add("board_bent",
           fmt::format("{}, and neighbouring corners err alike (correlation {:.2f}), as on a board "
-                      "that is bent otherwise than in a parabola common to all pictures",
+                      "that is bent otherwise than in a parabola common to all images",
                       figures, alike),
           "glue the print to something flat: glass, aluminium, thick board. If it is flat, try "
           "another --lens");
     else
       add("corners_do_not_fit",
-          fmt::format("{}, each corner by itself (correlation of neighbours {:.2f}): the pictures "
+          fmt::format("{}, each corner by itself (correlation of neighbours {:.2f}): the images "
                       "are blurred, or corners are found wrongly",
                       figures, alike));
   }
 
-  // Many times what a stripe is found to: pictures of different poses, or of different stripers.
+  // Many times what a stripe is found to: images of different poses, or of different stripers.
   void check_stripes() {
     const double limit_px = limits.most_stripe_rms_px * in_640ths();
     if (!is_beyond("stripes_do_not_fit", solution.stripes.rms_px / in_640ths())) return;
@@ -248,10 +248,10 @@ struct Checker {
   void check_coverage(int laser) {
     const bool columns = observations.axis == StripeAxis::kColumns;
     Eigen::AlignedBox2d box;
-    int pictures = 0;
+    int images = 0;
     for (const StripeView& stripe : observations.stripes) {
       if (stripe.laser != laser) continue;
-      ++pictures;
+      ++images;
       for (const Eigen::Vector2d& pixel : stripe.pixel) box.extend(pixel);
     }
     const Eigen::Vector2d size = box.sizes();
@@ -260,21 +260,21 @@ struct Checker {
     const double across =
         columns ? size.y() / observations.image_height : size.x() / observations.image_width;
     const std::string figures = fmt::format(
-        "laser {}: in {} picture{} the stripe covers {:.0f} % of the image along it and {:.0f} % "
+        "laser {}: in {} image{} the stripe covers {:.0f} % of the image along it and {:.0f} % "
         "across it",
-        laser, pictures, pictures == 1 ? "" : "s", 100.0 * along, 100.0 * across);
+        laser, images, images == 1 ? "" : "s", 100.0 * along, 100.0 * across);
     const std::string where = fmt::format(
-        "move the board {} so that the stripe on it reaches both ends of the picture, near and far",
+        "move the board {} so that the stripe on it reaches both ends of the image, near and far",
         columns ? "to the left and right" : "up and down");
     if (is_beyond("stripe_in_corner", 100.0 * std::max(along, across)))
       add("stripe_in_corner", figures + ": a corner of it only", where);
     else if (is_beyond("stripe_covers_little", 100.0 * along))
       add("stripe_covers_little", figures, where);
-    if (is_beyond("few_stripes", pictures))
-      add(options.known_camera || pictures > 1 ? Severity::kWarning : Severity::kRefusal,
+    if (is_beyond("few_stripes", images))
+      add(options.known_camera || images > 1 ? Severity::kWarning : Severity::kRefusal,
           "few_stripes",
-          fmt::format("laser {}: the stripe was found on the board in {} picture{}", laser,
-                      pictures, pictures == 1 ? "" : "s"),
+          fmt::format("laser {}: the stripe was found on the board in {} image{}", laser, images,
+                      images == 1 ? "" : "s"),
           std::string(row_of("few_stripes").advice));
   }
 
@@ -297,7 +297,7 @@ struct Checker {
     const double geometric = error / widening;
     if (is_beyond("range_unknown", 100.0 * geometric))
       add("range_unknown",
-          fmt::format("laser {}: pictures placed like these leave {:.2g} mm of one-sigma error at "
+          fmt::format("laser {}: images placed like these leave {:.2g} mm of one-sigma error at "
                       "{:.2f} m ({:.2f} %), however well they fit; the limit is {:.2f} %",
                       laser, 1e3 * geometric * range_m, range_m, 100.0 * geometric,
                       100.0 * limits.most_range_error));

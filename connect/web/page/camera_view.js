@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera's picture with what was found in it: the stripe with its reasons, saturated pixels, masked lines, the region of the sensor.
+// The camera's image with what was found in it: the stripe with its reasons, saturated pixels, masked scan lines, the region of the sensor.
 import { colour, penFor } from "./dom.js";
 import { REASONS, addMark } from "./reasons.js";
 
@@ -11,14 +11,14 @@ import { REASONS, addMark } from "./reasons.js";
 
 const NEARLY_FULL = 250; // Of 255: JPEG blurs what is saturated by a few values.
 const MASKED = 9; // The reason `blind`.
-const IS_LIT = 0.3; // A picture shows the stripe where it is so much of what the scan found.
-const DARK_MS = 2000; // Dark pictures are left out while lit ones come.
+const IS_LIT = 0.3; // An image shows the stripe where it is so much of what the scan found.
+const DARK_MS = 2000; // Dark images are left out while lit ones come.
 
 export class CameraView {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
-    this.picture = document.createElement("canvas");
+    this.image = document.createElement("canvas");
     this.marks = document.createElement("canvas");
     /** @type {FrameInfo | null} */
     this.info = null;
@@ -31,7 +31,7 @@ export class CameraView {
     this.isBusy = false;
   }
 
-  /** Takes a picture, unless the last one is not done. @param {Uint8Array<ArrayBuffer>} bytes JPEG or PNG @param {FrameInfo | null} info
+  /** Takes an image, unless the last one is not done. @param {Uint8Array<ArrayBuffer>} bytes JPEG or PNG @param {FrameInfo | null} info
    * @returns {Promise<boolean>} whether it is another one now */
   async take(bytes, info) {
     if (this.isBusy) return false;
@@ -53,7 +53,7 @@ export class CameraView {
     const pen = /** @type {OffscreenCanvasRenderingContext2D} */ (room.getContext("2d", { willReadFrequently: true }));
     pen.drawImage(bitmap, 0, 0);
     const pixels = pen.getImageData(0, 0, width, height).data;
-    const deep = info && info.bit_depth > 8 ? 2 ** (16 - info.bit_depth) : 1; // Deeper pictures come in 16 bits.
+    const deep = info && info.bit_depth > 8 ? 2 ** (16 - info.bit_depth) : 1; // Deeper images come in 16 bits.
     const isDark = info?.illumination === -1 || !this.showsStripe(pixels, width, height, deep, info);
     if (isDark && performance.now() - this.lit_ms < DARK_MS) return false;
     if (!isDark) this.lit_ms = performance.now();
@@ -63,7 +63,7 @@ export class CameraView {
     return true;
   }
 
-  /** Whether what the scan found is in this picture. @param {Uint8ClampedArray} pixels @param {number} width @param {number} height
+  /** Whether what the scan found is in this image. @param {Uint8ClampedArray} pixels @param {number} width @param {number} height
    * @param {number} deep @param {FrameInfo | null} info */
   showsStripe(pixels, width, height, deep, info) {
     const { scan } = this;
@@ -72,7 +72,7 @@ export class CameraView {
     let expected = 0;
     const scale = info && info.bit_depth > 8 ? 2 ** (info.bit_depth - 8) : 1;
     for (let i = 0; i < scan.u_px.length; ++i) {
-      const [column, row] = toPicture(info, scan.u_px[i], scan.v_px[i]).map(Math.round);
+      const [column, row] = toImage(info, scan.u_px[i], scan.v_px[i]).map(Math.round);
       if (scan.status[i] !== 0 || !(column >= 0 && column < width && row >= 0 && row < height)) continue;
       const at = 4 * (row * width + column);
       seen += deep * Math.max(pixels[at], pixels[at + 1], pixels[at + 2]);
@@ -83,9 +83,9 @@ export class CameraView {
 
   /** @param {ImageBitmap} bitmap @param {number} deep */
   keep(bitmap, deep) {
-    const { picture } = this;
-    if (picture.width !== bitmap.width || picture.height !== bitmap.height) Object.assign(picture, { width: bitmap.width, height: bitmap.height });
-    const pen = /** @type {CanvasRenderingContext2D} */ (picture.getContext("2d"));
+    const { image } = this;
+    if (image.width !== bitmap.width || image.height !== bitmap.height) Object.assign(image, { width: bitmap.width, height: bitmap.height });
+    const pen = /** @type {CanvasRenderingContext2D} */ (image.getContext("2d"));
     pen.filter = deep > 1 ? `brightness(${deep})` : "none";
     pen.drawImage(bitmap, 0, 0);
   }
@@ -105,10 +105,10 @@ export class CameraView {
     pen.putImageData(marks, 0, 0);
   }
 
-  /** Where the picture is on the canvas: the whole sensor is shown, the picture where its pixels are. */
+  /** Where the image is on the canvas: the whole sensor is shown, the image where its pixels are. */
   layout() {
-    const { info, picture, canvas } = this;
-    const part = info && info.sensor_width > 0 ? info : wholeOf(picture);
+    const { info, image, canvas } = this;
+    const part = info && info.sensor_width > 0 ? info : wholeOf(image);
     const scale = Math.min(canvas.clientWidth / part.sensor_width, canvas.clientHeight / part.sensor_height);
     const left = (canvas.clientWidth - scale * part.sensor_width) / 2;
     const top = (canvas.clientHeight - scale * part.sensor_height) / 2;
@@ -119,15 +119,15 @@ export class CameraView {
 
   draw() {
     const pen = penFor(this.canvas);
-    if (this.picture.width === 0) return;
+    if (this.image.width === 0) return;
     const { part, scale, place, left, top } = this.layout();
     pen.fillStyle = colour("--sensor");
     pen.fillRect(left, top, scale * part.sensor_width, scale * part.sensor_height);
     const [x, y] = place(part.grid_u_offset - 0.5, part.grid_v_offset - 0.5);
-    const size = [scale * part.grid_u_step * this.picture.width, scale * part.grid_v_step * this.picture.height];
+    const size = [scale * part.grid_u_step * this.image.width, scale * part.grid_v_step * this.image.height];
     pen.imageSmoothingEnabled = scale < 1;
     pen.filter = this.isBright ? "brightness(5)" : "none";
-    pen.drawImage(this.picture, x, y, size[0], size[1]);
+    pen.drawImage(this.image, x, y, size[0], size[1]);
     pen.filter = "none";
     pen.drawImage(this.marks, x, y, size[0], size[1]);
     pen.strokeStyle = colour("--faint");
@@ -138,7 +138,7 @@ export class CameraView {
   }
 
   /** @param {CanvasRenderingContext2D} pen @param {PolarScan} scan @param {(u: number, v: number) => [number, number]} place
-   * @param {number} scale @param {number[]} box of the picture */
+   * @param {number} scale @param {number[]} box of the image */
   drawScan(pen, scan, place, scale, box) {
     const isColumns = scan.axis === 0;
     const lines = isColumns ? scan.u_px : scan.v_px;
@@ -174,9 +174,9 @@ export class CameraView {
     pen.strokeRect(isColumns ? x : box[0], isColumns ? box[1] : y, isColumns ? 0 : box[2], isColumns ? box[3] : 0);
   }
 
-  /** The return whose line is at a place on the canvas; -1 for none. @param {number} x @param {number} y */
+  /** The return whose scan line is at a place on the canvas; -1 for none. @param {number} x @param {number} y */
   pick(x, y) {
-    if (!this.scan || this.picture.width === 0) return -1;
+    if (!this.scan || this.image.width === 0) return -1;
     const { scale, left, top } = this.layout();
     const isColumns = this.scan.axis === 0;
     const wanted = (isColumns ? x - left : y - top) / scale - 0.5;
@@ -193,7 +193,7 @@ export class CameraView {
 const colours = new Map();
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => colours.clear());
 
-/** In the picture, which is dark in any style, the bright ones of each pair. @param {number} code */
+/** In the image, which is dark in any style, the bright ones of each pair. @param {number} code */
 function colourOf(code) {
   const known = colours.get(code);
   if (known) return known;
@@ -202,17 +202,17 @@ function colourOf(code) {
   return made;
 }
 
-/** @param {HTMLCanvasElement} picture @returns {FrameInfo} */
-const wholeOf = (picture) => ({
-  sensor_width: picture.width, sensor_height: picture.height, grid_u_offset: 0, grid_u_step: 1, grid_v_offset: 0, grid_v_step: 1,
+/** @param {HTMLCanvasElement} image @returns {FrameInfo} */
+const wholeOf = (image) => ({
+  sensor_width: image.width, sensor_height: image.height, grid_u_offset: 0, grid_u_step: 1, grid_v_offset: 0, grid_v_step: 1,
   bit_depth: 8, illumination: -2,
 });
 
 /** @param {FrameInfo | null} info @param {number} u @param {number} v @returns {[number, number]} */
-const toPicture = (info, u, v) =>
+const toImage = (info, u, v) =>
   info ? [(u - info.grid_u_offset) / info.grid_u_step, (v - info.grid_v_offset) / info.grid_v_step] : [u, v];
 
-/** Shades a masked line. @param {CanvasRenderingContext2D} pen @param {boolean} isColumns @param {number} x @param {number} y
+/** Shades a masked scan line. @param {CanvasRenderingContext2D} pen @param {boolean} isColumns @param {number} x @param {number} y
  * @param {number} step @param {number[]} box */
 function shade(pen, isColumns, x, y, step, box) {
   pen.globalAlpha = 0.35;

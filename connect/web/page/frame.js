@@ -33,7 +33,7 @@ function stateWords() {
   return {
     lost: "striper does not answer",
     idle: head ? `no scan yet: the source is ${head.state}` : "connected, no scan yet",
-    stale: head?.state === "streaming" ? "pictures come, and no scan of them: are the lasers on?" : `no scans: the source is ${head?.state ?? "silent"}`,
+    stale: head?.state === "streaming" ? "frames come, and no scan of them: are the lasers on?" : `no scans: the source is ${head?.state ?? "silent"}`,
     streaming: `streaming${playing}`,
   };
 }

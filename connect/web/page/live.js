@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The live page: the newest scan from above, the camera's picture, why a line is what it is, and how all of it goes.
+// The live page: the newest scan from above, the camera's image, why a scan line is what it is, and how all of it goes.
 import { api } from "./api.js";
 import { secondsOf } from "./cdr.js";
 import { CameraView } from "./camera_view.js";
@@ -62,7 +62,7 @@ session.addEventListener("message", (event) => {
   } else if (topic === "frame_info") {
     page.frameInfo = decode();
   } else if (!page.isFrozen) {
-    takePicture(decode());
+    takeImage(decode());
   }
 });
 
@@ -76,7 +76,7 @@ function keepNewest(decode) {
 }
 
 /** @param {{data: Uint8Array<ArrayBuffer>}} message */
-async function takePicture({ data }) {
+async function takeImage({ data }) {
   if (await camera.take(data, page.frameInfo)) page.isDirty = true;
 }
 
@@ -120,7 +120,7 @@ function paint(every_ms) {
   if (scans.length > 0) document.body.dataset.drawn = String(++page.drawn);
 }
 
-/** The return of a line as it is now. @param {number} laser @param {number} line @returns {Pick | null} */
+/** The return of a scan line as it is now. @param {number} laser @param {number} line @returns {Pick | null} */
 function pickOf(laser, line) {
   const plane = view.planes.find((one) => one.scan.laser === laser);
   return plane && line >= 0 && line < plane.x.length ? { plane, i: line } : null;
@@ -144,12 +144,12 @@ function showReading() {
     counts[code] === 0 ? [] : [make("li", { "data-status": status, title: words }, make("b", { text: status }), ` ${counts[code]}`)],
   );
   byId("reasons").replaceChildren(...items);
-  const unit = page.hasModel || scans.length === 0 ? "" : "Without a model there are no ranges: this is the stripe in the picture. ";
+  const unit = page.hasModel || scans.length === 0 ? "" : "Without a model there are no ranges: this is the stripe in the image. ";
   byId("reading").textContent = unit + (view.chosen ? returnText(view.chosen) : "");
   const lit = camera.info?.illumination === -1 ? "a dark one, " : "";
-  byId("picture").textContent = camera.picture.width > 0 && camera.info
-    ? `${lit}${camera.picture.width} x ${camera.picture.height} of ${camera.info.sensor_width} x ${camera.info.sensor_height} pixels; ${camera.saturated} saturated (vermilion)`
-    : "no picture yet";
+  byId("picture").textContent = camera.image.width > 0 && camera.info
+    ? `${lit}${camera.image.width} x ${camera.image.height} of ${camera.info.sensor_width} x ${camera.info.sensor_height} pixels; ${camera.saturated} saturated (vermilion)`
+    : "no image yet";
   showMeasured();
 }
 
@@ -350,7 +350,7 @@ session.addEventListener("status", () => {
     ["head", `${head.name}, ${head.state}`],
     ["source", head.plays ? `${head.source} (played back)` : head.source],
     ["model", head.model ?? "none: no ranges, the stripe alone"],
-    ["pictures", `${head.rate_hz.toFixed(1)} a second`],
+    ["frames", `${head.rate_hz.toFixed(1)} a second`],
     ["scans", String(head.scans)],
     ["last scan", scan ? timeText(secondsOf(scan.header.stamp)) : "none"],
     ["dropped", String(head.dropped)],

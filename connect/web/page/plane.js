@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scan as it is drawn: places in a plane, x forward and y to the left, each with its error bars. Without a model the plane is the picture
+// A scan as it is drawn: places in a plane, x forward and y to the left, each with its error bars. Without a model the plane is the image
 // itself, in pixels.
 
 /**

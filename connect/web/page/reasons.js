@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a line of the image has no good return: words, a colour that the colour-blind tell apart (Okabe and Ito's), and a shape.
+// Why a scan line has no good return: words, a colour that the colour-blind tell apart (Okabe and Ito's), and a shape.
 
 /**
  * @typedef {"square" | "cross" | "diamond" | "triangle" | "ring" | "bar"} Shape
@@ -14,14 +14,14 @@ export const REASONS = [
   reason("ok", "good", "--good", "square"),
   reason("saturated", "so many pixels are saturated that the stripe's centre is not known", "--vermilion", "triangle", "shorten exposure_us, or lower gain_db"),
   reason("ambiguous", "another peak is about as likely", "--purple", "diamond", "keep other bright lines out of view; set peak, min_range, max_range"),
-  reason("wide", "wider than the stripe: a lamp, or a glint", "--orange", "ring", "focus the lens; set width"),
+  reason("wide", "wider than the stripe: a light source, or a specular highlight", "--orange", "ring", "focus the lens; set width"),
   reason("narrow", "narrower than the stripe: a hot pixel", "--orange", "bar", "set width"),
   reason("weak", "hardly above the noise", "--green", "cross", "lengthen exposure_us, raise gain_db, open the iris"),
-  reason("edge", "at the picture's border: part of the stripe is outside", "--faint", "ring", "turn the head so that the stripe is in view"),
+  reason("edge", "at the image's border: part of the stripe is outside", "--faint", "ring", "turn the head so that the stripe is in view"),
   reason("out_of_range", "outside the range limits that were set", "--green", "diamond", "set min_range and max_range"),
   reason("no_stripe", "nothing above the threshold", "--faint", "cross", "is the laser on, and its light in view here?"),
   reason("blind", "masked: ambient light saturates pixels where the stripe may hide", "--yellow", "bar",
-    "shorten exposure_us, keep lamps and the sun out of view, fit the band-pass filter"),
+    "shorten exposure_us, keep light sources and the sun out of view, fit the band-pass filter"),
   reason("behind", "the ray does not meet the laser's plane in front of the camera", "--purple", "cross", "is the model that of this striper?"),
   reason("outside_model", "the camera's model does not reach here", "--purple", "bar", "calibrate with the board in this corner, too"),
   reason("filled", "not measured: a gap that was filled", "--sky", "ring"),

@@ -94,7 +94,7 @@ export class ScanView {
     pen.fillRect(right - 6, down - 3, 12, 6);
   }
 
-  /** The one-sigma band, along what goes on from line to line. @param {CanvasRenderingContext2D} pen @param {PlaneScan} plane */
+  /** The one-sigma band, along what goes on from scan line to scan line. @param {CanvasRenderingContext2D} pen @param {PlaneScan} plane */
   drawBand(pen, plane) {
     pen.fillStyle = colour("--band");
     pen.beginPath();
@@ -179,7 +179,7 @@ export class ScanView {
     pen.stroke();
   }
 
-  /** The return that is nearest to a place on the canvas; the line that looks there where none is near. @param {number} right_px
+  /** The return that is nearest to a place on the canvas; the scan line that looks there where none is near. @param {number} right_px
    * @param {number} down_px @returns {Pick | null} */
   pick(right_px, down_px) {
     let best = null;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a line of the image gave what it gave: a sentence, the profile with what was found in it, and every number by its name.
+// Why a scan line gave what it gave: a sentence, the profile with what was found in it, and every number by its name.
 import { colour, lengthText, make, penFor, showRows } from "./dom.js";
 import { reasonOf } from "./reasons.js";
 
@@ -29,7 +29,7 @@ function textOf(value) {
 /** What to do about it, in plain words. @param {Why} why @param {string} lineWord */
 function sentenceOf(why, lineWord) {
   const { words, cure } = reasonOf(why.status);
-  const begin = `Picture ${why.frame}, ${lineWord} ${why.line}:`;
+  const begin = `Frame ${why.frame}, ${lineWord} ${why.line}:`;
   if (why.status !== "ok") return `${begin} ${why.status}, ${words}.${cure ? ` What helps: ${cure}.` : ""}`;
   if (why.range_m === null) return `${begin} the stripe is here; without a model there is no range.`;
   const sigma = why.sigma_m === null ? "" : ` ± ${lengthText(why.sigma_m)}`;
@@ -41,12 +41,12 @@ export class WhyView {
   /** @param {HTMLElement} place the region */
   constructor(place) {
     this.sentence = make("p", { role: "status" });
-    this.canvas = make("canvas", { role: "img", "aria-label": "profile of this line", class: "profile" });
+    this.canvas = make("canvas", { role: "img", "aria-label": "profile of this scan line", class: "profile" });
     this.rows = make("dl", {});
     const numbers = make("div", { class: "numbers", role: "group", "aria-label": "Every number", tabindex: "0" }, this.rows);
     this.details = make("div", { hidden: "" }, this.canvas, numbers);
     place.append(this.sentence, this.details);
-    this.sentence.textContent = "Click on the scan or the picture, or choose a line with the arrow keys and press Enter.";
+    this.sentence.textContent = "Click on the scan or the image, or choose a scan line with the arrow keys and press Enter.";
     /** @type {Why | null} */
     this.why = null;
   }

@@ -273,12 +273,12 @@ std::string HeadWatch::metrics(const WebCounts& web) const {
   for (const auto& [name, head] : heads_) m.add("head", name, head.good_part);
   m.begin("striper_range_sigma_meters", "gauge", "Median random error of the last scan's returns.");
   for (const auto& [name, head] : heads_) m.add("head", name, head.median_sigma_m);
-  m.begin("striper_frame_rate_hertz", "gauge", "Pictures a second, of late.");
+  m.begin("striper_frame_rate_hertz", "gauge", "Frames a second, of late.");
   for (const ServedHead& one : all) m.add("head", one.name, one.health.rate_hz);
-  m.begin("striper_frames_total", "counter", "Pictures from the source that is open.");
+  m.begin("striper_frames_total", "counter", "Frames from the source that is open.");
   for (const ServedHead& one : all)
     m.add("head", one.name, static_cast<double>(one.health.read.frames));
-  m.begin("striper_frames_dropped_total", "counter", "Pictures that were lost on the way here.");
+  m.begin("striper_frames_dropped_total", "counter", "Frames that were lost on the way here.");
   for (const ServedHead& one : all) {
     const SourceStatistics& source = one.health.read.statistics;
     m.add("head", one.name, static_cast<double>(source.dropped + source.overrun));
@@ -286,7 +286,7 @@ std::string HeadWatch::metrics(const WebCounts& web) const {
   m.begin("striper_reconnects_total", "counter", "Times that a lost camera came back.");
   for (const ServedHead& one : all)
     m.add("head", one.name, static_cast<double>(reconnects(one.health)));
-  m.begin("striper_head_streaming", "gauge", "Whether pictures come: 1 or 0.");
+  m.begin("striper_head_streaming", "gauge", "Whether frames come: 1 or 0.");
   for (const ServedHead& one : all)
     m.add("head", one.name, one.health.state == SourceState::kStreaming ? 1.0 : 0.0);
   m.begin("striper_dropped_total", "counter", "Scans that a sink never got.");

@@ -371,7 +371,7 @@ HttpAnswer WebApi::why(const HttpAsk& ask) const {
   int line = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), line);
   if (text.empty() || error != std::errc() || end != text.data() + text.size()) {
-    throw Error(ErrorKind::kBadValue, "which line is said as ?line=320: a column, or a row");
+    throw Error(ErrorKind::kBadValue, "which scan line is said as ?line=320: a column, or a row");
   }
   std::string head = decoded(target.value("head"));
   if (const std::vector<std::string> all = heads(); head.empty() && !all.empty()) head = all[0];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves over hundreds of simulated calibrations (points alone, true model) that the range error of
 // the calibration is as small as the information in the points allows, and that the covariance
-// says how large it is. Does not prove anything about pictures or about lenses that no model fits.
+// says how large it is. Does not prove anything about images or about lenses that no model fits.
 #include <gtest/gtest.h>
 
 #include "monte_carlo_support.hpp"

@@ -2,7 +2,7 @@
 // Proves that the joint adjustment returns the truth without noise, that its Jacobians are the
 // derivatives, that its covariance is the one Ceres computes, that outliers are taken out, and that
 // board sets which leave something undetermined are seen to. The statistics over many calibrations
-// are in monte_carlo_test.cpp; pictures are not involved.
+// are in monte_carlo_test.cpp; images are not involved.
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/covariance.h>
 #include <gtest/gtest.h>
@@ -125,7 +125,7 @@ TEST(CostFunctions, HaveTheDerivativesOfTheirValues) {
   expect_right_jacobian<detail::StripeCost, 1, 8, 6, 2, 3>(
       stripe(LensModel::kEquidistant, 8, StripeAxis::kColumns),
       {eight, pose_block, bend, plane_block});
-  // A sheet that stands upright, seen along rows.
+  // A laser plane that stands upright, seen along rows.
   const auto upright =
       detail::to_block(LaserPlane(Eigen::Vector3d(0.9, -0.14, 0.4).normalized(), 0.7));
   expect_right_jacobian<detail::StripeCost, 1, 9, 6, 2, 3>(

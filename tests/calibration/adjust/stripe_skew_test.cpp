@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves on boards rendered without noise that a stripe on a slope is found beside the middle of
-// the laser's sheet by what the adjustment predicts, for a sheet that widens from its source on and
-// for one of the same width everywhere. What the printed pattern does to a stripe is not looked at.
+// the laser plane by what the adjustment predicts, for a plane that widens from its source on and
+// for one of the same thickness everywhere. What the printed pattern does to a stripe is not looked
+// at.
 #include <cmath>
 #include <numbers>
 
@@ -18,13 +19,13 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kEvery = 10;  // Columns.
 
-struct Sheet {
+struct Thickness {
   double divergence_deg;
   double waist_m;
 };
 
-// The striper of data/scenes/calibration.yaml before a blank board, leaning back by `tilt_deg`.
-Scene blank_board(double tilt_deg, const Sheet& sheet) {
+// The striper of data/scenes/calibration.yaml before a blank board, tilted back by `tilt_deg`.
+Scene blank_board(double tilt_deg, const Thickness& thickness) {
   Scene scene = testing::calibration_scene();
   SceneObject& board = scene.objects.at(0);
   board.shape = Plane{};
@@ -33,12 +34,13 @@ Scene blank_board(double tilt_deg, const Sheet& sheet) {
   board.T_world_object.linear() = rotation_from_rpy(0.0, tilt_deg * kDegree, 0.0);
   board.T_world_object.translation() = Eigen::Vector3d(1.5, 0.0, -0.5);
   SimulatedLaser& laser = scene.lasers.at(0);
-  laser.divergence_sigma_rad = SimulatedLaser::thickness_to_sigma(sheet.divergence_deg * kDegree);
-  laser.waist_sigma_m = sheet.waist_m;
+  laser.divergence_sigma_rad =
+      SimulatedLaser::thickness_to_sigma(thickness.divergence_deg * kDegree);
+  laser.waist_sigma_m = thickness.waist_m;
   return scene;
 }
 
-// What the extractor finds in the picture without noise and rounding.
+// What the extractor finds in the image without noise and rounding.
 Stripe stripe_of(Simulator& simulator) {
   LitFrame frame;
   simulator.expected_dn(0).convertTo(frame.lit, CV_16U, 64.0);
@@ -52,7 +54,7 @@ Stripe stripe_of(Simulator& simulator) {
 }
 
 struct MeanErrors {
-  double found_px = 0.0;      // From the middle of the sheet.
+  double found_px = 0.0;      // From the middle of the laser plane.
   double predicted_px = 0.0;  // What the adjustment expects of it.
 };
 
@@ -94,13 +96,13 @@ MeanErrors errors_on(const Scene& scene) {
 }
 
 TEST(StripeSkew, IsFoundWhereItIsPredicted) {
-  for (const Sheet& sheet : {Sheet{0.4, 0.0}, Sheet{0.0, 0.003}})
+  for (const Thickness& thickness : {Thickness{0.4, 0.0}, Thickness{0.0, 0.003}})
     for (const double tilt_deg : {-30.0, 0.0, 45.0}) {
-      const MeanErrors mean = errors_on(blank_board(tilt_deg, sheet));
-      std::printf("%.1f degrees, %.0f mm, leaning by %3.0f degrees: %8.5f px, predicted %8.5f\n",
-                  sheet.divergence_deg, 1e3 * sheet.waist_m, tilt_deg, mean.found_px,
+      const MeanErrors mean = errors_on(blank_board(tilt_deg, thickness));
+      std::printf("%.1f degrees, %.0f mm, tilted by %3.0f degrees: %8.5f px, predicted %8.5f\n",
+                  thickness.divergence_deg, 1e3 * thickness.waist_m, tilt_deg, mean.found_px,
                   mean.predicted_px);
-      // Half of the widening is taken, so that either sheet is predicted to 16 % only.
+      // Half of the widening is taken, so that either plane is predicted to 16 % only.
       EXPECT_NEAR(mean.found_px, mean.predicted_px, 0.0005 + 0.16 * std::abs(mean.found_px));
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that boards are read, drawn and refused as documented, that corners come out where a
 // plainly rendered board has them (so that pixel (0, 0) is the centre of the first pixel), in the
-// promised order, and that a picture without a board says why. Real pictures are in
+// promised order, and that an image without a board says why. Real images are in
 // real_boards_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,8 +69,8 @@ TEST_P(FindRenderedBoard, PutsCornersWhereTheyAre) {
   testing::BoardImageOptions options;
   options.noise_dn = 2.0;
   options.samples = 5;
-  const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
-  const BoardView view = find_board(picture, striper.board);
+  const cv::Mat image = testing::render_board(striper.camera, striper.board, T, options);
+  const BoardView view = find_board(image, striper.board);
   ASSERT_TRUE(view.found) << view.reason;
   EXPECT_LT(view.blur_px, 1.2);
   std::vector<Eigen::Vector2d> true_px;
@@ -89,7 +89,7 @@ TEST_P(FindRenderedBoard, PutsCornersWhereTheyAre) {
   EXPECT_LT(std::sqrt(sum / static_cast<double>(true_px.size())), 0.035);
   EXPECT_LT(worst, 0.15) << "the first corner is the same physical one, whatever the attitude";
 
-  const BoardView quick = find_board(picture, striper.board, BoardSearch::kQuick);
+  const BoardView quick = find_board(image, striper.board, BoardSearch::kQuick);
   ASSERT_TRUE(quick.found);
   for (std::size_t i = 0; i < true_px.size(); ++i)
     EXPECT_LT((quick.corners_px[i] - view.corners_px[i]).norm(), 0.02) << "corner " << i;
@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(Attitudes, FindRenderedBoard,
                                            Attitude{340, 220, 1.1, -30, -35, 170},
                                            Attitude{320, 240, 2.2, 25, 0, 95}));
 
-// The centre of the area that a dot takes in the picture, from its outline.
+// The centre of the area that a dot takes in the image, from its outline.
 Eigen::Vector2d area_centre_px(const SyntheticStriper& striper, const Eigen::Isometry3d& T,
                                const Eigen::Vector2d& centre_m) {
   constexpr int kSides = 720;
@@ -131,8 +131,8 @@ TEST(FindBoard, FindsTheCentresOfTheAreasOfCircles) {
   testing::BoardImageOptions options;
   options.samples = 5;
   options.noise_dn = 1.0;
-  const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
-  const BoardView view = find_board(picture, striper.board);
+  const cv::Mat image = testing::render_board(striper.camera, striper.board, T, options);
+  const BoardView view = find_board(image, striper.board);
   ASSERT_TRUE(view.found) << view.reason;
   EXPECT_NEAR(view.dot_ratio, 0.25, 0.004);
   double to_area = 0.0;
@@ -168,10 +168,10 @@ TEST(FindBoard, GuessesTheSizeWhenSquaresWereCounted) {
   const auto T = testing::T_cam_board(striper, {320, 240, 1.0, 10, 5, 3});
   testing::BoardImageOptions options;
   options.samples = 3;
-  const cv::Mat picture = testing::render_board(striper.camera, striper.board, T, options);
+  const cv::Mat image = testing::render_board(striper.camera, striper.board, T, options);
   const Board wrong = parse_board("10x7", 0.06);
-  EXPECT_FALSE(find_board(picture, wrong).found);
-  EXPECT_EQ("9x6", guess_board_size(picture, wrong));
+  EXPECT_FALSE(find_board(image, wrong).found);
+  EXPECT_EQ("9x6", guess_board_size(image, wrong));
 }
 
 }  // namespace

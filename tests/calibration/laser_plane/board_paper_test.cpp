@@ -32,10 +32,10 @@ cv::Mat render(const SyntheticStriper& striper, const testing::BoardPose& pose,
 }
 
 // Where paper was found to end beyond the print, in squares: left, top, right, bottom.
-Eigen::Vector4d margins_in(const cv::Mat& picture, const SyntheticStriper& striper,
+Eigen::Vector4d margins_in(const cv::Mat& image, const SyntheticStriper& striper,
                            const testing::BoardPose& pose,
                            const detail::StripeCourse& course = {}) {
-  const auto paper = detail::find_paper(picture, striper.board, striper.camera,
+  const auto paper = detail::find_paper(image, striper.board, striper.camera,
                                         testing::T_cam_board(striper, pose), course);
   const Eigen::Vector2d border = Eigen::Vector2d::Constant(striper.board.print_border_m());
   Eigen::Vector4d margins;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the report of a calibration is one file that needs nothing else, says the verdict
-// first and every finding with its advice, shows every picture, and survives names that are HTML
-// and pictures that are gone. How it looks, a person must judge.
+// first and every finding with its advice, shows every image, and survives names that are HTML
+// and images that are gone. How it looks, a person must judge.
 #include <gmock/gmock.h>
 
 #include <striper/core/error.hpp>
@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::SyntheticStriper;
 
-// A calibration from simulated points, its pictures plain grey.
+// A calibration from simulated points, its images plain grey.
 Calibration simulated() {
   SyntheticStriper striper;
   striper.stripe_step = 8;
@@ -30,17 +30,17 @@ Calibration simulated() {
   c.depths_m = {{0.8, 2.4}};
   c.range_sigmas = {predict_range_sigma(c.model, 0, {1.0, 2.0, 4.0}, 0.8, 2.4)};
   for (std::size_t v = 0; v < c.observations.views.size(); ++v) {
-    PictureResult picture;
-    picture.picture =
-        SessionPicture(c.observations.views[v].name, cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
-    picture.lit = picture.picture;
-    picture.laser = 0;
-    picture.view = static_cast<int>(v);
-    picture.stripe_view = static_cast<int>(v);
-    picture.board.found = true;
-    picture.board.corners_px = c.observations.views[v].pixel;
-    picture.board.reliable.assign(picture.board.corners_px.size(), 1);
-    c.pictures.push_back(std::move(picture));
+    ImageResult result;
+    result.image =
+        SessionImage(c.observations.views[v].name, cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
+    result.lit = result.image;
+    result.laser = 0;
+    result.view = static_cast<int>(v);
+    result.stripe_view = static_cast<int>(v);
+    result.board.found = true;
+    result.board.corners_px = c.observations.views[v].pixel;
+    result.board.reliable.assign(result.board.corners_px.size(), 1);
+    c.images.push_back(std::move(result));
   }
   return c;
 }
@@ -79,19 +79,19 @@ TEST(FormatReport, NeedsNothingElse) {
   EXPECT_THAT(html, Not(HasSubstr("nan")));
 }
 
-TEST(FormatReport, SaysWhichLensThePicturesDoNotDetermine) {
+TEST(FormatReport, SaysWhichLensTheImagesDoNotDetermine) {
   Calibration c = simulated();
   c.lens.trials = {{LensModel::kPlumbBob, false, 0.1, 0.12}, {LensModel::kRationalPolynomial}};
   const std::string html = format_report(c);
   EXPECT_THAT(html, HasSubstr("plumb_bob (chosen)</td><td class=\"n\">0.100 px"));
-  EXPECT_THAT(html, HasSubstr("rational_polynomial (not determined by these pictures)"));
+  EXPECT_THAT(html, HasSubstr("rational_polynomial (not determined by these images)"));
   EXPECT_THAT(html, Not(HasSubstr("nan")));
 }
 
 TEST(FormatReport, EscapesNamesAndShowsWhatIsGone) {
   Calibration c = simulated();
-  c.pictures[0].picture = SessionPicture(std::filesystem::path("/gone/<b>&.png"));
-  c.pictures[0].lit = c.pictures[0].picture;
+  c.images[0].image = SessionImage(std::filesystem::path("/gone/<b>&.png"));
+  c.images[0].lit = c.images[0].image;
   const std::string html = format_report(c);
   EXPECT_THAT(html, HasSubstr("&lt;b&gt;&amp;.png"));
   EXPECT_THAT(html, Not(HasSubstr("<b>&.png")));
@@ -106,7 +106,7 @@ TEST(FormatReport, IsWrittenForACameraAlone) {
   c.validation = CrossValidation();
   c.range_sigmas.clear();
   c.depths_m.clear();
-  for (PictureResult& picture : c.pictures) picture.laser = picture.stripe_view = -1;
+  for (ImageResult& result : c.images) result.laser = result.stripe_view = -1;
   const std::string html = format_report(c);
   EXPECT_THAT(html, Not(HasSubstr("Laser 0")));
   EXPECT_EQ(9U, count_of(html, "class=\"card\""));

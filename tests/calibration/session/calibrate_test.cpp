@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that pictures in memory become a model as the header promises: board and stripe in one
-// picture or in pairs, several lasers, circle grids, a picture in both lists used once for each,
-// and that what cannot be is refused with the picture named. The pictures are rendered, small, and
+// Proves that images in memory become a model as the header promises: board and stripe in one
+// image or in pairs, several lasers, circle grids, an image in both lists used once for each,
+// and that what cannot be is refused with the image named. The images are rendered, small, and
 // by another program than the simulator.
 #include <gmock/gmock.h>
 
@@ -23,14 +23,14 @@ double angle_deg(const LaserPlane& a, const LaserPlane& b) {
   return std::atan2(a.normal().cross(b.normal()).norm(), a.normal().dot(b.normal())) * 57.29578;
 }
 
-TEST(Calibrate, TakesBoardsAloneAndAPictureInBothLists) {
+TEST(Calibrate, TakesBoardsAloneAndAImageInBothLists) {
   const SyntheticStriper striper = small_striper();
   CalibrationInput input;
   input.board = striper.board;
-  input.boards = render_session(striper, "picture ", striper.plane);
+  input.boards = render_session(striper, "image ", striper.plane);
   input.lasers.push_back({input.boards, {}});
   const Calibration c = calibrate(input, {});
-  EXPECT_EQ(8U, c.pictures.size()) << "a picture in both lists is one picture";
+  EXPECT_EQ(8U, c.images.size()) << "an image in both lists is one image";
   EXPECT_EQ(8U, c.observations.views.size());
   EXPECT_GE(c.observations.stripes.size(), 7U);
   EXPECT_TRUE(c.trustworthy()) << c.verdict();
@@ -69,7 +69,7 @@ TEST(Calibrate, TakesCircles) {
   EXPECT_TRUE(c.model.lasers.empty());
 }
 
-TEST(Calibrate, RefusesPicturesOfDifferentSizes) {
+TEST(Calibrate, RefusesImagesOfDifferentSizes) {
   const SyntheticStriper striper = small_striper();
   CalibrationInput input;
   input.board = striper.board;
@@ -79,14 +79,14 @@ TEST(Calibrate, RefusesPicturesOfDifferentSizes) {
   options.threads = 1;
   const Error error = testing::error_of([&] { calibrate(input, options); });
   EXPECT_EQ(ErrorKind::kBadValue, error.kind());
-  EXPECT_THAT(error.what(), HasSubstr("small: the picture is 320x240, but large is 400x300"));
+  EXPECT_THAT(error.what(), HasSubstr("small: the image is 320x240, but large is 400x300"));
 }
 
 TEST(Calibrate, RefusesPairsThatAreNone) {
   CalibrationInput input;
   input.board = small_striper().board;
-  const SessionPicture picture("one", cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
-  input.lasers.push_back({{picture, picture}, {picture}});
+  const SessionImage image("one", cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
+  input.lasers.push_back({{image, image}, {image}});
   EXPECT_THROW(calibrate(input, {}), Error);
   EXPECT_THROW(calibrate({small_striper().board, {}, {}}, {}), Error);
 }
@@ -95,7 +95,7 @@ TEST(Calibrate, IsEndedByWhatItsProgressThrows) {
   CalibrationInput input;
   input.board = small_striper().board;
   for (int i = 0; i < 4; ++i)
-    input.boards.emplace_back("picture " + std::to_string(i),
+    input.boards.emplace_back("image " + std::to_string(i),
                               cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
   CalibrationOptions options;
   options.progress = [](const std::string&, double) { throw Error(ErrorKind::kDevice, "enough"); };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that the mistakes people make with a calibration are named: the intrinsics of another
 // lens, lists that are swapped, a laser that clips, a board counted wrongly; and that how far the
-// boards were is said. The pictures are rendered, small.
+// boards were is said. The images are rendered, small.
 #include <gmock/gmock.h>
 
 #include <striper/core/error.hpp>
@@ -61,7 +61,7 @@ TEST(Guards, TakesTheIntrinsicsOfThisLens) {
 
 // ---- Lists that are swapped.
 
-TEST(Guards, NamesSwappedListsOfBoardsAndLaserPictures) {
+TEST(Guards, NamesSwappedListsOfBoardsAndLaserImages) {
   const SyntheticStriper striper = small_striper();
   CalibrationInput input;
   input.board = striper.board;
@@ -69,7 +69,7 @@ TEST(Guards, NamesSwappedListsOfBoardsAndLaserPictures) {
   input.lasers.push_back({render_session(striper, "unlit ", std::nullopt), {}});
   const Error error = testing::error_of([&] { calibrate(input, {}); });
   EXPECT_EQ(ErrorKind::kUntrustworthy, error.kind());
-  EXPECT_THAT(error.what(), HasSubstr("are the lists of boards and of laser pictures swapped?"));
+  EXPECT_THAT(error.what(), HasSubstr("are the lists of boards and of laser images swapped?"));
 }
 
 TEST(Guards, NamesSwappedListsOfPairs) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves on published pictures of boards that the camera comes out as their references have it,
+// Proves on published images of boards that the camera comes out as their references have it,
 // that the fit is not worse and not much slower than cv::calibrateCamera on the same corners, and
-// that a degenerate set is refused. Skips where the pictures are absent.
+// that a degenerate set is refused. Skips where the images are absent.
 #include <gmock/gmock.h>
 #include <opencv2/imgproc.hpp>
 
@@ -29,7 +29,7 @@ CalibrationInput boards_of(const char* set, const char* size, double square_m,
                            const std::string& folder = "", const std::string& prefix = "") {
   CalibrationInput input;
   input.board = parse_board(size, square_m);
-  input.boards = testing::pictures_in(testing::real_data(set) / folder, prefix);
+  input.boards = testing::images_in(testing::real_data(set) / folder, prefix);
   return input;
 }
 
@@ -69,7 +69,7 @@ TEST(RealBoards, OpenCvsLeftCameraComesOutAsPublishedOnItsCorners) {
   expect_not_worse_than_opencv(corners);
 }
 
-// From the pictures themselves fx is 533.5. The published 535.9 is the pull of the corners beside
+// From the images themselves fx is 533.5. The published 535.9 is the pull of the corners beside
 // the edge of the sheet: its outer squares are cut to half, and where they are seen obliquely the
 // window of 23x23 pixels takes the edge for the corner's. In left02.jpg that moves six corners by 2
 // to 6 px.

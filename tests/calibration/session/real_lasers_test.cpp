@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves on published pictures of a stripe on a board that the laser plane comes out as their
-// references have it, with the channel and the axis found by themselves: a green line on an almost
-// white board that only a colour difference shows, a red line clipped to white that a colour
-// difference hollows out. Skips where the pictures are absent.
+// Proves on published images of a stripe on a board that the laser plane comes out as their
+// references have it, with the channel and the axis found by themselves: a green stripe on an
+// almost white board that only a colour difference shows, a red stripe clipped to white that a
+// colour difference hollows out. Skips where the images are absent.
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -25,11 +25,11 @@ double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 double return_rms_m(const Calibration& c) {
   Observations each = c.observations;
   JointSolution all = c.solution;
-  for (const PictureResult& picture : c.pictures) {
-    if (picture.stripe_view < 0) continue;
-    const auto s = static_cast<std::size_t>(picture.stripe_view);
-    each.stripes[s].pixel = picture.stripe.return_px;
-    all.stripe_residual_px[s].assign(picture.stripe.return_px.size(), 0.0);
+  for (const ImageResult& result : c.images) {
+    if (result.stripe_view < 0) continue;
+    const auto s = static_cast<std::size_t>(result.stripe_view);
+    each.stripes[s].pixel = result.stripe.return_px;
+    all.stripe_residual_px[s].assign(result.stripe.return_px.size(), 0.0);
   }
   double squares = 0.0;
   double count = 0.0;
@@ -45,16 +45,16 @@ TEST(RealLasers, SrvsGreenLineComesOutAsItsPointsHaveIt) {
   const auto set = testing::real_data("srv-green-laser-turntable");
   CalibrationInput boards;
   boards.board = parse_board("8x6", 0.040);
-  boards.boards = testing::pictures_in(set / "camera_180717");
+  boards.boards = testing::images_in(set / "camera_180717");
   const Calibration camera = calibrate(boards, {});
   EXPECT_EQ(14U, camera.observations.views.size());
   EXPECT_NEAR(camera.model.camera.fx(), 619.7, 3.0);
   EXPECT_TRUE(camera.model.lasers.empty());
 
-  // As the reference did it: the camera from its own pictures, held; its error is added afterwards.
+  // As the reference did it: the camera from its own images, held; its error is added afterwards.
   CalibrationInput lasers;
   lasers.board = boards.board;
-  lasers.lasers.push_back({testing::pictures_in(set / "laser_180717"), {}});
+  lasers.lasers.push_back({testing::images_in(set / "laser_180717"), {}});
   CalibrationOptions options;
   const Eigen::Index count = camera.model.camera.parameters().size();
   ASSERT_TRUE(camera.model.covariance.has_value());
@@ -79,12 +79,12 @@ TEST(RealLasers, SrvsGreenLineComesOutAsItsPointsHaveIt) {
   EXPECT_LT(angle_deg(found.normal(), expected.normal()), 0.15);
   EXPECT_NEAR(found.distance_m(), expected.distance_m(), 0.001);
   EXPECT_LE(return_rms_m(c), 0.00055);
-  // The board of these pictures is bent, and the halves of them disagree: that is said here too.
+  // The board of these images is bent, and the halves of them disagree: that is said here too.
   EXPECT_THAT(c.findings, Contains(Field(&Event::code, EventCode("board_bent"))));
   EXPECT_GT(c.validation.splits, 0);
 }
 
-// All of its pictures at once are another matter: the board was bent by 0.4 mm in the one set and
+// All of its images at once are another matter: the board was bent by 0.4 mm in the one set and
 // by 0.75 mm in the other (corners found by OpenCV say the same), so that fx is 620 from the first,
 // 616 from the second, 623 from the corners of both, and the stripes on the bent margin move it on
 // to 624. The user is told so, and what to do: what the test above does.
@@ -93,8 +93,8 @@ TEST(RealLasers, SrvsBoardThatGivesWayIsSaidToMoveTheCamera) {
   const auto set = testing::real_data("srv-green-laser-turntable");
   CalibrationInput input;
   input.board = parse_board("8x6", 0.040);
-  input.boards = testing::pictures_in(set / "camera_180717");
-  input.lasers.push_back({testing::pictures_in(set / "laser_180717"), {}});
+  input.boards = testing::images_in(set / "camera_180717");
+  input.lasers.push_back({testing::images_in(set / "laser_180717"), {}});
   const Calibration c = calibrate(input, {});
   std::printf("camera and laser together: fx %.1f, bend %.2f mm; %s\n", c.model.camera.fx(),
               1e3 * c.solution.bend_m.y(), c.verdict().c_str());
@@ -118,7 +118,7 @@ TEST(RealLasers, BlasersRedLineClippedToWhiteKeepsItsCore) {
   CalibrationInput input;
   input.board = parse_board("9x6", 0.030);
   input.lasers.push_back(
-      {testing::pictures_in(testing::real_data("blaser-cmu") / "handheld_1280x720"), {}});
+      {testing::images_in(testing::real_data("blaser-cmu") / "handheld_1280x720"), {}});
   const Calibration c = calibrate(input, {});
   EXPECT_EQ(StripeAxis::kColumns, c.model.axis);
   EXPECT_NE(Channel::kRedMinusGreen, c.model.channel);
@@ -151,7 +151,7 @@ TEST(RealLasers, ABentBoardIsTakenWithAWarning) {
   STRIPER_SKIP_WITHOUT_REAL_DATA("b33-handheld-known-distance");
   CalibrationInput input;
   input.board = parse_board("9x7", 0.025);
-  input.boards = testing::pictures_in(testing::real_data("b33-handheld-known-distance") / "cal_in");
+  input.boards = testing::images_in(testing::real_data("b33-handheld-known-distance") / "cal_in");
   const Calibration c = calibrate(input, {});
   EXPECT_TRUE(c.trustworthy()) << c.verdict();
   EXPECT_EQ(Severity::kWarning, worst(c.findings));

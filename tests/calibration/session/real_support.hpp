@@ -15,14 +15,14 @@
 
 namespace striper::testing {
 
-/// The pictures of a directory whose names begin with `prefix`, sorted.
-inline std::vector<SessionPicture> pictures_in(const std::filesystem::path& directory,
-                                               const std::string& prefix = "") {
+/// The images of a directory whose names begin with `prefix`, sorted.
+inline std::vector<SessionImage> images_in(const std::filesystem::path& directory,
+                                           const std::string& prefix = "") {
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::directory_iterator(directory)) {
     const std::string extension = entry.path().extension().string();
-    const bool picture = extension == ".jpg" || extension == ".png" || extension == ".tif";
-    if (picture && entry.path().filename().string().starts_with(prefix))
+    const bool image = extension == ".jpg" || extension == ".png" || extension == ".tif";
+    if (image && entry.path().filename().string().starts_with(prefix))
       paths.push_back(entry.path());
   }
   std::sort(paths.begin(), paths.end());

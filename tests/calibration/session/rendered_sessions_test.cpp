@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves from end to end that the error bars hold: ten sessions are rendered, each is calibrated
-// from its pictures alone, and with that model a scene it has never seen is scanned; the errors of
+// from its images alone, and with that model a scene it has never seen is scanned; the errors of
 // the ranges are then as large as sigma and sigma_cal together say. The sessions and the scene come
-// from the simulator, so lens, board and sheet are what the model takes them for.
+// from the simulator, so lens, board and laser plane are what the model takes them for.
 #include <cmath>
 #include <numbers>
 
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kSessions = 10;
-constexpr int kPictures = 10;
+constexpr int kImages = 10;
 
 // The session of data/scenes/calibration.yaml with the board carried another way each time.
 Scene calibration_scene(int session) {
@@ -114,7 +114,7 @@ TEST(RenderedSessions, RangesOfTenCalibrationsErrByWhatTheirErrorBarsSay) {
   double variance = 0.0;
   for (int session = 0; session < kSessions; ++session) {
     const Calibration calibration =
-        calibrate(testing::simulated_session(calibration_scene(session), kPictures), {});
+        calibrate(testing::simulated_session(calibration_scene(session), kImages), {});
     ASSERT_TRUE(calibration.trustworthy()) << calibration.verdict();
     ASSERT_TRUE(calibration.model.covariance.has_value());
     const RangeErrors errors = scan_with(calibration.model, session);

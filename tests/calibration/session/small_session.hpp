@@ -35,7 +35,7 @@ inline std::vector<Eigen::Isometry3d> session_poses(const SyntheticStriper& stri
   return result;
 }
 
-/// What the pictures of a session hold where nothing else is said.
+/// What the images of a session hold where nothing else is said.
 inline BoardImageOptions session_options(const std::optional<LaserPlane>& laser) {
   BoardImageOptions options;
   options.samples = 3;
@@ -46,20 +46,20 @@ inline BoardImageOptions session_options(const std::optional<LaserPlane>& laser)
   return options;
 }
 
-/// The pictures of a session, named `NAME0`, `NAME1`, ...
-inline std::vector<SessionPicture> render_session(const SyntheticStriper& striper,
-                                                  const std::string& name,
-                                                  const BoardImageOptions& options) {
-  std::vector<SessionPicture> pictures;
+/// The images of a session, named `NAME0`, `NAME1`, ...
+inline std::vector<SessionImage> render_session(const SyntheticStriper& striper,
+                                                const std::string& name,
+                                                const BoardImageOptions& options) {
+  std::vector<SessionImage> images;
   for (const Eigen::Isometry3d& T : session_poses(striper))
-    pictures.emplace_back(name + std::to_string(pictures.size()),
-                          render_board(striper.camera, striper.board, T, options));
-  return pictures;
+    images.emplace_back(name + std::to_string(images.size()),
+                        render_board(striper.camera, striper.board, T, options));
+  return images;
 }
 
-inline std::vector<SessionPicture> render_session(const SyntheticStriper& striper,
-                                                  const std::string& name,
-                                                  const std::optional<LaserPlane>& laser) {
+inline std::vector<SessionImage> render_session(const SyntheticStriper& striper,
+                                                const std::string& name,
+                                                const std::optional<LaserPlane>& laser) {
   return render_session(striper, name, session_options(laser));
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that a calibration tells what the stripe looks like as it was rendered (its width, its
 // brightness over the cosine of incidence, its colour, also where its core is clipped to white),
-// and that the way of reading it is chosen by the planes of all pictures, not by how crisp a line
-// looks. Does not prove that real paper scatters light as Lambert has it.
+// and that the way of reading it is chosen by the planes of all images, not by how crisp a
+// stripe looks. Does not prove that real paper scatters light as Lambert has it.
 #include <gmock/gmock.h>
 #include <opencv2/core.hpp>
 
@@ -19,28 +19,28 @@ using testing::session_options;
 using testing::small_striper;
 using testing::SyntheticStriper;
 
-// The pictures in colour: the ground grey, what the laser adds divided among the channels.
-std::vector<SessionPicture> in_colour(const SyntheticStriper& striper, const std::string& name,
-                                      testing::BoardImageOptions options,
-                                      const std::array<double, 3>& shares) {
-  std::vector<std::vector<SessionPicture>> channels;
+// The images in colour: the ground grey, what the laser adds divided among the channels.
+std::vector<SessionImage> in_colour(const SyntheticStriper& striper, const std::string& name,
+                                    testing::BoardImageOptions options,
+                                    const std::array<double, 3>& shares) {
+  std::vector<std::vector<SessionImage>> channels;
   const double laser_dn = options.laser_dn;
   for (const double share : shares) {
     options.laser_dn = share * laser_dn;
     channels.push_back(render_session(striper, name, options));
   }
-  std::vector<SessionPicture> pictures;
+  std::vector<SessionImage> images;
   for (std::size_t i = 0; i < channels[0].size(); ++i) {
     cv::Mat colour;
     cv::merge(
         std::vector<cv::Mat>{channels[0][i].image, channels[1][i].image, channels[2][i].image},
         colour);
-    pictures.emplace_back(channels[0][i].name, colour);
+    images.emplace_back(channels[0][i].name, colour);
   }
-  return pictures;
+  return images;
 }
 
-CalibrationInput session_of(const SyntheticStriper& striper, std::vector<SessionPicture> lit) {
+CalibrationInput session_of(const SyntheticStriper& striper, std::vector<SessionImage> lit) {
   CalibrationInput input;
   input.board = striper.board;
   input.lasers.push_back({std::move(lit), {}});
@@ -66,7 +66,7 @@ TEST(StripeLook, HasTheWidthThatWasRendered) {
     for (const auto& at : look.width_at) EXPECT_NEAR(at.width_px, width_px, 0.12 * width_px);
     EXPECT_NEAR(look.width_at.front().range_m, c.depths_m.at(0).first, 0.02);
     EXPECT_NEAR(look.width_at.back().range_m, c.depths_m.at(0).second, 0.02);
-    EXPECT_FALSE(look.colour.has_value()) << "grey pictures tell no colour";
+    EXPECT_FALSE(look.colour.has_value()) << "grey images tell no colour";
     c.model.validate();
   }
 }
@@ -111,15 +111,15 @@ TEST(StripeLook, LeavesTheAmplitudeOfAClippedStripeOut) {
   EXPECT_NEAR(*look.width_px, options.laser_width_px, 0.15 * options.laser_width_px);
 }
 
-// In green the line is crisp and bright, but it lies on another plane in every picture, as a
+// In green the stripe is crisp and bright, but it lies on another plane in every image, as a
 // reflection does; in red it is faint and noisy and is the laser's.
 TEST(ChosenSettings, IsTheOneWhoseStripesLieOnAPlane) {
   const SyntheticStriper striper = small_striper();
   testing::BoardImageOptions red = session_options(striper.plane);
   red.noise_dn = 2.5;
   red.laser_dn = 100.0;
-  const auto red_pictures = render_session(striper, "", red);
-  std::vector<SessionPicture> pictures;
+  const auto red_images = render_session(striper, "", red);
+  std::vector<SessionImage> images;
   const auto poses = testing::session_poses(striper);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double tilt = 0.02 * static_cast<double>(i % 4);
@@ -132,10 +132,10 @@ TEST(ChosenSettings, IsTheOneWhoseStripesLieOnAPlane) {
     const cv::Mat blue_image = testing::render_board(striper.camera, striper.board, poses[i],
                                                      session_options(std::nullopt));
     cv::Mat colour;
-    cv::merge(std::vector<cv::Mat>{blue_image, green_image, red_pictures[i].image}, colour);
-    pictures.emplace_back("colour " + std::to_string(i), colour);
+    cv::merge(std::vector<cv::Mat>{blue_image, green_image, red_images[i].image}, colour);
+    images.emplace_back("colour " + std::to_string(i), colour);
   }
-  const Calibration c = calibrate(session_of(striper, pictures), {});
+  const Calibration c = calibrate(session_of(striper, images), {});
   print(c);
   EXPECT_THAT(c.model.channel, ::testing::AnyOf(Channel::kRed, Channel::kRedMinusGreen));
   EXPECT_EQ(c.model.axis, StripeAxis::kColumns);
@@ -158,7 +158,7 @@ TEST(ChosenSettings, OfPairsKeepsTheChannelForSingleFramesApart) {
   const auto unlit = in_colour(striper, "", options, {0.05, 0.6, 0.35});
   CalibrationInput input;
   input.board = striper.board;
-  LaserPictures& laser = input.lasers.emplace_back();
+  LaserImages& laser = input.lasers.emplace_back();
   cv::RNG random(1991);
   for (std::size_t i = 0; i < lit.size(); ++i) {
     cv::Mat ground(lit[i].image.size(), CV_8UC1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that sets of pictures that cannot determine the model are refused with the missing
+// Proves that sets of images that cannot determine the model are refused with the missing
 // direction named, that good ones are not, that the split-half test passes where the model is right
 // and fails where it is not, and, over a few dozen calibrations, that the covariance is honest (the
 // hundreds are in monte_carlo_test.cpp).
@@ -161,7 +161,7 @@ TEST(CheckTrust, RefusesAStripeInACornerOfTheImage) {
   EXPECT_THAT(findings_of(observations), refusal("stripe_in_corner"));
 }
 
-TEST(CheckTrust, RefusesTwoPictures) {
+TEST(CheckTrust, RefusesTwoImages) {
   EXPECT_THAT(findings_of(testing::varied_boards(thinned(), 2)), refusal("too_few_views"));
 }
 

@@ -82,7 +82,7 @@ class Browsed(Served):
         self.browser.find_element(By.ID, "token").send_keys(token, Keys.ENTER)
         self.wait_for(lambda: self.data("access") == "change", "it is not logged in")
 
-    def picture(self, canvas="above"):
+    def pixels_of(self, canvas="above"):
         """How many pixels of a canvas are of no background, and all of them as text."""
         return self.run_js("""const c = document.getElementById(arguments[0]);
             const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
@@ -106,7 +106,7 @@ class Browsed(Served):
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if is_dark else "light"}]
         self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": scheme})
 
-    def keep_picture(self, name):
+    def keep_screenshot(self, name):
         if "SCREENSHOTS" in os.environ:
             self.browser.save_screenshot(os.path.join(os.environ["SCREENSHOTS"], name + ".png"))
 

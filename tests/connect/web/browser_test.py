@@ -2,7 +2,7 @@
 """Proves of the pages of `striper serve --to web:`, in a real browser (Debian's Chromium), what docs/console.md says: scans that move; every
 control by its accessible name, by keys alone; that the pages tell streaming, stale and lost apart, come back by themselves and say what
 happened; that somebody who reads only the page gets along; that nothing stands in the browser's log; and what others judge: axe-core, and
-TypeScript the types. How it looks is for people: pictures of every page are left where SCREENSHOTS says. Other browsers are not here.
+TypeScript the types. How it looks is for people: screenshots of every page are left where SCREENSHOTS says. Other browsers are not here.
 
 Run by `./test.sh --only browser`; by hand: STRIPER=... STRIPER_SOURCE_DIR=... /usr/bin/python3 browser_test.py
 """
@@ -31,15 +31,15 @@ class Page(Browsed):
         self.assertEqual(self.data("page"), "live")
         before = int(self.data("scans"))
         self.wait_for(lambda: int(self.data("scans")) > before + 20, "no scans come")
-        count, first = self.picture()
+        count, first = self.pixels_of()
         self.assertGreater(count, 500)
-        self.wait_for(lambda: self.picture()[1] != first, "the picture stands still")
-        self.wait_for(lambda: self.picture("camera")[0] > 500, "the camera shows nothing")
+        self.wait_for(lambda: self.pixels_of()[1] != first, "the scan stands still")
+        self.wait_for(lambda: self.pixels_of("camera")[0] > 500, "the camera shows nothing")
         self.press("Freeze")
         time.sleep(0.3)
-        frozen = self.picture()[1]
+        frozen = self.pixels_of()[1]
         time.sleep(0.5)
-        self.assertEqual(self.picture()[1], frozen)
+        self.assertEqual(self.pixels_of()[1], frozen)
         self.press("Freeze")
         self.assertIn("simulated striper", self.text("events"))
         self.assertEqual(self.errors(), [])
@@ -88,7 +88,7 @@ class Page(Browsed):
     def test_says_why_by_mouse(self):
         self.visit()
         self.wait_for_state("streaming")
-        self.wait_for(lambda: self.picture("camera")[0] > 500, "the camera shows nothing")
+        self.wait_for(lambda: self.pixels_of("camera")[0] > 500, "the camera shows nothing")
         for canvas in ("above", "camera"):
             self.browser.find_element(By.ID, canvas).click()  # Its middle.
             self.wait_for(lambda: self.why().get("line", "").startswith(("7", "8")), f"a click on {canvas} does not say why")
@@ -140,7 +140,7 @@ class Recovery(Browsed):
         self.end()
         self.wait_for_state("lost", 5)
         self.wait_for_text("age", "old")
-        self.assertGreater(self.picture()[0], 500)  # What came last is still there.
+        self.assertGreater(self.pixels_of()[0], 500)  # What came last is still there.
         time.sleep(4)
         self.start(to=f"web:{port}")
         self.wait_for_state("streaming")
@@ -202,7 +202,7 @@ class Sources(Browsed):
         self.visit()
         self.wait_for_state("streaming")
         self.wait_for_text("reading", "Without a model")
-        self.assertGreater(self.picture()[0], 500)
+        self.assertGreater(self.pixels_of()[0], 500)
         self.wait_for_text("facts", "no ranges, the stripe alone")
         self.browser.find_element(By.ID, "above").send_keys(Keys.ARROW_RIGHT, Keys.ENTER)
         self.wait_for(lambda: self.why().get("range_m") == "none", "it does not say why")
@@ -217,7 +217,7 @@ class Sources(Browsed):
         self.server.wait(timeout=30)
         self.wait_for_state("lost")
         self.wait_for(lambda: "source_ended" in self.events() or "does not answer" in self.text("events"), "it does not say that the file has ended")
-        self.assertGreater(self.picture()[0], 500)
+        self.assertGreater(self.pixels_of()[0], 500)
         self.assertEqual(self.errors(), [])
 
     def test_two_lasers(self):
@@ -282,7 +282,7 @@ class Person(Browsed):
         self.browser.find_element(By.ID, "above").send_keys(Keys.ENTER)
         self.wait_for(lambda: self.why().get("status") == "blind", "it does not say why")
         self.assertIn("ambient light saturates pixels", self.text("why"))
-        self.assertIn("What helps: shorten exposure_us, keep lamps", self.text("why"))
+        self.assertIn("What helps: shorten exposure_us, keep light sources", self.text("why"))
         self.assertEqual(self.errors(), [])
 
     def test_records_and_plays_back(self):
@@ -340,7 +340,7 @@ class Readme(Browsed):
         self.wait_for(lambda: int(self.data("scans")) > 20, "no scans come", 60)
         self.browser.find_element(By.ID, "above").send_keys(Keys.ARROW_RIGHT, Keys.ENTER)
         self.wait_for(lambda: "range_m" in self.why(), "it does not say why")
-        self.keep_picture("console")
+        self.keep_screenshot("console")
         self.assertEqual(self.errors(), [])
 
 
@@ -376,7 +376,7 @@ class Judged(Browsed):
 
 
 class Looks(Browsed):
-    """Every page from a telephone to a wall, dark and light: nothing hangs over. The pictures are for people."""
+    """Every page from a telephone to a wall, dark and light: nothing hangs over. The screenshots are for people."""
 
     SIZES = ((360, 740), (390, 844), (1600, 1000), (3840, 2160))
 
@@ -389,12 +389,12 @@ class Looks(Browsed):
                     self.wait_for_state("streaming")
                     time.sleep(2)
                     self.assertLessEqual(self.run_js("return document.documentElement.scrollWidth"), width, (page, width))
-                    self.keep_picture(f"{page}_{width}_{'dark' if is_dark else 'light'}")
+                    self.keep_screenshot(f"{page}_{width}_{'dark' if is_dark else 'light'}")
         self.assertEqual(self.errors(), [])
 
 
 class Console60(Browsed):
-    """640x480 at 60 pictures a second, made in advance, in front of a console on the same machine: it draws 15 a second or more, the CSV
+    """640x480 at 60 frames a second, made in advance, in front of a console on the same machine: it draws 15 a second or more, the CSV
     beside it lacks nothing, and its heap is flat. SECONDS of the environment: for how long, 60 unless it is set."""
 
     def test_keeps_up_and_stays_small(self):

@@ -416,7 +416,7 @@ class Crowd:
 
 
 class Load(Served):
-    """Fifty clients of which ten never read, 640x480 at 60 pictures a second from a GigE camera on loopback: the CSV beside them is
+    """Fifty clients of which ten never read, 640x480 at 60 frames a second from a GigE camera on loopback: the CSV beside them is
     complete, the rate is that without clients to 2 %, memory stays, and how old a scan is when a client has it is printed."""
 
     SECONDS = 60

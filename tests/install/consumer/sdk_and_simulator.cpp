@@ -21,7 +21,7 @@ int main() try {
   striper::Scanner scanner(simulator.model());
   int near_the_wall = 0;
   scanner.process(simulator.render(0));
-  for (const striper::PolarScan& scan : scanner.finish()) {  // One picture: held to its end.
+  for (const striper::PolarScan& scan : scanner.finish()) {  // One frame: held to its end.
     for (const striper::Return& point : scan.returns) {
       if (std::abs(point.x_m - 2.0) < 0.1) ++near_the_wall;
     }

@@ -18,7 +18,7 @@
 namespace striper::program {
 namespace {
 
-constexpr int kWait_ms = 50;    // For a key: twenty pictures a second.
+constexpr int kWait_ms = 50;    // For a key: drawn twenty times a second.
 constexpr int kEscape_ms = 25;  // Until Esc is no longer the beginning of an arrow key.
 constexpr int kEnterKey = 10;
 constexpr int kReturnKey = 13;

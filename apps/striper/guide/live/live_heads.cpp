@@ -25,7 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr const char* kEncoder = "encoder";
-// Streams are waited for through so many of the slowest beam's periods: a picture that is lost, and
+// Streams are waited for through so many of the slowest beam's periods: a frame that is lost, and
 // a scan that takes its time.
 constexpr double kPatiencePeriods = 3.0;
 

@@ -91,7 +91,7 @@ struct JointSolution {
 
   /// Residuals in pixels, per view and point, NaN for the outliers: observed minus predicted.
   std::vector<std::vector<Eigen::Vector2d>> corner_residual_px;
-  /// Distance along the pixel line from the predicted stripe, per stripe view and point, NaN for
+  /// Distance along the scan line from the predicted stripe, per stripe view and point, NaN for
   /// the outliers.
   std::vector<std::vector<double>> stripe_residual_px;
 
@@ -119,7 +119,7 @@ JointSolution solve_joint(const Observations& observations, const JointOptions& 
 Eigen::Isometry3d solve_pose(const CameraModel& camera, const Board& board, const CornerView& view,
                              const Eigen::Vector2d& bend_m, double* corner_rms_px);
 
-/// rms distance of a stripe from where camera, pose and plane put it, px along the pixel's line:
+/// rms distance of a stripe from where camera, pose and plane put it, px along the scan line:
 /// what cross-validation asks of a held-out view. NaN without a point.
 double stripe_rms_px(const Observations& observations, const StripeView& stripe,
                      const CameraModel& camera, const Eigen::Isometry3d& T_cam_board,

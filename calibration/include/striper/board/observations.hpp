@@ -11,15 +11,15 @@
 
 namespace striper {
 
-/// The board's points in one picture. Points that were rejected are left out, so `point` says which
+/// The board's points in one image. Points that were rejected are left out, so `point` says which
 /// board point each pixel is.
 struct CornerView {
-  std::string name;  ///< Of the picture, for messages and the report.
+  std::string name;  ///< Of the image, for messages and the report.
   std::vector<int> point;
   std::vector<Eigen::Vector2d> pixel;  ///< Full-sensor pixels.
 };
 
-/// The stripe of one laser on the board of one picture (or pair of pictures).
+/// The stripe of one laser on the board of one image (or pair of images).
 struct StripeView {
   std::string name;
   int view = 0;                        ///< Index of the CornerView that has this board's pose.
@@ -27,14 +27,15 @@ struct StripeView {
   std::vector<Eigen::Vector2d> pixel;  ///< Full-sensor pixels.
   std::vector<double> sigma_px;        ///< Across the stripe (along v for kColumns, u for kRows).
 
-  /// Gaussian sigma of the stripe's profile, and of what the laser's sheet alone would give without
-  /// the lens' blur: a wide stripe on a sloping board is found beside the middle of the sheet, and
-  /// the adjustment predicts by how much. 0: it is taken to be found in the middle.
+  /// Gaussian sigma of the stripe's profile, and of what the thickness of the laser plane alone
+  /// would give without the lens' blur: a wide stripe on a sloping board is found beside the middle
+  /// of the laser plane, and the adjustment predicts by how much. 0: it is taken to be found in the
+  /// middle.
   double width_px = 0.0;
   double sheet_px = 0.0;
 };
 
-/// All that a calibration is computed from: points alone, no pictures.
+/// All that a calibration is computed from: points alone, no images.
 struct Observations {
   Board board;
   int image_width = 0;

@@ -18,21 +18,21 @@
 
 namespace striper {
 
-/// A picture with the stripe on the board, the same without where there is one, and where the board
+/// An image with the stripe on the board, the same without where there is one, and where the board
 /// is in it.
-struct LaserPicture {
+struct LaserImage {
   std::string name;
   cv::Mat on;
-  cv::Mat off;  ///< Empty: board and stripe are in one picture.
+  cv::Mat off;  ///< Empty: board and stripe are in one image.
   int bit_depth = 8;
   Eigen::Isometry3d T_cam_board = Eigen::Isometry3d::Identity();
 };
 
-/// How the stripe is read out of a picture.
+/// How the stripe is read out of an image.
 struct ExtractionSettings {
   StripeAxis axis = StripeAxis::kColumns;
   Channel channel = Channel::kGrey;
-  bool subtract_off = false;  ///< Lit minus dark picture, where there is one.
+  bool subtract_off = false;  ///< Lit minus dark image, where there is one.
 
   friend bool operator==(const ExtractionSettings&, const ExtractionSettings&) = default;
 };
@@ -48,13 +48,13 @@ struct StripeSample {
   bool is_white = false;    ///< On a white square or the white margin.
 };
 
-/// The stripe on the board of one picture.
+/// The stripe on the board of one image.
 struct BoardStripe {
   std::vector<Eigen::Vector2d> pixel;      ///< Neighbouring returns averaged: 120 at most.
   std::vector<double> sigma_px;            ///< Across the stripe.
   std::vector<Eigen::Vector2d> return_px;  ///< The returns that were averaged, each by itself.
   std::vector<StripeSample> samples;       ///< The same, with what they look like.
-  /// Shares of blue, green and red in the stripe's light, of a picture in colour.
+  /// Shares of blue, green and red in the stripe's light, of an image in colour.
   std::optional<std::array<double, 3>> colour;
   int returns = 0;            ///< What the extractor found on the board.
   int on_line = 0;            ///< Of these, on one straight line.
@@ -68,7 +68,7 @@ struct BoardStripe {
 };
 
 /// Finds the stripe on the board and on the white margin around its print: nothing else in the
-/// picture can mislead it, since a mask from the board's pose blinds the extractor to the rest.
+/// image can mislead it, since a mask from the board's pose keeps the extractor from the rest.
 ///
 /// A laser plane meets a board in a straight line, so the returns are first brought to a robust
 /// line (least median of squares, in undistorted pixels) and what is off it, such as a specular
@@ -80,27 +80,26 @@ struct BoardStripe {
 /// method would take white squares among black ones for peaks, learn their width for the stripe's,
 /// and put its background across the edges. Where too little even ground is left, the points are
 /// those of the first pass, with their larger sigmas.
-/// @param noise of the camera; empty: estimated from the picture. Cost 5 to 50 ms. Thread-safe.
-BoardStripe find_board_stripe(const LaserPicture& picture, const Board& board,
+/// @param noise of the camera; empty: estimated from the image. Cost 5 to 50 ms. Thread-safe.
+BoardStripe find_board_stripe(const LaserImage& image, const Board& board,
                               const CameraModel& camera, const ExtractionSettings& settings,
                               const std::optional<NoiseModel>& noise = std::nullopt);
 
-/// The ways of reading the stripe that show a line in some picture, each list the best first
+/// The ways of reading the stripe that show one in some image, each list the best first
 /// impression first.
 struct SettingsRanking {
-  std::vector<ExtractionSettings>
-      plausible;  ///< Of each kind (laser-off picture subtracted or not) the
-                  ///< best four, where not far behind the best.
+  std::vector<ExtractionSettings> plausible;  ///< Of each kind (laser-off image subtracted or not)
+                                              ///< the best four, where not far behind the best.
   std::vector<ExtractionSettings> others;
 };
 
-/// Tries every way of reading the stripe on some of the pictures, and ranks them by how well their
+/// Tries every way of reading the stripe on some of the images, and ranks them by how well their
 /// lines are known (scatter over the root of the number of returns). A colour difference that
-/// hollows out a line clipped to white, or a grey picture of a white board, comes last by itself.
-/// Which of them to take, the planes through the stripes of all pictures tell.
+/// hollows out a stripe clipped to white, or a grey image of a white board, comes last by itself.
+/// Which of them to take, the planes through the stripes of all images tell.
 /// @param axis, channel given by the user, or empty (or kAuto) to be chosen.
-/// @throws Error{kUntrustworthy} where no way shows a line in any picture.
-SettingsRanking rank_settings(const std::vector<LaserPicture>& pictures, const Board& board,
+/// @throws Error{kUntrustworthy} where no way shows a stripe in any image.
+SettingsRanking rank_settings(const std::vector<LaserImage>& images, const Board& board,
                               const CameraModel& camera, std::optional<StripeAxis> axis,
                               Channel channel);
 

@@ -21,7 +21,7 @@ struct PixelDifference {
                                                               ///< together; NaN without.
 };
 
-/// How two models of a striper differ, over the picture.
+/// How two models of a striper differ, over the image.
 struct ModelDifference {
   std::vector<PixelDifference> pixels;  ///< On a grid, row by row, where both models have a range.
   double rms_m = 0.0;                   ///< Of the range differences.

@@ -24,21 +24,21 @@
 
 namespace striper {
 
-/// A picture of a calibration: a file that is read when it is needed, or an image in memory.
-struct SessionPicture {
+/// An image of a calibration: a file that is read when it is needed, or an image in memory.
+struct SessionImage {
   /// Reads a file as `load` promises; called from several threads.
   using Reader = std::function<cv::Mat(const std::filesystem::path&)>;
 
-  std::string name;            ///< Tells pictures apart and names them; for files, the path.
+  std::string name;            ///< Tells images apart and names them; for files, the path.
   std::filesystem::path file;  ///< Empty where `image` holds it.
   Reader read;  ///< Of `file`; empty: cv::imread, which takes a truncated JPEG for a whole one.
   cv::Mat image;
   int bit_depth = 8;
 
-  SessionPicture() = default;
-  explicit SessionPicture(std::filesystem::path path, Reader reader = {})
+  SessionImage() = default;
+  explicit SessionImage(std::filesystem::path path, Reader reader = {})
       : name(path.string()), file(std::move(path)), read(std::move(reader)) {}
-  SessionPicture(std::string given_name, cv::Mat pixels, int depth = 8)
+  SessionImage(std::string given_name, cv::Mat pixels, int depth = 8)
       : name(std::move(given_name)), image(std::move(pixels)), bit_depth(depth) {}
 
   /// The pixels, grey or B, G, R, 8 or 16 bit, as stored (no rotation by EXIF).
@@ -46,29 +46,29 @@ struct SessionPicture {
   cv::Mat load() const;
 };
 
-/// The pictures of one laser: with the stripe on, and either none or as many of the same poses with
+/// The images of one laser: with the stripe on, and either none or as many of the same poses with
 /// the laser off.
-struct LaserPictures {
-  std::vector<SessionPicture> on;
-  std::vector<SessionPicture> off;
+struct LaserImages {
+  std::vector<SessionImage> on;
+  std::vector<SessionImage> off;
 };
 
-/// What a calibration is made from. A picture may be in several lists; it is used once for each.
+/// What a calibration is made from. An image may be in several lists; it is used once for each.
 struct CalibrationInput {
   Board board;
-  std::vector<SessionPicture> boards;  ///< The board alone.
-  std::vector<LaserPictures> lasers;   ///< One entry per laser, in the order of the model's lasers.
+  std::vector<SessionImage> boards;  ///< The board alone.
+  std::vector<LaserImages> lasers;   ///< One entry per laser, in the order of the model's lasers.
 };
 
 /// How it is made. Every default is here and nowhere else.
 struct CalibrationOptions {
   std::optional<LensModel> lens;   ///< Empty: chosen by cross-validation.
-  std::optional<StripeAxis> axis;  ///< Empty: seen from the pictures.
+  std::optional<StripeAxis> axis;  ///< Empty: seen from the images.
   Channel channel = Channel::kAuto;
   std::optional<KnownCamera> known_camera;
   std::optional<NoiseModel> noise;
   /// Corners as OpenCV's calibration sample finds them (BoardSearch::kLikeOpenCv), no corner and no
-  /// picture left out, no bend: for figures that can be compared with its.
+  /// image left out, no bend: for figures that can be compared with its.
   bool like_opencv = false;
   bool force = false;  ///< Return what must not be trusted too, marked.
   int threads = 2;
@@ -80,12 +80,12 @@ struct CalibrationOptions {
   std::function<void(const std::string& stage, double fraction)> progress;
 };
 
-/// What became of one picture.
-struct PictureResult {
-  SessionPicture picture;
-  SessionPicture lit;  ///< With the stripe, where that is another picture.
-  int laser = -1;      ///< -1: a board picture.
-  std::string fault;   ///< Why one of the two could not be read; then neither is used.
+/// What became of one image.
+struct ImageResult {
+  SessionImage image;
+  SessionImage lit;   ///< With the stripe, where that is another image.
+  int laser = -1;     ///< -1: a board image.
+  std::string fault;  ///< Why one of the two could not be read; then neither is used.
   BoardView board;
   int view = -1;              ///< Index of the CornerView; -1: not used.
   int stripe_view = -1;       ///< Index of the StripeView; -1: none.
@@ -96,10 +96,10 @@ struct PictureResult {
   std::optional<BoardStripe> single_frame;
 };
 
-/// How well one way of reading the stripe does on all laser pictures.
+/// How well one way of reading the stripe does on all laser images.
 struct SettingsScore {
   ExtractionSettings settings;
-  int stripes = 0;      ///< Pictures in which it finds one.
+  int stripes = 0;      ///< Images in which it finds one.
   int on_plane = 0;     ///< Of these, on the plane of most of its laser's.
   double rms_px = 0.0;  ///< Of those about it; NaN without a plane.
 };
@@ -127,7 +127,7 @@ struct Calibration {
   CrossValidation validation;
   std::vector<std::vector<RangeSigma>> range_sigmas;  ///< Per laser, at 1, 2 and 4 m.
   std::vector<std::pair<double, double>> depths_m;    ///< Per laser: ranges seen on the boards.
-  std::vector<PictureResult> pictures;
+  std::vector<ImageResult> images;
   double seconds = 0.0;
 
   bool trustworthy() const { return worst(findings) != Severity::kRefusal; }
@@ -137,16 +137,16 @@ struct Calibration {
   std::string verdict() const;
 };
 
-/// Calibrates camera and lasers from pictures.
+/// Calibrates camera and lasers from images.
 ///
 /// Boards are found, the lens is chosen, the stripes are found on the boards, everything is
 /// adjusted together, views that do not fit are left out, and the result is cross-validated and
 /// judged.
 /// @return the calibration; where it must not be trusted, only with `force` or for the caller to
 /// report: look at `trustworthy()`.
-/// @throws Error{kUntrustworthy} where no result can be computed at all, saying which picture is
-/// missing; Error{kBadValue} for pictures that differ in size; Error{kBadFile} where none can be
-/// read: some that cannot are left out and told of among the findings. Cost ~0.3 s per VGA picture.
+/// @throws Error{kUntrustworthy} where no result can be computed at all, saying which image is
+/// missing; Error{kBadValue} for images that differ in size; Error{kBadFile} where none can be
+/// read: some that cannot are left out and told of among the findings. Cost ~0.3 s per VGA image.
 Calibration calibrate(const CalibrationInput& input, const CalibrationOptions& options);
 
 }  // namespace striper

@@ -12,12 +12,12 @@ namespace striper {
 /// The predicted calibration error of a range.
 struct RangeSigma {
   double range_m = 0.0;
-  double sigma_m = 0.0;      ///< NaN where the range is not in the picture.
+  double sigma_m = 0.0;      ///< NaN where the range is not in the image.
   Eigen::Vector2d pixel;     ///< Where it is seen, straight ahead or as near to that as there is.
   bool inside_data = false;  ///< Within the depths at which the stripe was seen on the boards.
 };
 
-/// The predicted calibration error over the picture, row by row.
+/// The predicted calibration error over the image, row by row.
 struct RangeMap {
   int columns = 0;
   int rows = 0;

@@ -17,7 +17,7 @@ namespace striper::detail {
 /// A corner, or the dot of a grid of circles, against its projection, in sigmas:
 /// (projected - observed) / sigma.
 ///
-/// The picture of a dot is no circle, and the centre of its area is not where the circle's centre
+/// The image of a dot is no circle, and the centre of its area is not where the circle's centre
 /// is seen: seen at 45 degrees it is off by f r^2 / (2 Z^2), a tenth of a pixel (Heikkila 2000).
 /// What is compared is the centre of the area, that of a polygon with the disc's second moments.
 /// Blocks: camera parameters, pose (angle-axis, translation), and the bend where it is solved for.

@@ -46,7 +46,7 @@ Eigen::Matrix<T, 3, 1> point_on_board(const Eigen::Matrix<T, 2, 1>& xy, const T*
 }
 
 /// Where the line in which laser plane and board meet crosses one column (kColumns) or row (kRows)
-/// of the picture, as a function of camera, pose, bend and plane.
+/// of the image, as a function of camera, pose, bend and plane.
 ///
 /// Two equations for the ray (x, y): it projects to the column, and its point on the board is on
 /// the laser plane, w . P = 1. Newton's method in double, then one Newton step in T, which leaves
