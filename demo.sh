@@ -57,7 +57,7 @@ The cluttered room, scanned by the simulated striper:
   $results/scans.csv   a line per return: bearing, range, error bars, x, y, ...
   $results/scan.svg    the room from above with its error bars (also scan.png)
   $results/camera.png  what the camera saw, and the stripe that was found in it
-  $results/room        the pictures, their model and their exact truth
+  $results/room        the images, their model and their exact truth
 
 Live in a browser, at http://127.0.0.1:8765/:
   $build/demo/apps/striper/striper serve 'sim:data/scenes/room.yaml?realtime=yes' -m $results/room/model.yaml --to web:8765

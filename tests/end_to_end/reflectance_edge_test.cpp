@@ -101,9 +101,9 @@ Light light_for(double width_px, double white) {
   const SimulatedLaser& laser = scene.lasers.front();
   Simulator look(scene);
   const TrueReturn seen = look.truth(0).front().lines[320].brightest;
-  const double sheet_px = std::sqrt(seen.width_px * seen.width_px - kBlur_px * kBlur_px);
+  const double thickness_px = std::sqrt(seen.width_px * seen.width_px - kBlur_px * kBlur_px);
   const double wanted_px = std::sqrt(width_px * width_px - kBlur_px * kBlur_px);
-  light.divergence_rad = laser.divergence_sigma_rad * wanted_px / sheet_px;
+  light.divergence_rad = laser.divergence_sigma_rad * wanted_px / thickness_px;
   light.energy_j = laser.pulse_energy_j * kPeak_dn / seen.amplitude_dn * width_px / seen.width_px;
   const double ambient_dn =
       static_cast<double>(look.expected_dn(0).at<float>(100, 320)) - scene.imager.black_level_dn;

@@ -228,9 +228,9 @@ std::optional<StripeResidual> stripe_residual(const JointState& state, const Boa
   crossing.start = *ray;
   double predicted_px = 0.0;
   crossing(camera, pose.data(), bend, plane.data(), predicted_px);
-  const double skew_px = stripe.sheet_px > 0.0
+  const double skew_px = stripe.thickness_px > 0.0
                              ? stripe_skew_px(slopes_at(state, shape, axis, pose, plane, *ray),
-                                              stripe.sheet_px, stripe.width_px)
+                                              stripe.thickness_px, stripe.width_px)
                              : 0.0;
   return StripeResidual{across(axis, pixel) - predicted_px - skew_px, skew_px, *ray};
 }

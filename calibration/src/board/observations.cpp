@@ -33,11 +33,11 @@ void check(const StripeView& stripe, std::size_t view_count) {
     refuse(stripe.name, "as many sigmas as stripe points were expected");
   for (const double sigma : stripe.sigma_px)
     if (!(sigma > 0.0)) refuse(stripe.name, fmt::format("a stripe sigma of {} px", sigma));
-  if (!(stripe.sheet_px >= 0.0 && stripe.width_px >= stripe.sheet_px))
+  if (!(stripe.thickness_px >= 0.0 && stripe.width_px >= stripe.thickness_px))
     refuse(stripe.name,
            fmt::format("a stripe {} px wide, {} px of it the laser's; expected no less "
                        "than 0 and no more than the whole",
-                       stripe.width_px, stripe.sheet_px));
+                       stripe.width_px, stripe.thickness_px));
 }
 
 }  // namespace

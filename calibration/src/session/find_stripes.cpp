@@ -42,7 +42,7 @@ StripeView view_of(const ImageResult& result, const BoardStripe& stripe) {
   view.sigma_px = stripe.sigma_px;
   // What blurs the board's edges blurs the stripe as well; the rest of its width is the laser's.
   view.width_px = stripe.width_px;
-  view.sheet_px = std::sqrt(
+  view.thickness_px = std::sqrt(
       std::max(0.0, view.width_px * view.width_px - result.board.blur_px * result.board.blur_px));
   return view;
 }

@@ -96,7 +96,7 @@ struct DesignFigures::Light {
   double laser_over_sun;  // On the surface.
 };
 
-double DesignFigures::sheet_sigma_m(double distance_m) const {
+double DesignFigures::thickness_sigma_m(double distance_m) const {
   const DesignLaser& laser = design_.laser;
   return std::hypot(laser.waist_m, laser.thickness_rad * (distance_m - laser.focus_m)) / kRootTwoPi;
 }
@@ -105,7 +105,7 @@ double DesignFigures::laser_fluence_j_m2(double distance_m) const {
   const DesignLaser& laser = design_.laser;
   const double energy_j =
       laser.power_w ? *laser.power_w * design_.camera.shutter_s : laser.pulse_energy_j;
-  return energy_j / (laser.fan_rad * distance_m * kRootTwoPi * sheet_sigma_m(distance_m));
+  return energy_j / (laser.fan_rad * distance_m * kRootTwoPi * thickness_sigma_m(distance_m));
 }
 
 double DesignFigures::laser_to_sun(double range_m) const {
@@ -135,14 +135,14 @@ DesignFigures::Light DesignFigures::light_by_optics(const Eigen::Vector3d& p_cam
   const double height_m = p_cam.z() * across.dot(step - normal.dot(step) / normal.dot(ray) * ray);
 
   Light light{};
-  const double sheet_px = sheet_sigma_m(to_laser.norm()) / std::abs(height_m);
-  light.width_px = std::hypot(sheet_px, design_.camera.blur_sigma_px);
+  const double thickness_px = thickness_sigma_m(to_laser.norm()) / std::abs(height_m);
+  light.width_px = std::hypot(thickness_px, design_.camera.blur_sigma_px);
   const double fluence = laser_fluence_j_m2(to_laser.norm());
   const double falloff = std::pow(p_cam.z() / p_cam.norm(), design_.camera.falloff_exponent);
   light.sharp_dn = design_.camera.dn_per_electron * fluence * design_.reflectance /
                    std::numbers::pi * falloff *
                    electrons_per_radiance(design_.camera, design_.laser.wavelength_nm);
-  light.amplitude_dn = light.sharp_dn * sheet_px / light.width_px;
+  light.amplitude_dn = light.sharp_dn * thickness_px / light.width_px;
   light.laser_over_sun = fluence / sun_fluence_j_m2(design_);
   return light;
 }

@@ -80,7 +80,7 @@ MeanErrors errors_on(const Scene& scene) {
     StripeView view;
     view.pixel = {{found.u_px(i), found.v_px(i)}};
     view.width_px = found.width_px[i];
-    view.sheet_px =
+    view.thickness_px =
         std::sqrt(std::pow(true_return.width_px, 2.0) - std::pow(scene.imager.blur_sigma_px, 2.0));
     const auto at = detail::stripe_residual(state, board, StripeAxis::kColumns,
                                             detail::to_block(T_cam_board), view, 0);

@@ -84,8 +84,8 @@ TEST(SimulatedWall, WidthIsTheSheetsAngleSeenThroughTheLens) {
     // The laser plane is as thick as its distance from the laser, along the fan, makes it.
     const double tan_beta = (319.5 - line.brightest.u_px) / scene.camera.fx();
     const double sigma_m = scene.lasers[0].divergence_sigma_rad * 2.0 * std::hypot(1.0, tan_beta);
-    const double sheet_px = sigma_m * scene.camera.fx() / 2.0;
-    EXPECT_NEAR(line.brightest.width_px, std::hypot(sheet_px, 0.5), 1e-6);
+    const double thickness_px = sigma_m * scene.camera.fx() / 2.0;
+    EXPECT_NEAR(line.brightest.width_px, std::hypot(thickness_px, 0.5), 1e-6);
   }
 }
 

@@ -32,7 +32,7 @@ struct StripeView {
   /// of the laser plane, and the adjustment predicts by how much. 0: it is taken to be found in the
   /// middle.
   double width_px = 0.0;
-  double sheet_px = 0.0;
+  double thickness_px = 0.0;
 };
 
 /// All that a calibration is computed from: points alone, no images.

@@ -93,7 +93,7 @@ class DesignFigures {
   bool is_lit(const Eigen::Vector3d& p_cam) const;
   double edge_bearing_rad(double range_m, double sign) const;
   double laser_fluence_j_m2(double distance_m) const;
-  double sheet_sigma_m(double distance_m) const;
+  double thickness_sigma_m(double distance_m) const;
   Light light_at(const Eigen::Vector3d& p_cam, const Eigen::Vector2d& pixel) const;
   Light light_by_optics(const Eigen::Vector3d& p_cam, const Eigen::Vector2d& pixel) const;
   Light light_by_look(const Eigen::Vector3d& p_cam, double range_m) const;
