@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -72,6 +73,27 @@ struct Beam {
   double wet_from_m = kUnknown;
 };
 
+// What one sweep of a beam shows, and where.
+struct SweepLook {
+  std::size_t beam = 0;
+  double sweep_s = 0.0;  // When it began,
+  double now_s = 0.0;    // and when it was over.
+  double here_m = 0.0;   // The truck's way then.
+  std::span<const SeenPaint> seen;
+  StripeFound found;
+  double at_m = kUnknown;  // Where on the road the followed line was met, or would have been,
+  double lateral_m = kUnknown;
+  bool is_marker = false;  // What was found lies on the line and is none.
+  bool is_path = false;    // The path took it.
+};
+
+// Where on the road something is, and when it was met.
+struct SeenAt {
+  double time_s;
+  double at_m;
+  double lateral_m;
+};
+
 PathState state_of(const PathFollower::Answer& answer, bool is_fault) {
   if (is_fault) return PathState::kFault;
   if (std::isnan(answer.lateral_m)) return PathState::kLost;
@@ -92,18 +114,21 @@ struct Guidance::Impl {
 
   // Sweeps.
   void process(Beam& beam, std::size_t index, const BeamSweep& sweep);
-  void look_at_dashes(Beam& beam, const StripeFound& found, bool is_other_known, double at_m,
-                      double lateral_m, double time_s);
-  void tell_look(const Beam& beam, std::size_t line, const PaintLook& look, double lateral_m,
-                 double time_s);
-  void tell_things(Beam& beam, double at_m, double time_s);
-  void tell_line(const Beam& beam, const SeenPaint& paint, double at_m, double time_s);
+  double way_at(double time_s) const { return odometer.at(time_s).distance_m; }
+  void take_followed(Beam& beam, SweepLook& look);
+  void take_things(Beam& beam, const SweepLook& look) const;
+  void take_other(Beam& beam, const SweepLook& look);
+  void look_at_dashes(Beam& beam, const SweepLook& look, bool is_other_known);
   bool is_fresh(const Beam& beam, double at_m) const;
   void end_scan_where_due(const Beam& beam, double now_s);
   void end_scan(double now_s);
   void end_silent_scan(double now_s);
-  void tell(SeenKind kind, const Beam& beam, double time_s, double at_m, double lateral_m,
-            double length_m, std::string_view reason);
+
+  // What is seen, to who listens.
+  void tell_look(const Beam& beam, std::size_t line, const PaintLook& look, const SweepLook& sweep);
+  void tell_things(Beam& beam, double at_m, double time_s);
+  void tell(const Beam& beam, SeenKind kind, const SeenAt& where, double length_m = kUnknown,
+            std::string_view reason = {});
 
   GuidanceConfig config;
   GuidanceListener& listener;
@@ -329,80 +354,87 @@ void Guidance::take(const BeamSweep& sweep) {
 }
 
 void Guidance::Impl::process(Beam& beam, std::size_t index, const BeamSweep& sweep) {
-  const double now_s = sweep.time_s + beam.beam.sweep_s;
-  const auto seen = beam.reader.read(sweep.samples);
+  SweepLook look;
+  look.beam = index;
+  look.sweep_s = sweep.time_s;
+  look.now_s = sweep.time_s + beam.beam.sweep_s;
+  look.seen = beam.reader.read(sweep.samples);
   const detail::SweepFlaw flaw = beam.reader.flaw();
   faults.sweep(index, sweep.time_s, flaw.is_constant || flaw.is_clipped);
-  run_faults(now_s);
-  if (std::isnan(scan_s)) scan_s = now_s;
-  if (beam.is_in_scan) end_scan(now_s);
+  run_faults(look.now_s);
+  if (std::isnan(scan_s)) scan_s = look.now_s;
+  if (beam.is_in_scan) end_scan(look.now_s);
   beam.is_in_scan = true;
-  const double here_m = odometer.at(now_s).distance_m;
-  if (beam.beam.use == BeamUse::kOff || !std::isfinite(here_m))
-    return end_scan_where_due(beam, now_s);
+  look.here_m = way_at(look.now_s);
+  if (beam.beam.use == BeamUse::kOff || !std::isfinite(look.here_m))
+    return end_scan_where_due(beam, look.now_s);
 
-  path.advance(here_m);
+  path.advance(look.here_m);
   // When the sweep's middle was met; each line's own time is beside it by less than half a sweep.
-  const double middle_s = sweep.time_s + 0.5 * beam.beam.sweep_s;
-  const auto way_to = [&](double time_s) { return odometer.at(time_s).distance_m; };
-  const ExpectedLine expected = path.expected(index, here_m - way_to(middle_s));
-  const StripeFound found = choose_stripe(seen, config.stripe, expected);
+  const double middle_m = way_at(sweep.time_s + 0.5 * beam.beam.sweep_s);
+  const ExpectedLine expected = path.expected(index, look.here_m - middle_m);
+  look.found = choose_stripe(look.seen, config.stripe, expected);
+  look.at_m = middle_m + beam.beam.x_m;
+  look.lateral_m = expected.lateral_m;
 
-  double at_m = way_to(middle_s) + beam.beam.x_m;
-  double lateral_m = expected.lateral_m;
-  bool is_marker = false;
-  bool is_path = false;
-  if (found.followed) {
-    const SeenPaint& paint = seen[*found.followed];
-    const double met_m = way_to(sweep.time_s + paint.delay_s);
-    at_m = met_m + beam.beam.x_m;
-    lateral_m = paint.lateral_m();
-    is_marker =
-        config.smoothing.method == PathMethod::kFilter && beam.things.is_marker(paint.height, at_m);
-    if (is_marker) {
-      beam.things.see(paint, lateral_m, at_m, at_m - beam.last_at_m);
-    } else if (!is_fresh(beam, at_m)) {
-      is_path = path.see({index, lateral_m, paint.sigma_m, paint.width_m(), here_m - met_m});
-      if (is_path) ++beams_seen;
-      beam.things.see_stripe(paint.height);
-      tell_line(beam, paint, at_m, sweep.time_s + paint.delay_s);
-    } else if (!(std::abs(at_m - beam.wet_from_m) < 1.0)) {
-      beam.wet_from_m = at_m;
-      tell(SeenKind::kWet, beam, now_s, at_m, lateral_m, kUnknown, "the gun has painted it");
-    }
+  take_followed(beam, look);
+  take_things(beam, look);
+  take_other(beam, look);
+  tell_things(beam, look.at_m, look.now_s);
+  look_at_dashes(beam, look, look.found.followed || std::isfinite(expected.lateral_m));
+  beam.last_at_m = look.at_m;
+  end_scan_where_due(beam, look.now_s);
+}
+
+void Guidance::Impl::take_followed(Beam& beam, SweepLook& look) {
+  if (!look.found.followed) return;
+  const SeenPaint& paint = look.seen[*look.found.followed];
+  const double met_s = look.sweep_s + paint.delay_s;
+  const double met_m = way_at(met_s);
+  look.at_m = met_m + beam.beam.x_m;
+  look.lateral_m = paint.lateral_m();
+  look.is_marker = config.smoothing.method == PathMethod::kFilter &&
+                   beam.things.is_marker(paint.height, look.at_m);
+  if (look.is_marker) {
+    beam.things.see(paint, look.lateral_m, look.at_m, look.at_m - beam.last_at_m);
+  } else if (!is_fresh(beam, look.at_m)) {
+    look.is_path =
+        path.see({look.beam, look.lateral_m, paint.sigma_m, paint.width_m(), look.here_m - met_m});
+    if (look.is_path) ++beams_seen;
+    beam.things.see_stripe(paint.height);
+    tell(beam, SeenKind::kLine, {met_s, look.at_m, look.lateral_m});
+  } else if (!(std::abs(look.at_m - beam.wet_from_m) < 1.0)) {
+    beam.wet_from_m = look.at_m;
+    tell(beam, SeenKind::kWet, {look.now_s, look.at_m, look.lateral_m}, kUnknown,
+         "the gun has painted it");
   }
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (found.followed == i || found.other == i) continue;
-    // Pieces of a worn stripe are no things.
-    const double off_m = std::abs(seen[i].lateral_m() - lateral_m);
-    if (off_m + 0.5 * seen[i].width_m() < kStripeWidths * config.stripe.width_m) continue;
-    const double thing_m = way_to(sweep.time_s + seen[i].delay_s) + beam.beam.x_m;
-    beam.things.see(seen[i], lateral_m, thing_m, thing_m - beam.last_at_m);
+}
+
+// Pieces of a worn stripe are no things.
+void Guidance::Impl::take_things(Beam& beam, const SweepLook& look) const {
+  for (std::size_t i = 0; i < look.seen.size(); ++i) {
+    if (look.found.followed == i || look.found.other == i) continue;
+    const SeenPaint& paint = look.seen[i];
+    const double off_m = std::abs(paint.lateral_m() - look.lateral_m);
+    if (off_m + 0.5 * paint.width_m() < kStripeWidths * config.stripe.width_m) continue;
+    const double at_m = way_at(look.sweep_s + paint.delay_s) + beam.beam.x_m;
+    beam.things.see(paint, look.lateral_m, at_m, at_m - beam.last_at_m);
   }
-  if (found.other) {
-    const SeenPaint& other = seen[*found.other];
-    tell_line(beam, other, at_m, now_s);
-    if (is_path) {
-      apart_m += kApartShare * (other.lateral_m() - lateral_m - apart_m);
-    } else if (!found.followed && !is_fresh(beam, at_m)) {
-      // In a gap of the followed line the other one tells where it would be.
-      const double sigma_m = std::hypot(other.sigma_m, kApartSigma_m);
-      const double met_m = way_to(sweep.time_s + other.delay_s);
-      if (path.see({index, other.lateral_m() - apart_m, sigma_m, kUnknown, here_m - met_m})) {
-        ++beams_seen;
-      }
-    }
+}
+
+// In a gap of the followed line the other one tells where it would be.
+void Guidance::Impl::take_other(Beam& beam, const SweepLook& look) {
+  if (!look.found.other) return;
+  const SeenPaint& other = look.seen[*look.found.other];
+  tell(beam, SeenKind::kLine, {look.now_s, look.at_m, other.lateral_m()});
+  if (look.is_path) {
+    apart_m += kApartShare * (other.lateral_m() - look.lateral_m - apart_m);
+  } else if (!look.found.followed && !is_fresh(beam, look.at_m)) {
+    const double sigma_m = std::hypot(other.sigma_m, kApartSigma_m);
+    const double since_m = look.here_m - way_at(look.sweep_s + other.delay_s);
+    const double lateral_m = other.lateral_m() - apart_m;
+    if (path.see({look.beam, lateral_m, sigma_m, kUnknown, since_m})) ++beams_seen;
   }
-  tell_things(beam, at_m, now_s);
-  const bool is_other_known = found.followed.has_value() || std::isfinite(expected.lateral_m);
-  StripeFound shown = found;
-  if (is_marker) {
-    shown.followed.reset();  // No paint; what lies under a marker is not known, and it is short.
-    shown.is_followed_hidden = true;
-  }
-  look_at_dashes(beam, shown, is_other_known, at_m, lateral_m, now_s);
-  beam.last_at_m = at_m;
-  end_scan_where_due(beam, now_s);
 }
 
 bool Guidance::Impl::is_fresh(const Beam& beam, double at_m) const {
@@ -411,58 +443,54 @@ bool Guidance::Impl::is_fresh(const Beam& beam, double at_m) const {
                      [&](const GunPost& gun) { return gun.has_painted(at_m, known.distance_m); });
 }
 
-void Guidance::Impl::look_at_dashes(Beam& beam, const StripeFound& found, bool is_other_known,
-                                    double at_m, double lateral_m, double time_s) {
+// A marker is no paint; what lies under it is not known, and it is short.
+void Guidance::Impl::look_at_dashes(Beam& beam, const SweepLook& look, bool is_other_known) {
   if (!beam.forward) return;
-  if (!found.is_followed_hidden) {
+  const StripeFound& found = look.found;
+  if (!found.is_followed_hidden && !look.is_marker) {
     const bool is_paint = found.followed.has_value() || found.is_followed_worn;
-    tell_look(beam, 0, books[0].look(*beam.forward, is_paint, at_m), lateral_m, time_s);
+    tell_look(beam, 0, books[0].look(*beam.forward, is_paint, look.at_m), look);
   }
   if (books.size() < 2 || !is_other_known || found.is_other_hidden) return;
   const bool is_paint = found.other.has_value() || found.is_other_worn;
-  tell_look(beam, 1, books[1].look(*beam.forward, is_paint, at_m), lateral_m, time_s);
+  tell_look(beam, 1, books[1].look(*beam.forward, is_paint, look.at_m), look);
 }
 
 void Guidance::Impl::tell_look(const Beam& beam, std::size_t line, const PaintLook& look,
-                               double lateral_m, double time_s) {
+                               const SweepLook& sweep) {
   const char* const of = line == 0 ? "the followed line" : "the other line";
+  const SeenAt where{sweep.now_s, look.at_m, sweep.lateral_m};
   switch (look.news) {
     case PaintLook::News::kBegin:
-      return tell(SeenKind::kStart, beam, time_s, look.at_m, lateral_m, kUnknown, of);
+      return tell(beam, SeenKind::kStart, where, kUnknown, of);
     case PaintLook::News::kEnd:
-      return tell(SeenKind::kEnd, beam, time_s, look.at_m, lateral_m, kUnknown, of);
+      return tell(beam, SeenKind::kEnd, where, kUnknown, of);
     case PaintLook::News::kShort:
-      return tell(SeenKind::kMarker, beam, time_s, look.at_m, lateral_m, look.length_m,
-                  "shorter than a dash can be");
+      return tell(beam, SeenKind::kMarker, where, look.length_m, "shorter than a dash can be");
     case PaintLook::News::kPaint:
     case PaintLook::News::kNothing:
       return;
   }
 }
 
-void Guidance::Impl::tell_line(const Beam& beam, const SeenPaint& paint, double at_m,
-                               double time_s) {
-  tell(SeenKind::kLine, beam, time_s, at_m, paint.lateral_m(), kUnknown, "");
-}
-
 void Guidance::Impl::tell_things(Beam& beam, double at_m, double time_s) {
   while (const auto thing = beam.things.take(at_m)) {
-    tell(thing->kind, beam, time_s, thing->from_m, thing->lateral_m(), thing->length_m(),
+    tell(beam, thing->kind, {time_s, thing->from_m, thing->lateral_m()}, thing->length_m(),
          thing->reason);
   }
 }
 
-void Guidance::Impl::tell(SeenKind kind, const Beam& beam, double time_s, double at_m,
-                          double lateral_m, double length_m, std::string_view reason) {
+void Guidance::Impl::tell(const Beam& beam, SeenKind kind, const SeenAt& where, double length_m,
+                          std::string_view reason) {
   if (kind == SeenKind::kLine || beam.forward == std::size_t{0}) {
     ++totals.seen[static_cast<std::size_t>(kind)];
   }
-  seen_line.time_s = time_s;
-  seen_line.odometer_counts = moment_at(time_s).counts;
-  seen_line.distance_m = at_m;
+  seen_line.time_s = where.time_s;
+  seen_line.odometer_counts = moment_at(where.time_s).counts;
+  seen_line.distance_m = where.at_m;
   seen_line.beam = beam.beam.name;
   seen_line.kind = kind;
-  seen_line.lateral_m = lateral_m;
+  seen_line.lateral_m = where.lateral_m;
   seen_line.length_m = length_m;
   seen_line.reason = reason;
   listener.seen(seen_line);

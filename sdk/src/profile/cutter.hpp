@@ -35,12 +35,12 @@ class Cutter {
   void report_pieces(const PolarScan& scan, Segmentation& out) const;
   void report_joints(Segmentation& out) const;
 
-  EdgeColumns edges;
-  OutlierGate gate;
-  Texture texture;
-  Partition partition;
-  CircleSearch circles;
-  CornerSearch corners;
+  EdgeColumns edges_;
+  OutlierGate gate_;
+  Texture texture_;
+  Partition partition_;
+  CircleSearch circles_;
+  CornerSearch corners_;
 };
 
 }  // namespace striper::detail

@@ -54,25 +54,25 @@ namespace detail {
 void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentation& out) {
   ranges.take(scan, options.pivot_m);
   leave_out_part_seen(out);
-  out.texture_m = options.estimate_texture ? texture.estimate_m(ranges) : 0.0;
+  out.texture_m = options.estimate_texture ? texture_.estimate_m(ranges) : 0.0;
   const bool is_textured = out.texture_m > 0.0;
-  if (is_textured) texture.apply(out.texture_m, ranges);
+  if (is_textured) texture_.apply(out.texture_m, ranges);
   leave_out_speckle(out);
   if (is_textured) {  // Speckle made it look rougher.
-    out.texture_m = texture.estimate_m(ranges);
-    texture.apply(out.texture_m, ranges);
+    out.texture_m = texture_.estimate_m(ranges);
+    texture_.apply(out.texture_m, ranges);
   }
   out.penalty = piece_penalty(options.false_split_rate, ranges.size());
-  take_runs(partition.cut(ranges, {out.penalty, kRoughPenalty}));
+  take_runs(partition_.cut(ranges, {out.penalty, kRoughPenalty}));
   for (Run& run : runs) judge_roughness(run, kRoughPenalty);
   if (options.find_circles) {
     const double bend = bend_penalty(options.false_split_rate);
-    circles.join(ranges, {out.penalty, bend, kRoughPenalty}, runs);
+    circles_.join(ranges, {out.penalty, bend, kRoughPenalty}, runs);
   }
   const auto is_plain = [](const Run& run) { return !run.is_rough && !run.is_circular; };
   for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
     runs[k].meets_next =
-        is_plain(runs[k]) && is_plain(runs[k + 1]) && corners.settle(ranges, runs[k], runs[k + 1]);
+        is_plain(runs[k]) && is_plain(runs[k + 1]) && corners_.settle(ranges, runs[k], runs[k + 1]);
   }
   report_pieces(scan, out);
   report_joints(out);
@@ -84,7 +84,7 @@ void Cutter::note_outliers(const std::vector<char>& marked, Segmentation& out) c
 }
 
 void Cutter::leave_out_part_seen(Segmentation& out) {
-  const std::vector<char>& marked = edges.mark(ranges);
+  const std::vector<char>& marked = edges_.mark(ranges);
   out.outliers.clear();
   note_outliers(marked, out);
   if (!out.outliers.empty()) ranges.remove_part_seen(marked);
@@ -92,7 +92,7 @@ void Cutter::leave_out_part_seen(Segmentation& out) {
 
 void Cutter::leave_out_speckle(Segmentation& out) {
   const std::size_t before = out.outliers.size();
-  const std::vector<char>& marked = gate.mark(ranges);
+  const std::vector<char>& marked = gate_.mark(ranges);
   note_outliers(marked, out);
   if (out.outliers.size() == before) return;
   ranges.remove_marked(marked);
