@@ -24,7 +24,7 @@ usage: ./test.sh [--deps | --full | --only STAGE]
                    foreign other people's programs read the files that we write; they come from npm, and the
                            stage says so where that is not reached
                    browser the pages of web: in Debian's Chromium
-                   fuzz    libFuzzer on the readers of models, scenes, roads, pictures, addresses, tables, messages, MCAP files and requests, 20 s each; not part
+                   fuzz    libFuzzer on the readers of models, scenes, roads, image files, addresses, tables, messages, MCAP files and requests, 20 s each; not part
                            of --full
   --deps         only install the Debian packages that all of this needs
 
@@ -54,7 +54,7 @@ stage_quick() {
   run_tests release -LE 'slow|device|foreign|browser'
 }
 
-# One at a time, and again where one fails: streams at full rate drop pictures on a machine that does something else
+# One at a time, and again where one fails: streams at full rate drop frames on a machine that does something else
 # beside, and a computer that is shared with others does so unasked.
 stage_device() {
   configure_and_build release

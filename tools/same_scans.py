@@ -5,7 +5,7 @@
 usage: same_scans.py OLD_STRIPER NEW_STRIPER [--real DIR] [--frames N]
 
 Every scene that comes with Striper is simulated by both programs, and scanned by both in the ways below, each alone and
-with all returns; every calibration below is made by both. With --real the pictures under DIR are scanned too. What differs
+with all returns; every calibration below is made by both. With --real the images under DIR are scanned too. What differs
 is named with its first line that does; the exit code is 1 then.
 """
 import argparse
@@ -20,8 +20,8 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PICTURES = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif")
-MOST_PICTURES = 12  # Of one folder of real ones.
+IMAGES = (".png", ".pgm", ".jpg", ".jpeg", ".bmp", ".tif")
+MOST_IMAGES = 12  # Of one folder of real ones.
 WAYS = {
     "default": [],
     "paper": ["--method", "paper"],
@@ -115,19 +115,19 @@ class Comparison:
 
     def real(self, folder):
         for axis in ("columns", "rows"):
-            self.compare("scans of real pictures", f"{folder.name} along {axis}", "capture", f"images:{folder}",
-                         "--axis", axis, "--frames", MOST_PICTURES, "--missing", "--doubtful", output="scans.csv")
+            self.compare("scans of real images", f"{folder.name} along {axis}", "capture", f"images:{folder}",
+                         "--axis", axis, "--frames", MOST_IMAGES, "--missing", "--doubtful", output="scans.csv")
 
 
-def folders_of_pictures(root):
-    return sorted({path.parent for path in root.rglob("*") if path.suffix.lower() in PICTURES})
+def folders_of_images(root):
+    return sorted({path.parent for path in root.rglob("*") if path.suffix.lower() in IMAGES})
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("old", type=pathlib.Path, help="the striper program of before")
     parser.add_argument("new", type=pathlib.Path, help="the one of after")
-    parser.add_argument("--real", type=pathlib.Path, help="a folder with folders of real pictures")
+    parser.add_argument("--real", type=pathlib.Path, help="a folder with folders of real images")
     parser.add_argument("--frames", type=int, default=6, help="of each scene (6)")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="same-scans-") as scratch:
@@ -136,7 +136,7 @@ def main():
             comparison.scene(scene, arguments.frames)
         for name, options in CALIBRATIONS.items():
             comparison.compare("calibrations", name, "calibrate", *options, output="model.yaml")
-        for folder in folders_of_pictures(arguments.real) if arguments.real else []:
+        for folder in folders_of_images(arguments.real) if arguments.real else []:
             comparison.real(folder)
     for kind, count in comparison.compared.items():
         print(f"{count} {kind} compared")

@@ -98,7 +98,7 @@ void bind_curb_detector(py::module_& module) {
 void bind_object_track(py::module_& module) {
   py::class_<ObjectTrack>(module, "ObjectTrack", "An object at one scan; NaN: not known.")
       .def_readonly("id", &ObjectTrack::id)
-      .def_readonly("is_seen", &ObjectTrack::is_seen, "In this scan; else it is foretold.")
+      .def_readonly("is_seen", &ObjectTrack::is_seen, "In this scan; else it is predicted.")
       .def_readonly("hits", &ObjectTrack::hits, "Scans that saw it.")
       .def_readonly("scans", &ObjectTrack::scans, "Scans since the first.")
       .def_readonly("position_m", &ObjectTrack::position_m, "(x, y) of its closest point.")
@@ -124,11 +124,12 @@ void bind_object_track(py::module_& module) {
 class Tracker {
  public:
   Tracker(std::optional<double> up_rad, double forward_rad, std::optional<double> roughness_m,
-          std::optional<double> acceleration_m_s2)
+          std::optional<double> acceleration_m_s2, double speed_m_s)
       : tracker_(options_of(forward_rad, roughness_m, acceleration_m_s2)) {
     if (!up_rad) return;
     CurbDetectorOptions street;
     street.curb.up_rad = up_rad;
+    street.speed_m_s = speed_m_s;
     street_.emplace(street);
   }
 
@@ -159,9 +160,11 @@ class Tracker {
 void bind_object_tracker(py::module_& module) {
   py::class_<Tracker>(module, "ObjectTracker",
                       "Follows what stands or moves in the scan plane; one for each laser plane.")
-      .def(py::init<std::optional<double>, double, std::optional<double>, std::optional<double>>(),
+      .def(py::init<std::optional<double>, double, std::optional<double>, std::optional<double>,
+                    double>(),
            py::kw_only(), py::arg("up_rad") = py::none(), py::arg("forward_rad") = 0.0,
-           py::arg("roughness_m") = py::none(), py::arg("acceleration_m_s2") = py::none())
+           py::arg("roughness_m") = py::none(), py::arg("acceleration_m_s2") = py::none(),
+           py::arg("speed_m_s") = CurbDetectorOptions{}.speed_m_s)
       .def("update", &update<ObjectTrack, Tracker>, py::arg("scan"), py::arg("motion") = py::none(),
            "Takes the next scan, in the order of time.");
 }

@@ -458,6 +458,7 @@ class ObjectTracker:
         forward_rad: float = 0.0,
         roughness_m: float | None = None,
         acceleration_m_s2: float | None = None,
+        speed_m_s: float = 5.0,
     ) -> None: ...
     def update(self, scan: Scan, motion: Motion | None = None) -> list[ObjectTrack]: ...
 

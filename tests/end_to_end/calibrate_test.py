@@ -169,7 +169,7 @@ class Calibrate(unittest.TestCase):
                    self.out / "nine.html")
         self.assertEqual(0, done.returncode, done.stderr)
         self.assertEqual(9, json.loads(done.stdout)["views"])
-        self.assertIn(f"1 of 10 images could not be read and is left out (picture '{cut}' is a damaged or truncated PNG",
+        self.assertIn(f"1 of 10 images could not be read and is left out (image file '{cut}' is a damaged or truncated PNG",
                       done.stderr)
         self.assertNotIn("libpng", done.stderr)
         self.assertIn(f"{cut.name}</b><br><span class=\"refusal\">board not used:</span>",
@@ -178,7 +178,7 @@ class Calibrate(unittest.TestCase):
             image.write_bytes(b"no image")
         done = run("calibrate", *BOARD, "--lasers", session, "-o", self.out / "none.yaml")
         self.assertEqual(1, done.returncode)
-        self.assertIn("none of 10 images can be read; picture '", done.stderr)
+        self.assertIn("none of 10 images can be read; image file '", done.stderr)
 
     def test_refuses_nonsense(self):
         self.assertEqual(2, run("calibrate", *BOARD, "-o", self.out / "x.yaml").returncode)

@@ -353,7 +353,7 @@ class Scans(EndToEnd):
         scene = os.path.join(SOURCE_DIR, "data/scenes/room.yaml")
         done = self.capture(f"sim:{scene}?fps=100000&realtime=yes&frames=150", "-o", self.path("scans.csv"))
         self.assertRegex(
-            done.stderr, r"warning: fps=100000 was asked for, and [\d.]+ pictures came in a second: this machine is too slow"
+            done.stderr, r"warning: fps=100000 was asked for, and [\d.]+ frames came in a second: this machine is too slow"
         )
         for query in ("fps=1000&frames=40", "fps=2&realtime=yes&frames=4"):
             done = self.capture(f"sim:{scene}?{query}", "-o", self.path("scans.csv"))

@@ -162,6 +162,10 @@ class Simulated(Live):
         self.assertIn("--resume", again)
         self.assertIn("holds a job", striper("guide", "run", self.path("run"), "-o", self.path("job"), code=2).stderr)
         self.assertIn("already holds a run", striper(*self.command(self.source(60), "other", "--record", self.path("run")), code=2).stderr)
+        for same in (self.path("both"), self.path("both") + "/", os.path.relpath(self.path("both"))):
+            said = striper(*self.command(self.source(60), "both", "--record", same), code=2).stderr
+            self.assertIn("are one directory", said)
+        self.assertFalse(os.path.exists(self.path("both")))
         for file in (self.path("run2", "truck.mcap"), self.path("third", "guns.csv"), self.model, self.path("truck.yaml")):
             said = striper(*self.command(self.source(60), "third", "--record", self.path("run2"), "--to", f"jsonl:{file}"), code=2).stderr
             self.assertIn("is read or written by this run", said)

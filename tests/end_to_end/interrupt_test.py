@@ -66,7 +66,7 @@ class Interrupt(InScratch):
         finally:
             program.kill()
         took_s = time.monotonic() - asked
-        self.assertNotIn(b"terminate called", errors)
+        self.assertIn(program.returncode, (0, 1, 3, -signal.SIGINT), errors)
         return took_s
 
     def assert_ends(self, *words):
@@ -74,7 +74,8 @@ class Interrupt(InScratch):
             took_s = []
             while len(took_s) < TRIES and (not took_s or took_s[-1] > LIMIT_S):
                 seconds = self.end_after(moment_s, *words)
-                if seconds is None:
+                if seconds is None:  # It ended by itself, and would later on.
+                    self.assertNotEqual(moment_s, MOMENTS_S[0], words)
                     return
                 took_s.append(seconds)
             with self.subTest(words=words, moment_s=moment_s):
@@ -137,10 +138,7 @@ class Files(Interrupt):
 
     def test_calibrate(self):
         striper("simulate", BOARDS, "-o", self.path("session"), "--frames", "30")
-        self.assert_ends("calibrate", self.path("session"), "-o", "model.yaml")
-
-    def test_board(self):
-        self.assert_ends("board", "--paper", "a4", "-o", "board.pdf")
+        self.assert_ends("calibrate", "--board", "9x6", "--square", "0.06", "--lasers", self.path("session"), "-o", "model.yaml")
 
 
 class Machine(Interrupt):
@@ -149,12 +147,6 @@ class Machine(Interrupt):
 
     def test_bench(self):
         self.assert_ends("bench")
-
-    def test_devices(self):
-        self.assert_ends("devices")
-
-    def test_design(self):
-        self.assert_ends("design", "--paper")
 
 
 class Guidance(Interrupt):

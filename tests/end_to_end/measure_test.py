@@ -86,10 +86,10 @@ class Noise(InScratch):
     def test_refuses_too_few_and_copies(self):
         for n in range(2):
             self.write_image(f"few/{n}.pgm", lambda u, v: random.gauss(20 + 2 * u, 2))
-        self.refused("2 dark pictures; at least 4 are needed", "images:" + self.path("few"))
+        self.refused("2 dark images; at least 4 are needed", "images:" + self.path("few"))
         for n in range(8):
             self.write_image(f"copies/{n}.pgm", lambda u, v: 20 + 40 * (u // 16))
-        self.refused("copies of one picture", "images:" + self.path("copies"))
+        self.refused("copies of one image", "images:" + self.path("copies"))
 
     def test_wrong_usage(self):
         striper("noise", "sim:x.yaml", "-o", "out.yaml", code=2)

@@ -61,7 +61,7 @@ class Why(InScratch):
 
     def test_people_get_a_table(self):
         text = striper("why", self.source, "--model", self.model, "--line", "320").stdout
-        self.assertIn("frame 0, line 320: searched from", text)
+        self.assertIn("frame 0, scan line 320: searched from", text)
         self.assertIn("what became of it", text)
         self.assertIn("chosen", text)
         self.assertIn("a pixel", text)

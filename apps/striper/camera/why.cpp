@@ -94,7 +94,7 @@ void print_result(const ScanExplanation& why) {
 void print(std::uint64_t frame, const ScanExplanation& why) {
   const LineExplanation& line = why.line;
   fmt::print(
-      "frame {}, line {}: searched from {:.0f} to {:.0f}, for a stripe {:.2f} pixels wide "
+      "frame {}, scan line {}: searched from {:.0f} to {:.0f}, for a stripe {:.2f} pixels wide "
       "(sigma)\nnoise {:.2f} DN; a candidate rises {:.1f} sigmas or more; {}\n\n",
       frame, line.line, line.from_px, line.to_px, line.expected_width_px, line.noise_dn,
       line.least_significance,

@@ -83,7 +83,7 @@ std::string outcome_text(const DesignFigures& figures, double first_m) {
 
 std::string range_table(const DesignFigures& figures, const std::vector<double>& ranges_m) {
   std::string text =
-      "  range   one line out  derivative   signal  background  signal/   SNR    sigma   found\n"
+      "  range  one pixel out  derivative   signal  background  signal/   SNR    sigma   found\n"
       "      m             cm          cm       DN          DN  background         mm       %\n";
   for (const double range_m : ranges_m) {
     const RangeFigures at = figures.at(range_m);
@@ -224,9 +224,9 @@ std::string design_svg(const DesignFigures& figures) {
     ratio.emplace_back(range_m, at.signal_to_background);
     found.emplace_back(range_m, 100.0 * at.detection);
   }
-  SvgChart errors("Range: one scan line outward, and the predicted error", range_axis(ranges_m),
+  SvgChart errors("Range: one pixel outward, and the predicted error", range_axis(ranges_m),
                   decades("mm", {step, sigma}));
-  errors.line("one line outward", "#12395c", step);
+  errors.line("one pixel outward", "#12395c", step);
   errors.line("one sigma", "#c2410c", sigma);
   SvgChart light("Light: over the sun, and over the noise", range_axis(ranges_m),
                  decades("ratio", {snr, ratio}));
@@ -245,7 +245,7 @@ std::string paper_text() {
         out, "  {:3.0f} degrees  angle of a pixel                {:.2f}           {:.2f} degrees\n",
         lens.fov_deg, lens.printed_resolution_deg, lens.resolution_deg);
     fmt::format_to(out,
-                   "               one line outward at 2 m         {:.1f}            {:.1f} cm "
+                   "               one pixel outward at 2 m        {:.1f}            {:.1f} cm "
                    "(derivative {:.1f})\n",
                    100.0 * lens.printed_step_m, 100.0 * lens.step_m, 100.0 * lens.derivative_m);
     fmt::format_to(out,

@@ -31,7 +31,6 @@ struct CurbArguments {
   FollowArguments follow;
   double min_height_m = CurbOptions{}.min_height_m;
   double max_height_m = CurbOptions{}.max_height_m;
-  double speed_m_s = CurbDetectorOptions{}.speed_m_s;
 };
 
 constexpr const char* kDescription =
@@ -67,7 +66,7 @@ constexpr const char* kHelp =
     "Events (docs/events.md): curb_found, curb_lost; with --json, and to whoever --to names.";
 
 void define(Command& command, CurbArguments& arguments) {
-  CommandOption* const odometer = add_follow_arguments(command, arguments.follow);
+  add_follow_arguments(command, arguments.follow);
   command
       .add_option("--min-height", arguments.min_height_m, "Lower is no curb, metres; default 0.03")
       ->type_name("M")
@@ -77,13 +76,6 @@ void define(Command& command, CurbArguments& arguments) {
                   "Higher is a wall or a vehicle, metres; default 0.3")
       ->type_name("M")
       ->check(between(1e-3, 1.0));
-  command
-      .add_option("--speed", arguments.speed_m_s,
-                  "The vehicle's speed where there is no odometer, m/s; default 5, 0 where it "
-                  "stands")
-      ->type_name("V")
-      ->check(between(0.0, 100.0))
-      ->excludes(odometer);
   command.footer(kHelp);
 }
 
@@ -102,7 +94,7 @@ class CurbRun {
     options_.curb.up_rad = arguments.follow.up_rad();
     options_.curb.min_height_m = arguments.min_height_m;
     options_.curb.max_height_m = arguments.max_height_m;
-    options_.speed_m_s = arguments.speed_m_s;
+    options_.speed_m_s = arguments.follow.speed_m_s;
     options_.validate();
     if (const auto file = arguments.follow.table()) table_.emplace(*file, curb_columns());
     if (arguments.follow.plot) plot_.emplace();

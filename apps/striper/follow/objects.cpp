@@ -56,7 +56,8 @@ constexpr const char* kHelp =
     "  time_to_contact_s     distance over closing speed, 95 % between ttc_low_s and ttc_high_s;\n"
     "                        inf: it may not close at all; empty: it certainly does not\n"
     "  zone                  road, behind_curb, or unknown: needs --up and a curb, which is\n"
-    "                        tracked: it counts while somebody before it hides it, too\n"
+    "                        tracked: it counts while somebody before it hides it, for\n"
+    "                        5 m of way (--speed without --odometer)\n"
     "  confidence            the probability that it exists: rises when it is seen, falls when it\n"
     "                        should be and is not, stays while something nearer hides it\n\n"
     "All of a stripe is exposed by one flash: unlike a turning scanner it has no skew in a "
@@ -162,6 +163,7 @@ class ObjectsRun {
     if (const auto up_rad = arguments_.follow.up_rad()) {
       CurbDetectorOptions street;
       street.curb.up_rad = up_rad;
+      street.speed_m_s = arguments_.follow.speed_m_s;
       plane.street.emplace(street);
     }
     return planes_.emplace(key, std::move(plane)).first->second;

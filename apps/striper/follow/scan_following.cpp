@@ -172,6 +172,14 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
           ->type_name("K")
           ->needs(odometer);
   odometer->needs(counts);
+  command
+      .add_option(
+          "--speed", arguments.speed_m_s,
+          "The vehicle's speed where there is no odometer, m/s: how far curbs are followed; "
+          "default 5, 0 where it stands")
+      ->type_name("V")
+      ->check(between(0.0, 100.0))
+      ->excludes(odometer);
   command.add_option("--frames", arguments.frames, "Stop after so many scans")
       ->type_name("N")
       ->check(above_zero());

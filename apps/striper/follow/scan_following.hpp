@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <striper/core/event.hpp>
+#include <striper/detect/curb_detector.hpp>
 #include <striper/motion/motion.hpp>
 #include <striper/scan/polar_scan.hpp>
 #include <striper/stream/scan_bus.hpp>
@@ -28,6 +29,7 @@ struct FollowArguments {
   double sigma_m = std::numeric_limits<double>::quiet_NaN();
   std::optional<double> up_deg;
   std::optional<std::string> odometer;
+  double speed_m_s = CurbDetectorOptions{}.speed_m_s;  ///< Where there is no odometer.
   double counts_per_m = std::numeric_limits<double>::quiet_NaN();
   bool json = false;
 
@@ -36,8 +38,8 @@ struct FollowArguments {
   std::optional<std::string> table() const;
 };
 
-/// `SCANS`, `--model`, `--output`, `--to`, `--plot`, `--frames`, `--sigma`, `--up`, `--odometer`,
-/// `--counts-per-m`, `--json`. @return the option `--odometer`, for what needs it.
+/// `SCANS`, `--model`, `--output`, `--to`, `--plot`, `--frames`, `--sigma`, `--up`, `--speed`,
+/// `--odometer`, `--counts-per-m`, `--json`. @return the option `--odometer`, for what needs it.
 CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments);
 
 struct FollowCounts {

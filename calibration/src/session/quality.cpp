@@ -14,7 +14,7 @@ std::string number(double value) {
   return std::isfinite(value) ? fmt::format("{:.6g}", value) : std::string("~");
 }
 
-std::string quoted(const std::string& text) {
+std::string yaml_string(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') result += '\\';
@@ -30,11 +30,11 @@ std::string quality_yaml(const Calibration& calibration, const std::string& date
   const CrossValidation& validation = calibration.validation;
   std::string yaml;
   const auto out = std::back_inserter(yaml);
-  if (!date.empty()) fmt::format_to(out, "date: {}\n", quoted(date));
+  if (!date.empty()) fmt::format_to(out, "date: {}\n", yaml_string(date));
   fmt::format_to(out, "solver: Ceres {}\n", CERES_VERSION_STRING);
   fmt::format_to(out, "trustworthy: {}\n", calibration.trustworthy());
   if (calibration.forced) yaml += "forced: true\n";
-  fmt::format_to(out, "verdict: {}\n", quoted(calibration.verdict()));
+  fmt::format_to(out, "verdict: {}\n", yaml_string(calibration.verdict()));
   fmt::format_to(out, "board: {}\nsquare_m: {}\n", to_string(calibration.observations.board),
                  number(calibration.observations.board.square_m));
   fmt::format_to(out, "views: {}\nstripe_views: {}\n", calibration.observations.views.size(),

@@ -75,7 +75,7 @@ YAML::Node parse_yaml(const std::string& text, const std::string& file) {
   }
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t kLongest = 60;
   std::string result = "'";
   for (const char c : text.substr(0, kLongest)) {

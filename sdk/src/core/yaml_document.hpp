@@ -17,6 +17,6 @@ YAML::Node parse_yaml(const std::string& text, const std::string& file);
 std::string yaml_place(const std::string& file, const YAML::Mark& mark);
 
 /// A value for a message: in quotes, cut to a sensible length, control characters escaped.
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 
 }  // namespace striper::detail

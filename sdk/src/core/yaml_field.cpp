@@ -77,7 +77,7 @@ std::string YamlField::child_path(std::string_view key) const {
 std::string YamlField::described() const {
   switch (node_.Type()) {
     case YAML::NodeType::Scalar:
-      return quoted(node_.Scalar()) + (is_plain_scalar(node_) ? "" : " in quotes");
+      return in_quotes(node_.Scalar()) + (is_plain_scalar(node_) ? "" : " in quotes");
     case YAML::NodeType::Sequence:
       return fmt::format("a list of {}", node_.size());
     case YAML::NodeType::Map:
@@ -103,7 +103,7 @@ void YamlField::require_map(std::initializer_list<std::string_view> known) const
     if (!entry.first.IsScalar()) key.refuse("a word as key");
     const std::string& word = entry.first.Scalar();
     if (!seen.insert(word).second)
-      key.refuse(fmt::format("key {} a second time", quoted(word)), "each key once");
+      key.refuse(fmt::format("key {} a second time", in_quotes(word)), "each key once");
     if (std::find(known.begin(), known.end(), word) == known.end()) take_unknown(key, known);
   }
 }
@@ -112,11 +112,11 @@ void YamlField::take_unknown(const YamlField& key,
                              std::initializer_list<std::string_view> known) const {
   const std::string& word = key.node_.Scalar();
   if (file_->unknown_keys == UnknownKeys::kRefuse) {
-    key.refuse(fmt::format("the key {}", quoted(word)),
+    key.refuse(fmt::format("the key {}", in_quotes(word)),
                fmt::format("{}{}", fmt::join(known, ", "), hint(word, known)));
   }
   events().send({"unknown_key", fmt::format("{}: unknown key {} is ignored{}", key.where(),
-                                            quoted(child_path(word)), hint(word, known))});
+                                            in_quotes(child_path(word)), hint(word, known))});
 }
 
 std::optional<YamlField> YamlField::find(std::string_view key) const {
@@ -136,7 +136,7 @@ YamlField YamlField::at(std::string_view key, std::string_view expected) const {
   for (const auto& entry : node_) {
     const std::size_t distance = edit_distance(entry.first.Scalar().substr(0, kLongestWord), key);
     if (distance <= std::max<std::size_t>(1, key.size() / 4)) {
-      meant = fmt::format(" (is {} meant to be it?)", quoted(entry.first.Scalar()));
+      meant = fmt::format(" (is {} meant to be it?)", in_quotes(entry.first.Scalar()));
     }
   }
   throw Error(ErrorKind::kBadFile, fmt::format("{}: {} is missing{} - expected {}", where(),

@@ -216,7 +216,7 @@ GunMoment Guidance::Impl::moment_at(double time_s) const {
   return moment;
 }
 
-// What was foretold and then is corrected by less than a count is no way back.
+// What was predicted and then is corrected by less than a count is no way back.
 void Guidance::Impl::hold_back(GunMoment& moment) const {
   const double back_m = known.distance_m - moment.distance_m;
   if (back_m > 0.0 && back_m * std::abs(config.odometer.counts_per_m) < 1.0) {

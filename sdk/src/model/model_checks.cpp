@@ -108,10 +108,11 @@ std::optional<Violation> check_names(const StriperModel& model) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string field = fmt::format("covariance.parameters[{}]", i);
     if (std::find(known.begin(), known.end(), names[i]) == known.end()) {
-      return Violation{field, quoted(names[i]), fmt::format("one of {}", fmt::join(known, ", "))};
+      return Violation{field, in_quotes(names[i]),
+                       fmt::format("one of {}", fmt::join(known, ", "))};
     }
     if (!seen.insert(names[i]).second) {
-      return Violation{field, quoted(names[i]), "each parameter once"};
+      return Violation{field, in_quotes(names[i]), "each parameter once"};
     }
   }
   return std::nullopt;

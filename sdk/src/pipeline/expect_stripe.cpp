@@ -17,13 +17,14 @@ constexpr int kStepAlong = 8;
 constexpr int kStepAcross = 4;
 constexpr float kMargin = 8.0F;
 
-// Beyond the depth that was calibrated a stripe is still to be found: in half its nearest range,
-// and in three times its farthest, where a range that goes with its square is known nine times
+// Beyond the depth that was calibrated a stripe is still looked for: from half the nearest range to
+// three times the farthest, where a range, whose error goes with its square, is known nine times
 // worse.
 constexpr double kNearer = 0.5;
 constexpr double kFarther = 3.0;
-// Widths of ranges that lie within so many pixels, one sigma, say nothing of a slope.
-constexpr double kLeastSpread_px = 1.0;
+// Widths of ranges that lie at about one place say nothing of a slope: the sum of the squares of
+// their distances from the middle, pixels squared.
+constexpr double kLeastLever_px2 = 4.0;
 
 struct RangeLimits {
   double first_m = 0.0;
@@ -109,8 +110,8 @@ void find_width(const Triangulator& triangulator, const Sensor& sensor, const St
   if (widths.points == 0) return;
   expected.pivot_px = widths.fg / widths.ff;
   expected.sigma_px = widths.fz / widths.ff;
-  const double spread_px = std::sqrt(std::max(0.0, widths.determinant())) / widths.ff;
-  if (spread_px > kLeastSpread_px) expected.sigma_slope = widths.solve().parameters[1];
+  if (widths.determinant() / widths.ff > kLeastLever_px2)
+    expected.sigma_slope = widths.solve().parameters[1];
 }
 
 // Between two ranges as powers of the range; beyond them as the nearest one.

@@ -65,13 +65,13 @@ std::vector<std::string_view> words_of(const Words<Value, N>& known) {
   return words;
 }
 
-// What a word means that `why_not` has accepted; of another the first one's meaning.
+// What a word means; `why_not` refuses others first, with words for people.
 template <typename Value, std::size_t N>
 Value word_in(const Words<Value, N>& known, std::string_view word) {
   for (const auto& [name, meaning] : known) {
     if (name == word) return meaning;
   }
-  return known.front().second;
+  throw Error(ErrorKind::kUsage, fmt::format("'{}' is no word of this option", word));
 }
 
 template <typename Value, std::size_t N>

@@ -81,7 +81,7 @@ LineExplanation ProfileExtractor::explain(int line) const {
   }
   const int lines = line_count(frame.lit, options_.axis);
   if (line < 0 || line >= lines) {
-    throw Error(ErrorKind::kBadValue, fmt::format("line {} - expected 0 to {}, the image's {}",
+    throw Error(ErrorKind::kBadValue, fmt::format("scan line {} - expected 0 to {}, the image's {}",
                                                   line, lines - 1, to_string(options_.axis)));
   }
   const AxisGrid& across = grid_across(frame.grid, options_.axis);

@@ -7,7 +7,7 @@
 
 namespace striper::detail {
 
-/// What was measured less what was foretold, and how much of that was to be expected.
+/// What was measured less what was predicted, and how much of that was to be expected.
 struct Innovation {
   double value = 0.0;
   double variance = 0.0;
@@ -16,7 +16,7 @@ struct Innovation {
   double square() const noexcept { return value * value / variance; }
 };
 
-/// A Gaussian state that is foretold linearly and corrected by one number at a time.
+/// A Gaussian state that is predicted linearly and corrected by one number at a time.
 ///
 /// @tparam kMost how many states there are, or at most where `kSize` is Eigen::Dynamic.
 /// No allocation. Source: R. E. Kalman, *A new approach to linear filtering and prediction

@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Format{"Mono12Packed", 12, kPart}, Format{"Mono16", 16, kWhole},
                       Format{"Mono16", 16, kPart}),
     [](const auto& tried) {
-      return std::string(tried.param.format) + (tried.param.region == kWhole ? "" : "_region");
+      return std::string(tried.param.name) + (tried.param.region == kWhole ? "" : "_region");
     });
 
 }  // namespace

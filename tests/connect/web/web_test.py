@@ -477,7 +477,7 @@ class Camera(Served):
                 self.judge(viewer, True, "", "scanning", "source_back", begin)
                 camera.program.kill()
                 camera.program.communicate()
-                self.judge(viewer, False, "no scan for", "no picture", "source_lost", time.monotonic())
+                self.judge(viewer, False, "no scan for", "no frame", "source_lost", time.monotonic())
         status = json.loads(self.get("/api/v1/status")[1])["heads"][0]
         self.assertEqual(status["reconnects"], self.TIMES - 1)
         self.assertGreater(status["latency_ms"], 0)

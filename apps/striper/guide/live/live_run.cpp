@@ -340,10 +340,20 @@ void take_odometer(const RigFile& rig, const std::string& file, GuidanceConfig& 
   config.odometer_source = rig.odometer->source;
 }
 
+namespace {
+
+// Neither needs to exist.
+bool is_same_folder(const std::filesystem::path& a, const std::filesystem::path& b) {
+  const auto whole = [](const std::filesystem::path& path) {
+    return (std::filesystem::weakly_canonical(std::filesystem::absolute(path)) / "").parent_path();
+  };
+  return whole(a) == whole(b);
+}
+
+}  // namespace
+
 LiveOutcome run_live(const GuidanceConfig& config, const LiveRunOptions& options) {
-  namespace fs = std::filesystem;
-  if (!options.record.empty() &&
-      fs::weakly_canonical(options.record) == fs::weakly_canonical(options.output)) {
+  if (!options.record.empty() && is_same_folder(options.record, options.output)) {
     throw Error(
         ErrorKind::kUsage,
         fmt::format("--record {} and -o {} are one directory: the job's guidance.yaml would "

@@ -175,7 +175,7 @@ Event conclude_path(const std::vector<int>& arrived, int wanted) {
                         "found; or raise the MTU of the interface and of every switch",
                         largest)};
   }
-  return {"camera_silent", "test packets arrive and frames do not: the camera takes none",
+  return {"camera_silent", "test packets arrive and frames do not: the camera gives none",
           "a trigger that never comes: look at trigger= and its wiring, or try trigger=off"};
 }
 

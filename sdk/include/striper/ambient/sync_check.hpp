@@ -56,7 +56,7 @@ struct SyncCheckOptions {
 /// Watches a source and tells whether the laser fires in step with the shutter, and in which
 /// exposures.
 ///
-/// It looks at six frames after the other, as a Scanner does that was not told the
+/// It looks at six frames at a time, lot after lot, as a Scanner does that was not told the
 /// pattern, in whatever daylight it sees the stripe. The source is started and stopped.
 ///
 /// @throws Error what the source's `start` throws.

@@ -6,7 +6,7 @@
 
 namespace striper {
 
-/// Along which image axis there is one return per scan line.
+/// What the scan lines are, each of which gives one return.
 enum class StripeAxis {
   kColumns,  ///< One return per image column, searched along v: a stripe that runs left to right.
   kRows,     ///< One return per image row, searched along u: a stripe that runs top to bottom.

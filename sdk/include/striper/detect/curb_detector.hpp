@@ -43,7 +43,7 @@ struct CurbDetectorOptions {
 enum class CurbState {
   kNew,      ///< Seen in fewer than three scans.
   kTracked,  ///< Seen in this scan.
-  kHidden,   ///< Not seen in this one: all is foretold from the last one that saw it.
+  kHidden,   ///< Not seen in this one: all is predicted from the last one that saw it.
 };
 
 /// `new`, `tracked`, `hidden`. Static storage.
@@ -79,7 +79,7 @@ struct CurbTrack {
 ///
 /// Each track is a Kalman filter of lateral distance and slope (white change of slope, so that
 /// bends are tracked) and one of height. A finding belongs to a track where it is within four
-/// sigma of what the track foretells.
+/// sigma of what the track predicts.
 ///
 /// Whether it is a curb is weighed against two others. What a single scan took for one by chance is
 /// not there in the next. What stands on the road ends: of mean length L its probability of being

@@ -66,7 +66,7 @@ struct ObjectTrack {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
   std::uint64_t id = 0;  ///< From 1; never used again.
-  bool is_seen = false;  ///< In this scan; else all is foretold from the last one that saw it.
+  bool is_seen = false;  ///< In this scan; else all is predicted from the last one that saw it.
   int hits = 0;          ///< Scans that saw it.
   int scans = 0;         ///< Scans since the first, that one included.
 
@@ -125,9 +125,10 @@ class ObjectTracker {
   /// Says where the ground is and where it ends from now on: its returns are no objects, and its
   /// curbs of kind up divide the zones. Null forgets both.
   void set_ground(const CurbView* view) noexcept;
-  /// The same of a street that is followed: its ground as the last scan shows it, its curbs as all
-  /// scans do, of those that are one with 0.9 or more. So one that is hidden by what stands before
-  /// it still divides the zones. Once a scan, before `update`.
+  /// The same of a street that is tracked: its ground as the last scan shows it; on either side the
+  /// curb that all scans show, where it is one with 0.9 or more, else that of the last scan. So one
+  /// that is hidden by what stands before it still divides the zones, for 5 m of way. Once a scan,
+  /// before `update`.
   void set_street(const CurbDetector& street) noexcept;
   /// Says where the road ends from now on: at most two are taken.
   void set_curbs(std::span<const CurbEdge> curbs) noexcept;

@@ -55,7 +55,7 @@ struct GuidanceTotals {
 /// Guides a paint truck along a worn stripe: sweeps and odometer readings in, the stripe's lateral
 /// position at the gun and the guns' signals out.
 ///
-/// Each beam's sweep is read for paint (`PaintFinder`); what lies where the stripe is foretold is
+/// Each beam's sweep is read for paint (`PaintFinder`); what lies where the stripe is predicted is
 /// the stripe, all else is told apart and counted. The path is followed by `PathFilter`, or as the
 /// 1991 report did it (`ReportPath`). Ends of dashes are those of the forward beams, averaged, by
 /// an odometer that is interpolated between its counts and by each sample's own time. Guns open and

@@ -14,7 +14,7 @@ namespace striper {
 /// Whether the path can be steered by.
 enum class PathState {
   kTracking,
-  kBridging,  ///< In a gap: foretold, its sigma grows.
+  kBridging,  ///< In a gap: predicted, its sigma grows.
   kLost,      ///< Never seen, or not for longer than the gap limit.
   kFault,     ///< A fault stops or holds.
 };

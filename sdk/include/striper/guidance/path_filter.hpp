@@ -44,7 +44,7 @@ struct StripePath {
 /// What became of a sight.
 struct SightVerdict {
   bool is_taken = false;
-  double innovation = 0.0;  ///< In sigma: what was seen less what was foretold.
+  double innovation = 0.0;  ///< In sigma: what was seen less what was predicted.
 };
 
 /// Follows a worn stripe: a Kalman filter over the way, of the state
@@ -54,7 +54,7 @@ struct SightVerdict {
 /// The quadratic of the 1991 report amplifies the beams' noise 1.85 times at the gun and forgets
 /// all but the last scan; this weighs what beams saw over the last metres too, as far as the
 /// vehicle moves smoothly. How smoothly that is, is found out: nine filters run side by side, from
-/// a truck on a straight road to one that swerves on a bend, and weigh by what they foretold.
+/// a truck on a straight road to one that swerves on a bend, and weigh by what they predicted.
 ///
 /// Wear of the edges is alike over some centimetres, so that scans that follow closely do not see
 /// it anew: an Ornstein-Uhlenbeck process over the road. Nor does the next beam: it sees the very

@@ -10,7 +10,7 @@ namespace {
 // Where the illumination follows no pattern, a dark exposure this near serves.
 constexpr std::uint64_t kReachWithoutPattern = 2;
 
-// Whether two exposures can be subtracted: as long as each other, the same pixels or the scan lines
+// Whether two exposures can be subtracted: as long as each other, the same pixels or the rows
 // between them.
 bool fits(const Frame& lit, const Frame& dark) {
   const bool is_known = lit.exposure_ns > 0 && dark.exposure_ns > 0;

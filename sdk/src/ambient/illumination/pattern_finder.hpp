@@ -19,7 +19,7 @@ class ExposureComparisons;
 /// Finds out from the images themselves which exposures a laser lights.
 ///
 /// Of two exposures the one with the laser on has a narrow bright stripe that the other lacks. What
-/// else differs - noise, motion, the half scan line between two fields - differs both ways, so only
+/// else differs - noise, motion, the half row between two fields - differs both ways, so only
 /// the surplus of one direction counts: how strongly a stripe that runs across the whole image
 /// shows in one over the other, less how strongly one shows the other way round. An edge that moves
 /// on and on makes such a stripe too, in every exposure over the earlier (or later) ones; so first

@@ -212,7 +212,7 @@ void LineSearch::profile(const cv::Mat& image, const cv::Mat& variance, StripeAx
 }
 
 // A quarter of a sample later or earlier, by cubic convolution (Keys 1981): both fields are moved
-// to the scan line half-way between them, so that both lose the same detail.
+// to the row half-way between them, so that both lose the same detail.
 void LineSearch::shift_by_quarter(cv::Mat& profiles, int direction) {
   constexpr std::array<float, 4> kTaps{-0.0703125F, 0.8671875F, 0.2265625F, -0.0234375F};
   values_.resize(static_cast<std::size_t>(profiles.cols));

@@ -15,8 +15,8 @@ namespace striper::detail {
 
 /// Groups of neighbouring scan lines, averaged: a few dozen profiles across the stripe stand for
 /// the image, and are what is compared with another one. CV_32F each, a band a row. Colour images
-/// give the profiles of each channel one after the other. Both fields are interpolated to the scan
-/// lines half-way between them where the search runs down the columns.
+/// give the profiles of each channel one after the other. Both fields are interpolated to the rows
+/// half-way between them where the search runs down the columns.
 struct BandProfiles {
   cv::Mat plain;
   cv::Mat smooth;  ///< Through a Gaussian of about a stripe's width.

@@ -42,11 +42,11 @@ constexpr double kChance = 0.2;
 constexpr double kBorn = 0.3;
 constexpr double kGone = 0.1;
 constexpr double kSurest = 0.9999;
-// Foretold so vaguely it may be anything.
+// Predicted so vaguely it may be anything.
 constexpr double kLost_m = 1.0;
 constexpr double kLongestGap_s = 1.0;
 constexpr std::size_t kMostTracks = 128;
-// What is less surely a curb divides no zones: in nine of ten streets it is one.
+// A track that is a curb with less than this divides no zones.
 constexpr double kSureCurb = 0.9;
 
 double after_odds(double probability, double factor) {
@@ -164,17 +164,20 @@ void ObjectTracker::set_ground(const CurbView* view) noexcept {
   }
 }
 
-// What a single scan shows stands where nothing is known of more than it.
+// On each side of the road the most certain track; where there is none, what the scan itself shows.
 void ObjectTracker::set_street(const CurbDetector& street) noexcept {
+  Impl& m = *impl_;
   set_ground(&street.view());
-  std::array<CurbEdge, 2> known;
-  std::size_t count = 0;
+  std::array<double, 2> confidence{};  // Of the edges that are tracked.
   for (const CurbTrack& curb : street.tracks()) {
-    if (curb.kind != CurbKind::kUp || curb.confidence < kSureCurb || count == known.size())
-      continue;
-    known[count++] = {curb.foot_m, curb.outward, curb.sigma_lateral_m};
+    if (curb.kind != CurbKind::kUp || curb.confidence < kSureCurb) continue;
+    std::size_t side = 0;
+    while (side < m.curb_count && m.curbs[side].outward.dot(curb.outward) <= 0.0) ++side;
+    if (side == m.curbs.size() || curb.confidence <= confidence[side]) continue;
+    m.curb_count = std::max(m.curb_count, side + 1);
+    m.curbs[side] = {curb.foot_m, curb.outward, curb.sigma_lateral_m};
+    confidence[side] = curb.confidence;
   }
-  if (count > 0) set_curbs({known.data(), count});
 }
 
 std::span<const ObjectTrack> ObjectTracker::update(const PolarScan& scan,

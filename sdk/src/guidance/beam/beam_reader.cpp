@@ -20,7 +20,7 @@ constexpr double kMostGain = 5.0;
 // Beside paint so many samples are not bare: the spot's edge is on it.
 constexpr std::size_t kBeside = 4;
 
-// Worn at both edges, a line may keep less than half of its width; what is foretold keeps narrower
+// Worn at both edges, a line may keep less than half of its width; what is predicted keeps narrower
 // things out.
 constexpr double kWidthTolerance = 0.6;
 

@@ -37,7 +37,7 @@ constexpr std::array kModels{
     Smoothness{3e-8, 1e-7, 1e-9, kBent_1_m},    Smoothness{1e-6, 1e-7, 1e-6, kBent_1_m},
     Smoothness{1e-5, 1e-6, 1e-6, kBent_1_m},    Smoothness{1e-4, 1e-5, 1e-5, kBent_1_m},
     Smoothness{1e-3, 1e-4, 1e-5, kBent_1_m}};
-// What models foretold counts over so much way with sights; between them nothing is forgotten.
+// What models predicted counts over so much way with sights; between them nothing is forgotten.
 constexpr double kMemory_m = 20.0;
 constexpr double kLongestStep_m = 0.5;
 // Edges that are broken off in pieces are more alike from one look to the next than the exponential

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// A line is looked for this far around where it is foretold, in sigma, and within these bounds:
+// A line is looked for this far around where it is predicted, in sigma, and within these bounds:
 // half a stripe's wear; all of a window, and less than to the other line of a double one.
 constexpr double kGateSigmas = 5.0;
 constexpr double kLeastGate_m = 0.05;

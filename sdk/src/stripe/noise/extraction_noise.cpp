@@ -9,8 +9,6 @@
 #include <opencv2/core.hpp>
 
 namespace striper::detail {
-namespace {}  // namespace
-
 PlanNoise ExtractionNoise::of(const LitFrame& frame, const ProfileImages& images,
                               const std::vector<std::int32_t>& best_across,
                               const ExtractOptions& options) {

@@ -32,7 +32,7 @@ struct Timing {
   IlluminationPattern pattern =
       IlluminationPattern({Illumination::laser(0)});  ///< Never automatic.
 
-  /// From one exposure's begin to the next one's: of a frame, or of a field.
+  /// The longest that an exposure can be: until the next one begins.
   double longest_exposure_us() const {
     return (scan == ScanMode::kProgressive ? 1e6 : 5e5) / picture_rate_hz;
   }
