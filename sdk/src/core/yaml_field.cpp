@@ -225,8 +225,7 @@ void YamlField::read(std::string_view key, Eigen::Vector3d& value, double scale)
 }
 
 YamlField YamlField::descend(std::string_view path) const {
-  const std::size_t dot = std::min(path.find('.'), path.size());
-  const std::string_view step = path.substr(0, dot);
+  const std::string_view step(path.begin(), std::find(path.begin(), path.end(), '.'));
   const std::size_t bracket = std::min(step.find('['), step.size());
   auto field = find(step.substr(0, bracket));
   if (!field) return *this;
@@ -237,7 +236,7 @@ YamlField YamlField::descend(std::string_view path) const {
     if (!index || *index >= fields.size()) return *field;
     field = fields[*index];
   }
-  return dot < path.size() ? field->descend(path.substr(dot + 1)) : *field;
+  return step.size() < path.size() ? field->descend(path.substr(step.size() + 1)) : *field;
 }
 
 }  // namespace striper::detail
