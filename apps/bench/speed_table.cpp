@@ -139,7 +139,10 @@ class Bench {
       : options_(options), hot_(noisy_stripe(size, bits)), hot_dark_(hot_.clone()) {
     const std::size_t bytes = hot_.total() * hot_.elemSize();
     const std::size_t count = std::max<std::size_t>(2, options.ring_bytes / bytes);
-    for (std::size_t n = 0; n < count; ++n) ring_.push_back(hot_.clone());
+    for (std::size_t n = 0; n < count; ++n) {
+      end_if_stopped();
+      ring_.push_back(hot_.clone());
+    }
     table_.size = size;
     table_.bits = bits == 8 ? 8 : 12;
     table_.megabytes = 1e-6 * static_cast<double>(bytes);
@@ -166,9 +169,12 @@ class Bench {
 
  private:
   void add_hot(const std::string& name, const Call& call, int images = 1) {
-    if (options_.should_stop && options_.should_stop()) throw Stopped();
     const SpeedTime time = time_of(
-        options_.seconds_per_row, [&] { call(hot_); }, [&] { read(hot_, images); });
+        options_.seconds_per_row, [&] { call(hot_); },
+        [&] {
+          end_if_stopped();
+          read(hot_, images);
+        });
     table_.rows.push_back({name, time, std::nullopt, images});
   }
 
@@ -177,7 +183,14 @@ class Bench {
     add_hot(name, call, images);
     table_.rows.back().streaming = time_of(
         options_.seconds_per_row, [&] { call(next_of_ring()); },
-        [&] { read(next_of_ring(), images); });
+        [&] {
+          end_if_stopped();
+          read(next_of_ring(), images);
+        });
+  }
+
+  void end_if_stopped() const {
+    if (options_.should_stop && options_.should_stop()) throw Stopped();
   }
 
   double of_roof() const { return table_.rows.back().hot.of_roof; }

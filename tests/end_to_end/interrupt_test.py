@@ -132,12 +132,12 @@ class Files(Interrupt):
         self.assert_ends("simulate", scene, "-o", "pictures", "--frames", "100000")
 
     def test_convert_and_info(self):
-        striper("record", ROOM, "-o", self.path("long.mcap"), "--frames", "1500")
+        striper("record", ROOM, "-o", self.path("long.mcap"), "--frames", "600")
         self.assert_ends("info", self.path("long.mcap"))
         self.assert_ends("convert", self.path("long.mcap"), "-o", "copy.mcap")
 
     def test_calibrate(self):
-        striper("simulate", BOARDS, "-o", self.path("session"), "--frames", "30")
+        striper("simulate", BOARDS, "-o", self.path("session"), "--frames", "12")
         self.assert_ends("calibrate", "--board", "9x6", "--square", "0.06", "--lasers", self.path("session"), "-o", "model.yaml")
 
 

@@ -275,11 +275,11 @@ TEST(Odometer, OptionsAreChecked) {
     EXPECT_EQ(error.kind(), ErrorKind::kBadValue);
     return std::string(error.what());
   };
-  EXPECT_THAT(message([](auto& o) { o.counts_per_m = 0.0; }), HasSubstr("counts_per_m=0"));
-  EXPECT_THAT(message([](auto& o) { o.counts_per_m = NAN; }), HasSubstr("counts_per_m=nan"));
-  EXPECT_THAT(message([](auto& o) { o.bits = 24; }), HasSubstr("bits=24 - expected 8, 16 or 32"));
-  EXPECT_THAT(message([](auto& o) { o.stall_s = 0.0; }), HasSubstr("stall_s=0"));
-  EXPECT_THAT(message([](auto& o) { o.history = 2; }), HasSubstr("history=2"));
+  EXPECT_THAT(message([](auto& o) { o.counts_per_m = 0.0; }), HasSubstr("counts_per_m is 0"));
+  EXPECT_THAT(message([](auto& o) { o.counts_per_m = NAN; }), HasSubstr("counts_per_m is nan"));
+  EXPECT_THAT(message([](auto& o) { o.bits = 24; }), HasSubstr("bits is 24; expected 8, 16 or 32"));
+  EXPECT_THAT(message([](auto& o) { o.stall_s = 0.0; }), HasSubstr("stall_s is 0"));
+  EXPECT_THAT(message([](auto& o) { o.history = 2; }), HasSubstr("history is 2"));
 }
 
 }  // namespace

@@ -36,37 +36,41 @@ LitFrame part_across(const LitFrame& frame, StripeAxis axis, int begin, int end)
 }  // namespace
 
 LitFrame SearchedPart::cut(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected) {
-  LitFrame part = cut_across(frame, axis, expected);
-  axis_ = axis;
+  const View view{expected, axis, frame.grid, line_count(frame.lit, axis),
+                  line_length(frame.lit, axis)};
+  if (!(view == view_)) look_at(view);
+  const bool is_all = from_px_ == 0 && to_px_ == view.length;
+  LitFrame part = is_all ? frame : part_across(frame, axis, from_px_, to_px_);
   ignored_ = IgnoredPixels(expected, part.grid);
   return part;
 }
 
-LitFrame SearchedPart::cut_across(const LitFrame& frame, StripeAxis axis,
-                                  const ExpectedStripe* expected) {
-  const bool is_limited = expected != nullptr && !expected->first_px.empty();
-  first_.resize(is_limited ? static_cast<std::size_t>(line_count(frame.lit, axis)) : 0);
-  last_.resize(first_.size());
+// The same from frame to frame, unless lasers or fields take turns.
+void SearchedPart::look_at(const View& view) {
+  view_ = view;
   from_px_ = 0;
-  if (!is_limited) return frame;
-  const Extent extent = set_limits(frame, axis, *expected);
-  const int length = line_length(frame.lit, axis);
-  const bool is_anywhere = extent.first <= static_cast<float>(length) && extent.last >= 0.0F &&
+  to_px_ = view.length;
+  const bool is_limited = view.expected != nullptr && !view.expected->first_px.empty();
+  first_.resize(is_limited ? static_cast<std::size_t>(view.lines) : 0);
+  last_.resize(first_.size());
+  if (!is_limited) return;
+  const Extent extent = set_limits();
+  const bool is_anywhere = extent.first <= static_cast<float>(view.length) && extent.last >= 0.0F &&
                            extent.first <= extent.last;
-  if (!is_anywhere) return frame;
-  const int begin = std::clamp(static_cast<int>(extent.first) - kBackgroundAbout, 0, length);
-  const int end = std::clamp(static_cast<int>(extent.last) + kBackgroundAbout, begin, length);
-  if (end - begin < kLeastLength || end - begin > kNearlyAll * length) return frame;
+  if (!is_anywhere) return;
+  const int begin = std::clamp(static_cast<int>(extent.first) - kBackgroundAbout, 0, view.length);
+  const int end = std::clamp(static_cast<int>(extent.last) + kBackgroundAbout, begin, view.length);
+  if (end - begin < kLeastLength || end - begin > kNearlyAll * view.length) return;
   from_px_ = begin;
+  to_px_ = end;
   for (float& limit : first_) limit -= static_cast<float>(begin);
   for (float& limit : last_) limit -= static_cast<float>(begin);
-  return part_across(frame, axis, begin, end);
 }
 
-SearchedPart::Extent SearchedPart::set_limits(const LitFrame& frame, StripeAxis axis,
-                                              const ExpectedStripe& expected) {
-  const AxisGrid& along = axis == StripeAxis::kColumns ? frame.grid.u : frame.grid.v;
-  const AxisGrid& across = grid_across(frame.grid, axis);
+SearchedPart::Extent SearchedPart::set_limits() {
+  const ExpectedStripe& expected = *view_.expected;
+  const AxisGrid& along = view_.axis == StripeAxis::kColumns ? view_.grid.u : view_.grid.v;
+  const AxisGrid& across = grid_across(view_.grid, view_.axis);
   const auto sensor_lines = static_cast<std::ptrdiff_t>(expected.first_px.size());
   Extent extent{std::numeric_limits<float>::max(), -1.0F};
   for (std::size_t i = 0; i < first_.size(); ++i) {
@@ -87,7 +91,7 @@ void SearchedPart::refuse_outside(PeakList& peaks) const {
     const std::int32_t line = peaks.seeds[i].line;
     const auto across = static_cast<float>(peaks.across[i]);
     const bool is_outside = is_limited() && (across < first_of(line) || across > last_of(line));
-    if (is_outside || ignored_.has(axis_, line, peaks.across[i])) peaks.blank(i);
+    if (is_outside || ignored_.has(view_.axis, line, peaks.across[i])) peaks.blank(i);
   }
 }
 

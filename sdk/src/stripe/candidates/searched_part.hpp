@@ -20,8 +20,8 @@ inline constexpr int kLeastLength = 3;
 /// in it each scan line can.
 class SearchedPart {
  public:
-  /// @param expected null, or without rows: the stripe can be anywhere. Outlives what is asked of
-  ///        the part.
+  /// @param expected null, or without rows: the stripe can be anywhere. Outlives the part, and does
+  ///        not change.
   /// @return the part, of the same pixels.
   LitFrame cut(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected);
 
@@ -44,13 +44,23 @@ class SearchedPart {
     float first;
     float last;
   };
-  LitFrame cut_across(const LitFrame& frame, StripeAxis axis, const ExpectedStripe* expected);
-  Extent set_limits(const LitFrame& frame, StripeAxis axis, const ExpectedStripe& expected);
+  // What the limits depend on.
+  struct View {
+    const ExpectedStripe* expected = nullptr;
+    StripeAxis axis = StripeAxis::kColumns;
+    PixelGrid grid;
+    int lines = 0;
+    int length = 0;
+    friend bool operator==(const View&, const View&) = default;
+  };
+  void look_at(const View& view);
+  Extent set_limits();
 
   // The first and last pixel across between which the stripe of each scan line can be.
   std::vector<float> first_, last_;
   int from_px_ = 0;
-  StripeAxis axis_ = StripeAxis::kColumns;
+  int to_px_ = 0;
+  View view_;
   IgnoredPixels ignored_;
 };
 

@@ -94,11 +94,21 @@ void PieceTraits::look_closer(const StripePieces& pieces, const ChoiceContext& c
 void PieceTraits::add_candidates(const StripePieces& pieces, const ChoiceContext& context) {
   const auto pivot_width = static_cast<float>(context.width.at(0.0));
   const auto slope = static_cast<float>(context.width.slope);
+  // Candidates of one piece mostly follow each other: their sums stay in registers.
+  Trait t;
+  std::int32_t piece = -1;
+  const auto put_away = [&] {
+    if (piece >= 0) traits_[static_cast<std::size_t>(piece)] = t;
+  };
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const Candidate& c = pieces.candidate(i);
     const Link& link = pieces.link(i);
     Look& look = looks_[i];
-    Trait& t = traits_[static_cast<std::size_t>(link.piece)];
+    if (link.piece != piece) {
+      put_away();
+      piece = link.piece;
+      t = traits_[static_cast<std::size_t>(piece)];
+    }
     const float level = fast_log2(std::max(kLeastLevel_dn, c.list->level[c.at] - context.black_dn));
     look.height = fast_log2(c.amplitude);
     look.light = look.height - level;
@@ -123,12 +133,13 @@ void PieceTraits::add_candidates(const StripePieces& pieces, const ChoiceContext
     if (!c.is_clipped && !b.is_clipped) {
       t.width_spread += std::min(std::abs(c.width - b.width) / b.width, 1.0F);
     }
-    if (!(link.bend_sigma > 0.0F)) continue;
+    if (!(link.bend_variance > 0.0F)) continue;
     const float most = std::min(std::abs(link.bend), kLargestBend);
-    t.bends += most * most - link.bend_sigma * link.bend_sigma;
-    const float allowed = link.bend_sigma * link.bend_sigma + kSurfaceBend * kSurfaceBend;
+    t.bends += most * most - link.bend_variance;
+    const float allowed = link.bend_variance + kSurfaceBend * kSurfaceBend;
     t.roughness += std::min(link.bend * link.bend / allowed, kRoughest);
   }
+  put_away();
 }
 
 void PieceTraits::finish(const StripePieces& pieces) {

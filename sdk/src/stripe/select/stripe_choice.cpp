@@ -60,6 +60,7 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
     return;
   }
   if (!context.is_hidden) return;
+  pieces_.measure_off_line();
   traits_.look_closer(pieces_, context);
   measure_scatter();
   weigh_first();
@@ -81,8 +82,8 @@ void StripeChoice::measure_scatter() {
     return pieces_.candidate(i).sigma * pieces_.candidate(i).sigma;
   };
   const auto off = [&](std::size_t i) {
-    const Link& link = pieces_.link(i);
-    const float most = std::max(link.off_near, link.off_far);
+    const OffLine& line = pieces_.off_line(i);
+    const float most = std::max(line.near, line.far);
     return kPerPosition * most * most;
   };
   scatter_px_.resize(size);
@@ -221,8 +222,8 @@ void StripeChoice::add_own(std::size_t candidate, Evidence& e) const noexcept {
   e.of[Evidence::kOwnWidthOfPiece] =
       has_width ? std::abs(fast_log2(width * traits_.width_scale() / t.width)) : 0.0F;
   e.of[Evidence::kOwnBend] = std::min(std::abs(link.bend), kLargestBend);
-  e.of[Evidence::kOwnOffNear] = std::min(link.off_near, kLargestOff);
-  e.of[Evidence::kOwnOffFar] = std::min(link.off_far, kLargestOff);
+  e.of[Evidence::kOwnOffNear] = std::min(pieces_.off_line(candidate).near, kLargestOff);
+  e.of[Evidence::kOwnOffFar] = std::min(pieces_.off_line(candidate).far, kLargestOff);
   const std::int32_t end = std::min(c.line - piece.first_line, piece.last_line - c.line);
   e.of[Evidence::kOwnEnd] = static_cast<float>(end);
   e.of[Evidence::kOwnHeight] = look.height - t.height;

@@ -27,6 +27,9 @@ constexpr float kMostApartPerLine = 0.03F;
 constexpr float kMostTurn = 0.15F;
 // Scan lines that a piece bridges: those a thin wire or a hot pixel hides.
 constexpr int kMostBridged = 2;
+// One over so many scan lines: from a candidate to the next.
+constexpr std::array kPerLines{0.0F, 1.0F, 1.0F / 2.0F, 1.0F / 3.0F};
+static_assert(kPerLines.size() == kMostBridged + 2);
 // From one scan line to the next on one surface: reflectance edges change the height by so much,
 // and noise the width.
 constexpr float kMostHeightRatio = 3.0F;
@@ -64,6 +67,8 @@ void StripePieces::gather(const PeakCandidates& candidates, const WidthModel& wi
   candidates_.clear();
   candidates_.reserve(most);
   links_.reserve(most);
+  off_line_.reserve(most);
+  jumps_.reserve(most);
   next_.reserve(most);
   next_distance_.reserve(most);
   pieces_.reserve(most);
@@ -85,8 +90,8 @@ void StripePieces::add(const PeakList& list, std::size_t at, const WidthModel& w
   if (!(list.significance[at] >= threshold && list.amplitude[at] > 0.0F)) return;
   const auto across = static_cast<float>(list.position(at));
   const std::int32_t line = list.seeds[at].line;
-  const auto near = kSamePeak * static_cast<float>(width.at(static_cast<double>(across)));
   for (std::size_t i = candidates_.size(); i-- > 0 && candidates_[i].line == line;) {
+    const auto near = kSamePeak * static_cast<float>(width.at(static_cast<double>(across)));
     if (std::abs(candidates_[i].across - across) < near) return;
   }
   Candidate c;
@@ -150,38 +155,53 @@ float StripePieces::distance_between(std::size_t p, const Candidate& own, float 
 void StripePieces::bend_at(std::size_t i) {
   Link& link = links_[i];
   const auto p = static_cast<std::size_t>(link.before);
-  const float step = (candidates_[i].across - candidates_[p].across) /
-                     static_cast<float>(candidates_[i].line - candidates_[p].line);
-  link.count = links_[p].count + 1;
-  link.slope = link.count == 2 ? step : links_[p].slope + kSlopeGain * (step - links_[p].slope);
-  if (links_[p].before < 0) return;
-  const Candidate& a = candidates_[static_cast<std::size_t>(links_[p].before)];
+  const Link& before = links_[p];
   const Candidate& b = candidates_[p];
   const Candidate& c = candidates_[i];
-  const auto first = static_cast<float>(b.line - a.line);
-  const auto second = static_cast<float>(c.line - b.line);
-  link.bend = (c.across - b.across) / second - (b.across - a.across) / first;
-  const float at_b = (1.0F / first + 1.0F / second) * b.sigma;
-  const float at_a = a.sigma / first;
-  const float at_c = c.sigma / second;
-  link.bend_sigma = std::sqrt(at_a * at_a + at_b * at_b + at_c * at_c);
+  const float per_second = kPerLines[static_cast<std::size_t>(c.line - b.line)];
+  const float step = per_second * (c.across - b.across);
+  link.count = before.count + 1;
+  link.slope = link.count == 2 ? step : before.slope + kSlopeGain * (step - before.slope);
+  if (before.before < 0) return;
+  const Candidate& a = candidates_[static_cast<std::size_t>(before.before)];
+  const float per_first = kPerLines[static_cast<std::size_t>(b.line - a.line)];
+  link.bend = step - per_first * (b.across - a.across);
+  const float at_a = per_first * a.sigma;
+  const float at_b = (per_first + per_second) * b.sigma;
+  const float at_c = per_second * c.sigma;
+  link.bend_variance = at_a * at_a + at_b * at_b + at_c * at_c;
 }
 
 // The candidates 2, 4, 8 and 16 before a candidate are those before the ones before it; and each
 // candidate has been passed by once there is one eight beyond it.
-void StripePieces::jump_from(std::size_t i) {
-  Link& link = links_[i];
-  std::int32_t at = link.before;
-  for (std::int32_t& jump : link.jumps) {
-    const std::size_t level = static_cast<std::size_t>(&jump - link.jumps.data());
-    if (at < 0) return;
-    const Link& there = links_[static_cast<std::size_t>(at)];
-    at = level == 0 ? there.before : there.jumps[level - 1];
-    jump = at;
+void StripePieces::measure_off_line() {
+  off_line_.assign(candidates_.size(), OffLine{});
+  jumps_.resize(candidates_.size());
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    jumps_[i] = jumps_from(i);
+    const Jumps& jumps = jumps_[i];
+    const auto own = static_cast<std::int32_t>(i);
+    if (jumps[1] >= 0) {
+      off_line_[static_cast<std::size_t>(jumps[0])].near = off(jumps[0], jumps[1], own);
+    }
+    if (jumps[3] >= 0) {
+      off_line_[static_cast<std::size_t>(jumps[2])].far = off(jumps[2], jumps[3], own);
+    }
   }
 }
 
-float StripePieces::off_line(std::int32_t middle, std::int32_t before, std::int32_t after) const {
+StripePieces::Jumps StripePieces::jumps_from(std::size_t i) const {
+  Jumps jumps{-1, -1, -1, -1};
+  std::int32_t at = links_[i].before;
+  for (std::size_t level = 0; level < jumps.size() && at >= 0; ++level) {
+    const auto there = static_cast<std::size_t>(at);
+    at = level == 0 ? links_[there].before : jumps_[there][level - 1];
+    jumps[level] = at;
+  }
+  return jumps;
+}
+
+float StripePieces::off(std::int32_t middle, std::int32_t before, std::int32_t after) const {
   const Candidate& a = candidates_[static_cast<std::size_t>(before)];
   const Candidate& b = candidates_[static_cast<std::size_t>(middle)];
   const Candidate& c = candidates_[static_cast<std::size_t>(after)];
@@ -201,16 +221,6 @@ void StripePieces::number_pieces() {
       continue;
     }
     link.piece = links_[static_cast<std::size_t>(link.before)].piece;
-    jump_from(i);
-    const auto own = static_cast<std::int32_t>(i);
-    if (link.jumps[1] >= 0) {
-      links_[static_cast<std::size_t>(link.jumps[0])].off_near =
-          off_line(link.jumps[0], link.jumps[1], own);
-    }
-    if (link.jumps[3] >= 0) {
-      links_[static_cast<std::size_t>(link.jumps[2])].off_far =
-          off_line(link.jumps[2], link.jumps[3], own);
-    }
     Piece& piece = pieces_[static_cast<std::size_t>(link.piece)];
     piece.last_line = line;
     piece.last = static_cast<std::int32_t>(i);

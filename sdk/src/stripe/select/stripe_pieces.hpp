@@ -30,13 +30,16 @@ struct Link {
   std::int32_t before = -1;  // Candidate.
   std::int32_t piece = -1;
   float bend = 0.0F;  // By how much the stripe's direction changed there, pixels per scan line;
-  float bend_sigma = 0.0F;  // 0: there are not two candidates before it.
-  float slope = 0.0F;       // Of the piece so far, pixels per scan line.
-  std::int32_t count = 1;   // Candidates of the piece so far.
-  // How far it lies off the straight line through the candidates two and eight before and after it,
-  // pixels; 0 where there are none.
-  float off_near = 0.0F, off_far = 0.0F;
-  std::array<std::int32_t, 4> jumps{-1, -1, -1, -1};  // Candidates 2, 4, 8 and 16 before it.
+  float bend_variance = 0.0F;  // 0: there are not two candidates before it.
+  float slope = 0.0F;          // Of the piece so far, pixels per scan line.
+  std::int32_t count = 1;      // Candidates of the piece so far.
+};
+
+/// How far a candidate lies off the straight line through the candidates two and eight before and
+/// after it in its piece, pixels; 0 where there are none.
+struct OffLine {
+  float near = 0.0F;
+  float far = 0.0F;
 };
 
 /// Candidates of successive scan lines that continue one another: what one surface, or one thing of
@@ -63,11 +66,15 @@ class StripePieces {
   /// @param threshold which significance a candidate must have.
   void find(const PeakCandidates& candidates, const WidthModel& width, float threshold);
 
+  /// Adds what `off_line` says, which a plain frame does not need.
+  void measure_off_line();
+
   std::size_t size() const noexcept { return candidates_.size(); }
   /// How many candidates and pieces a frame of this size can have.
   std::size_t most() const noexcept { return candidates_.capacity(); }
   const Candidate& candidate(std::size_t i) const noexcept { return candidates_[i]; }
   const Link& link(std::size_t i) const noexcept { return links_[i]; }
+  const OffLine& off_line(std::size_t i) const noexcept { return off_line_[i]; }
   const std::vector<Piece>& pieces() const noexcept { return pieces_; }
 
   int lines() const noexcept { return static_cast<int>(first_of_line_.size()) - 1; }
@@ -84,8 +91,10 @@ class StripePieces {
   bool take_predecessor(std::size_t i);
   float distance_between(std::size_t p, const Candidate& own, float gap) const;
   void bend_at(std::size_t i);
-  void jump_from(std::size_t i);
-  float off_line(std::int32_t middle, std::int32_t before, std::int32_t after) const;
+  // Candidates 2, 4, 8 and 16 before one.
+  using Jumps = std::array<std::int32_t, 4>;
+  Jumps jumps_from(std::size_t i) const;
+  float off(std::int32_t middle, std::int32_t before, std::int32_t after) const;
   void number_pieces();
   void join_pieces();
   bool goes_on(const Piece& from, const Piece& to, float& apart) const;
@@ -95,6 +104,8 @@ class StripePieces {
   std::vector<Candidate> candidates_;  // In order of scan lines.
   std::vector<std::uint32_t> first_of_line_;
   std::vector<Link> links_;
+  std::vector<OffLine> off_line_;
+  std::vector<Jumps> jumps_;
   std::vector<std::int32_t> next_;    // Candidate that continues each, -1: none.
   std::vector<float> next_distance_;  // And how far off it is.
   std::vector<Piece> pieces_;
