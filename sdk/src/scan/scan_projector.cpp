@@ -88,6 +88,10 @@ ScanProjector::ScanProjector(const StriperModel& model, const ScanOptions& optio
   for (int laser = 0; laser < static_cast<int>(model.lasers.size()); ++laser) {
     impl_->lasers.emplace_back(model, laser);
   }
+  // Most frames are of the whole sensor, and the first of a stream is as soon wanted as the others.
+  const CameraModel& camera = model.camera;
+  const int lines = model.axis == StripeAxis::kColumns ? camera.width() : camera.height();
+  impl_->ray_tables.emplace_back(camera, model.axis, AxisGrid{}, lines);
 }
 
 void ScanProjector::project(const Stripe& stripe, int laser, PolarScan& scan) {

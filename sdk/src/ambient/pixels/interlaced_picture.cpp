@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 namespace striper::detail {
 namespace {
@@ -17,55 +18,69 @@ constexpr double kRounding = 1.0;
 constexpr int kLeastBlocks = 6;
 constexpr double kLeastPart = 0.01;
 
-// Squared differences along rows or columns: to the next pixel, and to the next but one.
+// Sums of squared differences of a block's pixels, to the next one and to the next but one.
 struct Differences {
-  double of_next = 0.0;
-  double of_next_but_one = 0.0;
-  double pixels = 0.0;
+  double of_next;
+  double of_next_but_one;
 
-  void add(int here, int next, int next_but_one) {
-    of_next += static_cast<double>(here - next) * (here - next);
-    of_next_but_one += static_cast<double>(here - next_but_one) * (here - next_but_one);
-    pixels += 1.0;
+  bool are_combed() const {
+    return of_next > kCombed * of_next_but_one + kRounding * kBlock * kBlock;
   }
-  bool are_combed() const { return of_next > kCombed * of_next_but_one + kRounding * pixels; }
 };
 
-template <typename Pixel>
-bool is_interlaced(const cv::Mat& image, int top, int left) {
-  const int channels = image.channels();
-  const auto below = static_cast<std::ptrdiff_t>(image.step1());
-  Differences down;
-  Differences across;
-  for (int row = top; row < top + kBlock; ++row) {
-    const auto* const pixels = image.ptr<Pixel>(row) + left * channels;
-    for (int i = 0; i < kBlock; ++i) {
-      const auto* const p = pixels + i * channels;
-      down.add(p[0], p[below], p[2 * below]);
-      across.add(p[0], p[channels], p[2 * channels]);
+// @param first of the block. @param step from a pixel to the next one, in elements.
+template <typename Pixel, int kChannels>
+Differences differences(const Pixel* first, std::ptrdiff_t row_step, std::ptrdiff_t step) {
+  // 256 squares of 8 bits fit into 32 bits, which the compiler makes vectors of.
+  using Sum = std::conditional_t<sizeof(Pixel) == 1, std::int32_t, std::int64_t>;
+  Sum of_next = 0;
+  Sum of_next_but_one = 0;
+  for (int row = 0; row < kBlock; ++row) {
+    const Pixel* const here = first + row * row_step;
+    const Pixel* const next = here + step;
+    const Pixel* const next_but_one = next + step;
+    for (int i = 0; i < kBlock * kChannels; i += kChannels) {
+      const Sum near = here[i] - next[i];
+      const Sum far = here[i] - next_but_one[i];
+      of_next += near * near;
+      of_next_but_one += far * far;
     }
   }
-  return down.are_combed() && !across.are_combed();
+  return {static_cast<double>(of_next), static_cast<double>(of_next_but_one)};
 }
 
-template <typename Pixel>
+template <typename Pixel, int kChannels>
+bool is_interlaced(const cv::Mat& image, int top, int left) {
+  const auto* const first = image.ptr<Pixel>(top) + left * kChannels;
+  const auto below = static_cast<std::ptrdiff_t>(image.step1());
+  return differences<Pixel, kChannels>(first, below, below).are_combed() &&
+         !differences<Pixel, kChannels>(first, below, kChannels).are_combed();
+}
+
+template <typename Pixel, int kChannels>
 bool has_interlaced_blocks(const cv::Mat& image) {
   int blocks = 0;
   int interlaced = 0;
   for (int top = 0; top + kBlock + 2 <= image.rows; top += kBlock) {
     for (int left = 0; left + kBlock + 2 <= image.cols; left += kBlock) {
       ++blocks;
-      if (is_interlaced<Pixel>(image, top, left)) ++interlaced;
+      if (is_interlaced<Pixel, kChannels>(image, top, left)) ++interlaced;
     }
   }
   return interlaced >= std::max(kLeastBlocks, static_cast<int>(kLeastPart * blocks));
 }
 
+template <typename Pixel>
+bool looks_interlaced_as(const cv::Mat& image) {
+  return image.channels() == 1 ? has_interlaced_blocks<Pixel, 1>(image)
+                               : has_interlaced_blocks<Pixel, 3>(image);
+}
+
 }  // namespace
 
 bool looks_interlaced(const cv::Mat& image) {
-  return image.depth() == CV_8U ? has_interlaced_blocks<std::uint8_t>(image)
-                                : has_interlaced_blocks<std::uint16_t>(image);
+  return image.depth() == CV_8U ? looks_interlaced_as<std::uint8_t>(image)
+                                : looks_interlaced_as<std::uint16_t>(image);
 }
 
 }  // namespace striper::detail

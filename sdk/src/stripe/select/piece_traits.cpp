@@ -2,7 +2,6 @@
 #include "stripe/select/piece_traits.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "stripe/profile/line_view.hpp"
@@ -40,13 +39,6 @@ float expected_log_amplitude(const ChoiceContext& context, float across) {
 }
 
 }  // namespace
-
-float fast_log2(float x) noexcept {
-  const auto bits = std::bit_cast<std::uint32_t>(x);
-  const auto exponent = static_cast<float>(static_cast<int>(bits >> 23U) - 127);
-  const auto mantissa = std::bit_cast<float>((bits & 0x7FFFFFU) | 0x3F800000U);
-  return exponent + (-0.33582878F * mantissa + 2.0F) * mantissa - 1.65871022F;
-}
 
 float logistic(float x) noexcept { return 1.0F / (1.0F + std::exp(-x)); }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
+#include <cstdint>
 #include <vector>
 
 #include <striper/core/lit_frame.hpp>
@@ -97,7 +99,12 @@ class PieceTraits {
 };
 
 /// The logarithm to base 2, to 0.01.
-float fast_log2(float x) noexcept;
+inline float fast_log2(float x) noexcept {
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  const auto exponent = static_cast<float>(static_cast<int>(bits >> 23U) - 127);
+  const auto mantissa = std::bit_cast<float>((bits & 0x7FFFFFU) | 0x3F800000U);
+  return exponent + (-0.33582878F * mantissa + 2.0F) * mantissa - 1.65871022F;
+}
 /// 1 / (1 + exp(-x)).
 float logistic(float x) noexcept;
 

@@ -94,7 +94,7 @@ void StripePieces::add(const PeakList& list, std::size_t at, const WidthModel& w
     const auto near = kSamePeak * static_cast<float>(width.at(static_cast<double>(across)));
     if (std::abs(candidates_[i].across - across) < near) return;
   }
-  Candidate c;
+  Candidate& c = candidates_.emplace_back();  // In place: a copy of so many parts is slow.
   c.list = &list;
   c.at = static_cast<std::uint32_t>(at);
   c.line = line;
@@ -105,7 +105,6 @@ void StripePieces::add(const PeakList& list, std::size_t at, const WidthModel& w
   c.snr = list.snr[at];
   c.tilt = std::abs(list.slope[at]) * c.width / c.amplitude;
   c.is_clipped = list.clipped[at] > 0.0F;
-  candidates_.push_back(c);
 }
 
 void StripePieces::link_line(int line) {
