@@ -19,6 +19,7 @@
 #include <striper/design/design_figures.hpp>
 #include <striper/design/eye_safety.hpp>
 #include <striper/design/paper_table.hpp>
+#include <striper/detect/curb_finder.hpp>
 #include <striper/detect/objects.hpp>
 #include <striper/geometry/line_fit.hpp>
 #include <striper/geometry/triangulator.hpp>
@@ -39,6 +40,7 @@
 
 #include "support/models.hpp"
 #include "support/profile_scans.hpp"
+#include "support/road_scans.hpp"
 #include "support/shared_data.hpp"
 
 namespace striper {
@@ -150,6 +152,16 @@ void add_profile() {
   auto calibrated = std::make_shared<Measurer>(tools, std::make_shared<const StriperModel>(model));
   add("profile/tools.hpp: measure, with a covariance",
       [=] { DoNotOptimize(&calibrated->measure(*scan)); });
+  const testing::RoadStriper road;
+  auto street = std::make_shared<PolarScan>();
+  testing::road_scan(road, ranges_of_profile(road, testing::curb_profile(1.5, 0.12)), *street);
+  CurbOptions curbs;
+  curbs.up_rad = road.up_rad();
+  auto plain_finder = std::make_shared<CurbFinder>(curbs);
+  add("detect/curb_finder.hpp: find", [=] { DoNotOptimize(&plain_finder->find(*street)); });
+  auto finder = std::make_shared<CurbFinder>(curbs, std::make_shared<const StriperModel>(model));
+  add("detect/curb_finder.hpp: find, with a covariance",
+      [=] { DoNotOptimize(&finder->find(*street)); });
   auto objects = std::make_shared<ObjectTracker>();
   auto later = std::make_shared<PolarScan>(*scan);
   add("detect/objects.hpp: update", [=] {

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <striper/core/robust.hpp>
 #include <striper/detect/curb_finder.hpp>
 
 #include "support/drawn_striper.hpp"
@@ -63,8 +64,11 @@ RoadProfile profile_of(const Parameters& p) {
   return {{-1.0, road(-1.0)}, foot, edge, edge + Eigen::Vector2d(6.0, 6.0 * p[5])};
 }
 
+// Fewer returns make no piece of the top: it is as good as out of view.
+constexpr int kFewestOfTop = 5;
+
 // The bound of foot and height, one sigma each, of the returns that say where the curb is: those
-// that neither are missing nor were put somewhere else.
+// that neither are missing nor were put somewhere else. NaN where they do not say.
 std::array<double, 2> bound_of(const RoadStriper& road, const Shape& shape,
                                const std::vector<bool>& counts) {
   Parameters p;
@@ -78,16 +82,20 @@ std::array<double, 2> bound_of(const RoadStriper& road, const Shape& shape,
     less[static_cast<std::size_t>(k)] = ranges_of_profile(road, profile_of(p - by));
   }
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  int on_top = 0;
   for (std::size_t i = 0; i < more[0].size(); ++i) {
     Parameters d;
     for (int k = 0; k < 6; ++k) {
       const auto row = static_cast<std::size_t>(k);
       d[k] = (1.0 / more[row][i] - 1.0 / less[row][i]) / (2.0 * kStep);
     }
-    if (counts[i] && d.allFinite())
-      information += d * d.transpose() / std::pow(road.striper.sigma_q(i), 2);
+    if (!counts[i] || !d.allFinite()) continue;
+    information += d * d.transpose() / std::pow(road.striper.sigma_q(i), 2);
+    on_top += d[5] != 0.0 ? 1 : 0;
   }
   const Eigen::Matrix<double, 6, 6> covariance = information.inverse();
+  const bool is_known = on_top >= kFewestOfTop && covariance(2, 2) > 0.0 && covariance(4, 4) > 0.0;
+  if (!is_known) return {std::nan(""), std::nan("")};
   return {std::sqrt(covariance(2, 2)), std::sqrt(covariance(4, 4))};
 }
 
@@ -107,7 +115,8 @@ std::vector<bool> spoil(const RoadStriper& road, const Noise& noise, PolarScan& 
 
 struct Errors {
   Rms foot, height, foot_pull, height_pull;
-  double foot_bound = 0.0, height_bound = 0.0;  // Root mean squares.
+  std::vector<double> foot_errors, height_errors;  // Absolute.
+  double foot_bound = 0.0, height_bound = 0.0;     // Root mean squares.
   int in_view = 0;
   int found = 0;
 };
@@ -137,6 +146,8 @@ Errors errors_of(const Shape& shape, const Noise& noise) {
     foot_bound.add(bound[0]);
     height_bound.add(bound[1]);
     errors.foot.add(f.lateral_m - here.lateral_m);
+    errors.foot_errors.push_back(std::abs(f.lateral_m - here.lateral_m));
+    errors.height_errors.push_back(std::abs(f.height_m - here.height_m));
     errors.height.add(f.height_m - here.height_m);
     errors.foot_pull.add((f.lateral_m - here.lateral_m) / f.sigma_lateral_m);
     errors.height_pull.add((f.height_m - here.height_m) / f.sigma_height_m);
@@ -145,6 +156,13 @@ Errors errors_of(const Shape& shape, const Noise& noise) {
   errors.height_bound = height_bound.value();
   return errors;
 }
+
+// With gaps and gross outliers a draw in some hundreds is less exact than the bound: of a face that
+// few returns are on, some are taken for speckle. Its error bar says so (the pulls). The bulk is at
+// the bound, and the root mean square no farther from it than this.
+constexpr double kMostInGaps = 1.4;
+constexpr double kMostOfLowFaceInGaps = 3.0;
+constexpr double kLowFace_m = 0.07;
 
 void expect_at_the_bound(const Shape& shape, const Noise& noise) {
   Errors e = errors_of(shape, noise);
@@ -156,9 +174,13 @@ void expect_at_the_bound(const Shape& shape, const Noise& noise) {
       1e3 * e.height.value(), e.height.value() / e.height_bound, e.height_pull.value());
   std::cout << what << "\n";
   EXPECT_GE(e.found, e.in_view * 95 / 100) << what;
-  EXPECT_LE(e.foot.value(), 1.25 * e.foot_bound) << what;
-  EXPECT_LE(e.height.value(), 1.25 * e.height_bound) << what;
-  const double band = noise.missing == 0.0 ? kPullBand : 2.0 * kPullBand;
+  const bool is_whole = noise.missing == 0.0;
+  const double in_gaps = shape.height_m < kLowFace_m ? kMostOfLowFaceInGaps : kMostInGaps;
+  EXPECT_LE(e.foot.value(), (is_whole ? 1.25 : in_gaps) * e.foot_bound) << what;
+  EXPECT_LE(e.height.value(), (is_whole ? 1.25 : in_gaps) * e.height_bound) << what;
+  EXPECT_LE(robust_sigma(e.foot_errors), 1.25 * e.foot_bound) << what;
+  EXPECT_LE(robust_sigma(e.height_errors), 1.25 * e.height_bound) << what;
+  const double band = is_whole ? kPullBand : 2.0 * kPullBand;
   EXPECT_NEAR(e.foot_pull.value(), 1.0, band) << what;
   EXPECT_NEAR(e.height_pull.value(), 1.0, band) << what;
 }

@@ -34,7 +34,7 @@ struct LensChoice {
 /// by 2 % or more is worth them.
 ///
 /// With fewer than six views the simplest model is taken: there is nothing to hold out.
-/// @param wanted only models of this lens; empty: all. Cost ~1 s for 20 views.
+/// @param wanted only models of this lens; empty: all. An adjustment for each lens that is tried.
 LensChoice choose_lens(const Observations& observations, std::optional<LensModel> wanted);
 
 }  // namespace striper

@@ -15,7 +15,7 @@ namespace striper {
 /// @throws Error{kIo} naming the file.
 void save_report(const Calibration& calibration, const std::filesystem::path& path);
 
-/// The text that `save_report` writes. Reads the images again. About 20 ms an image.
+/// The text that `save_report` writes. Reads the images again.
 std::string format_report(const Calibration& calibration);
 
 }  // namespace striper

@@ -18,7 +18,7 @@ namespace striper {
 /// once it is complete (written beside and renamed), then its line is added with one write. A frame
 /// without an image (a corrupt one) gets its line and no image file.
 ///
-/// Cost: one PNG encoding per frame on the caller's thread (about 5 ms for 640x480 8-bit grey). Not
+/// Cost: one PNG encoding per frame on the caller's thread. Not
 /// thread-safe.
 class Recorder {
  public:

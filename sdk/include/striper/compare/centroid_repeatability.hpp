@@ -8,7 +8,7 @@ namespace striper {
 /// places of a Gaussian stripe between the pixels, in white noise, its background subtracted.
 ///
 /// The noise moves the centroid, and which of 25 pixels is the brightest. By quadrature over the
-/// brightest pixel's value and its neighbours', which are less: good to 2 %. About 10 ms. Below a
+/// brightest pixel's value and its neighbours', which are less: good to 2 %. About 2 ms. Below a
 /// ratio of 7 or so pixels beside a narrow stripe may be the brightest, and a longer scan line
 /// changes by more. Of normal errors the mean change is 2 / sqrt(pi) sigma.
 /// @param sigma_px of the stripe's Gaussian, without the pixel's own width, 0.3 to 5.

@@ -111,7 +111,7 @@ struct ScanComparison {
 /// line, Chen & Medioni 1992; pairs by bearing as in projective association, Blais & Levine 1995).
 /// What the reference cannot see is dropped and counted. Cauchy weights; Gauss-Newton from several
 /// starts; the covariance is that of clusters of neighbours (sandwich; White 1980), because
-/// neighbours share their errors. Cost: about 50 ms for 640 returns and 180 reference returns.
+/// neighbours share their errors. Cost: about 15 ms for two scans of 640 returns.
 /// Thread-safe.
 /// @param scans of the striper, in one frame. @param reference one scan, in its own frame.
 /// @throws Error{kBadValue} as the options, Error{kUntrustworthy} where fewer than 30 pairs are

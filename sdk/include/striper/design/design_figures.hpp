@@ -45,7 +45,7 @@ struct Requirement {
 /// DN. The error is the Cramer-Rao bound of a Gaussian stripe over pixels (`crlb_sigma_px`), which
 /// the methods `fast` and `refined` reach within 4 %; the detection that of a matched filter over a
 /// scan line of the image. Not in it: speckle, the surface's texture, the calibration's error.
-/// Immutable; thread-safe; some 10 us a range.
+/// Immutable; thread-safe; some 30 us a range.
 class DesignFigures {
  public:
   /// @throws Error{kBadValue} as `StriperDesign::validate`, and where the model has no such laser.

@@ -82,7 +82,7 @@ struct BeamAlignment {
 /// somewhere is (`kLine`). Lay it along a string.
 ///
 /// What the config says of zeros and scales is not looked at: the result replaces it. Not
-/// thread-safe. `solve` takes about 10 us a place.
+/// thread-safe. `solve` takes as long as the drive is.
 /// Source: Figures 13 and 14 of Advanced Retro Technology, *Automated Paint Restriping Recognition
 /// and Guidance System*, UCD-ARR-91-11-01-01, 1991, where a cart is moved over three tapes; that
 /// one moves all beams alike, and tells no turn.

@@ -70,7 +70,7 @@ struct SightVerdict {
 /// alike without a gyroscope; sigma says so. Where curvature jumps by 1 / 50 ft at once, errors are
 /// up to 0.7 in for some metres and sigma is too small. The reference, x = 0, is where the vehicle
 /// does not slip sideways: on its rear axle, or near it beside the curves' radius. No allocation
-/// after construction. Not thread-safe. About 3 us a sight. Source: section 2.3 of Advanced Retro
+/// after construction. Not thread-safe. About 1 us a sight. Source: section 2.3 of Advanced Retro
 /// Technology, *Automated Paint Restriping Recognition and Guidance System*, UCD-ARR-91-11-01-01,
 /// 1991, leaves the smoothing to its second phase.
 class PathFilter {

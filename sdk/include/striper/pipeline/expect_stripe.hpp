@@ -15,7 +15,7 @@ namespace striper {
 /// either side. The width is that of the look along the middle of the sensor, a straight line over
 /// the position across.
 ///
-/// About 5 ms. @throws Error{kBadValue} where the model has no such laser.
+/// About .5 ms. @throws Error{kBadValue} where the model has no such laser.
 ExpectedStripe expect_stripe(const StriperModel& model, int laser, const ScanOptions& limits);
 
 }  // namespace striper

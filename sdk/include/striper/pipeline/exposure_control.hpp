@@ -31,7 +31,8 @@ struct ExposureOptions {
 /// clipped, or there is no stripe in an image that is clipped or dark, the exposure goes down or
 /// up by a factor, once for each frame that was taken with what was set last.
 ///
-/// Not thread-safe. 20 us a frame of any size; no allocation after the first scans.
+/// Not thread-safe. It looks at some thousand pixels of a frame of any size; no allocation after
+/// the first scans.
 class ExposureControl {
  public:
   /// @param controls of the source; outlives this.

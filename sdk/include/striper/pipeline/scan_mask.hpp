@@ -36,7 +36,7 @@ ScanMask load_mask(const std::filesystem::path& path);
 
 /// Which pixels of the full sensor a mask has a laser's stripe ignored in: CV_8UC1, 255 there and 0
 /// elsewhere, of the sensor's size; without a model of the size that the mask itself has. Once per
-/// mask: half a microsecond a pixel where there are polygons in metres.
+/// mask: 40 ns a pixel where there are polygons in metres.
 /// @param model may be null.
 /// @throws Error{kBadValue} where metres meet no model, or an image is of another size.
 cv::Mat ignored_pixels(const ScanMask& mask, const StriperModel* model, int laser);

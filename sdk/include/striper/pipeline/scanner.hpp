@@ -84,7 +84,7 @@ class Scanner {
   const ScannerStatistics& statistics() const noexcept;
 
   /// Why a scan line (column or row) of the image that the last scan came from gave what it gave.
-  /// For people: 50 us, allocates. Needs `options.stripe.can_explain`; of `peak = all` the element
+  /// For people: 5 us, allocates. Needs `options.stripe.can_explain`; of `peak = all` the element
   /// is not told.
   /// @throws Error{kBadValue} where there is no scan or no such scan line, Error{kUnsupported} for
   /// method

@@ -107,7 +107,7 @@ struct Segmentation {
 /// (src/profile/circle_search.hpp). Calibration errors move all returns together and are not in any
 /// figure here. Sigmas have to be right: returns without one are not used.
 ///
-/// About 150 us for 640 returns on a few surfaces (the partition 80), 250 us on waves; no
+/// About 100 us for 640 returns on a few surfaces, 250 us on waves; no
 /// allocation after the first scans. Not thread-safe.
 class Segmenter {
  public:

@@ -91,7 +91,7 @@ struct Measurement {
 /// Straightness is peak to valley of a polynomial of fourth order about the line: bows and waves as
 /// long as the piece. Noise alone makes it two to three of its sigmas.
 ///
-/// About .5 ms for 640 returns and a few tools, 2 ms with a covariance. Not thread-safe.
+/// About .15 ms for 640 returns and a few tools, 1.5 ms with a covariance. Not thread-safe.
 class Measurer {
  public:
   /// @param model of the scans, whose covariance makes sigma_cal and whose geometry says along

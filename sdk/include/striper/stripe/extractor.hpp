@@ -117,7 +117,7 @@ class StripeExtractor {
   /// first frame of a size.
   virtual void extract(const LitFrame& frame, Stripe& stripe) = 0;
 
-  /// Why a scan line of the last frame gave the return that it gave. For people: 50 us, allocates.
+  /// Why a scan line of the last frame gave the return that it gave. For people: 5 us, allocates.
   /// @throws Error{kUnsupported} for method `paper`, Error{kBadValue} where `can_explain` was not
   ///         asked for or there is no such scan line.
   virtual LineExplanation explain(int line) const;

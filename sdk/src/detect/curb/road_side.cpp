@@ -138,8 +138,8 @@ bool RoadSide::is_gutter(const Strip& s) const {
   return s.near.y() < 0.0 && s.near.y() > -scan_->options.min_height_m;
 }
 
-// Where a few returns at the road's end are cut off by chance they are no ground of their own:
-// their line tells little of where the face stands.
+// Where a few returns at a surface's end are cut off by chance they are no surface of their own:
+// their line tells little of where the face stands, or where it ends.
 bool RoadSide::is_bend(Index k) const {
   return piece(k).points >= kSurePoints || !(piece(k).evidence < kSureBend * evidence_.penalty);
 }
@@ -172,7 +172,8 @@ void RoadSide::find_top() {
   bool is_face_steep = false;
   for (Index k = leaving_; has(k); k += step_) {
     const Strip s = strip(k);
-    if (s.points < kFewestPoints) continue;
+    const bool is_chance = k != leaving_ && has(k + step_) && !is_bend(k);
+    if (s.points < kFewestPoints || is_chance) continue;
     const bool is_steep = s.slope_rad >= kLeastFace_rad;
     const bool is_surface = (s.far - s.near).norm() >= kLeastGround_m;
     if (s.slope_rad < kLevel_rad || (is_face_steep && !is_steep && is_surface)) {

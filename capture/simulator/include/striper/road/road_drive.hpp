@@ -19,7 +19,8 @@ namespace striper {
 ///
 /// Each sample is met at its own time and place; a spot's light is spread evenly over its size.
 /// Wear, texture and noise depend on the seed alone. Sweeps of beams come together, as the report's
-/// converter took them. Not thread-safe. About 20 us a sweep of 142 samples.
+/// converter took them. Not thread-safe. About 4 us a call of `next`, sweeps of 142 samples among
+/// them.
 class RoadDrive {
  public:
   explicit RoadDrive(const Road& road);  ///< @throws Error as `Road::validate` does.

@@ -37,8 +37,8 @@ struct SceneSettings {
 /// pixel, the lens blur included; daylight is sampled once a pixel and 8 x 8 times on edges.
 /// Motion during the shutter time is left out.
 ///
-/// Cost: about 0.3 s to construct for 640x480; a static scene is rendered once, and then an image
-/// is only its noise. Not thread-safe: one Simulator per thread.
+/// Cost: about 50 ms until the first image of 640x480; a static scene is rendered once, and then an
+/// image is only its noise. Not thread-safe: one Simulator per thread.
 class Simulator {
  public:
   /// @throws Error{kBadValue} where the scene is not valid, naming the field.
