@@ -144,6 +144,13 @@ bool RoadSide::is_bend(Index k) const {
   return piece(k).points >= kSurePoints || !(piece(k).evidence < kSureBend * evidence_.penalty);
 }
 
+// Whether a piece is some returns of a face and of the top behind it, cut off by chance.
+bool RoadSide::is_chip_of(Index k, Index behind) const {
+  if (!has(behind) || is_bend(k)) return false;
+  const Strip top = strip(behind);
+  return top.is_level && !top.is_rough && top.points >= kSurePoints && top.near.y() > kUneven_m;
+}
+
 // The ground bends and changes on the way: gutters, crowns, slabs.
 void RoadSide::find_leaving() {
   for (Index k = ground_ + step_; has(k); k += step_) {
@@ -172,8 +179,7 @@ void RoadSide::find_top() {
   bool is_face_steep = false;
   for (Index k = leaving_; has(k); k += step_) {
     const Strip s = strip(k);
-    const bool is_chance = k != leaving_ && has(k + step_) && !is_bend(k);
-    if (s.points < kFewestPoints || is_chance) continue;
+    if (s.points < kFewestPoints || (has(face_) && is_chip_of(k, k + step_))) continue;
     const bool is_steep = s.slope_rad >= kLeastFace_rad;
     const bool is_surface = (s.far - s.near).norm() >= kLeastGround_m;
     if (s.slope_rad < kLevel_rad || (is_face_steep && !is_steep && is_surface)) {

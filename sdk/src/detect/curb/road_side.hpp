@@ -64,6 +64,7 @@ class RoadSide {
   Strip strip(Index k) const;
   bool is_gutter(const Strip& s) const;
   bool is_bend(Index k) const;
+  bool is_chip_of(Index k, Index behind) const;
   void take_ground(Index k);
   void begin_at(Index ground);
   std::optional<CurbFinding> next();
