@@ -47,11 +47,14 @@ double microseconds_of(int calls, const Timed& call) {
 }
 
 // Times runs of `call` and of `roof` in turn, so that a clock that changes meanwhile changes both.
-SpeedTime time_of(double seconds, const Timed& call, const Timed& roof) {
+SpeedTime time_of(double seconds, const Timed& call, const Timed& roof, const Timed& between) {
   // The first calls may do what later ones need not.
-  const auto once = [](const Timed& timed) {
+  const auto once = [&](const Timed& timed) {
     double us = std::numeric_limits<double>::max();
-    for (int n = 0; n < kProbes; ++n) us = std::min(us, microseconds_of(1, timed));
+    for (int n = 0; n < kProbes; ++n) {
+      between();
+      us = std::min(us, microseconds_of(1, timed));
+    }
     return std::max(0.05, us);
   };
   const auto fitting = [](double us, double once_us, int most) {
@@ -65,6 +68,7 @@ SpeedTime time_of(double seconds, const Timed& call, const Timed& roof) {
   std::vector<double> times;
   std::vector<double> ratios;
   for (int run = 0; run < runs; ++run) {
+    between();
     const double roof_us = microseconds_of(roof_calls, roof);
     times.push_back(microseconds_of(calls, call));
     ratios.push_back(roof_us / times.back());
@@ -170,11 +174,8 @@ class Bench {
  private:
   void add_hot(const std::string& name, const Call& call, int images = 1) {
     const SpeedTime time = time_of(
-        options_.seconds_per_row, [&] { call(hot_); },
-        [&] {
-          end_if_stopped();
-          read(hot_, images);
-        });
+        options_.seconds_per_row, [&] { call(hot_); }, [&] { read(hot_, images); },
+        [&] { end_if_stopped(); });
     table_.rows.push_back({name, time, std::nullopt, images});
   }
 
@@ -183,10 +184,7 @@ class Bench {
     add_hot(name, call, images);
     table_.rows.back().streaming = time_of(
         options_.seconds_per_row, [&] { call(next_of_ring()); },
-        [&] {
-          end_if_stopped();
-          read(next_of_ring(), images);
-        });
+        [&] { read(next_of_ring(), images); }, [&] { end_if_stopped(); });
   }
 
   void end_if_stopped() const {
@@ -243,6 +241,7 @@ class Bench {
   }
 
   double time_once(const Call& process) const {
+    end_if_stopped();
     const Clock::time_point start = Clock::now();
     process(hot_);
     return microseconds_since(start);

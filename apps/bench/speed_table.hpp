@@ -26,7 +26,7 @@ struct SpeedOptions {
   /// Allocations of the whole program so far; empty where nobody counts them.
   std::function<std::uint64_t()> allocations;
   std::vector<SpeedCall> parts_of_fast;  ///< Rows before that of `fast`.
-  std::function<bool()> should_stop;     ///< Asked all the time; empty: never.
+  std::function<bool()> should_stop;     ///< Asked between runs; empty: never.
 };
 
 /// What `measure_speed` throws where it was told to stop.

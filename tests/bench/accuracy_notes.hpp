@@ -7,7 +7,7 @@ namespace striper {
 constexpr const char* kAccuracyNotes = R"(
 ## Beyond the tables
 
-What the tests that are named measure besides; each fails where its figure no longer holds.
+What the tests that are named measured besides; each fails beyond a bound that is somewhat wider than its figure.
 
 - **Speed.** A frame of 640x480 takes `refined` 1.13 times as long as `fast` on a core with AVX-512, one of 2048x1088 1.12 times; with the
   stripe along rows 3 and 12 us longer, because what lies side by side there must be turned. `striper bench` measures your machine.

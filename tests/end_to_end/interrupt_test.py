@@ -132,7 +132,7 @@ class Files(Interrupt):
         self.assert_ends("simulate", scene, "-o", "pictures", "--frames", "100000")
 
     def test_convert_and_info(self):
-        striper("record", ROOM, "-o", self.path("long.mcap"), "--frames", "600")
+        striper("record", ROOM, "-o", self.path("long.mcap"), "--frames", "2500")
         self.assert_ends("info", self.path("long.mcap"))
         self.assert_ends("convert", self.path("long.mcap"), "-o", "copy.mcap")
 
@@ -147,6 +147,7 @@ class Machine(Interrupt):
 
     def test_bench(self):
         self.assert_ends("bench")
+        self.assert_ends("bench", "--quick", "--size", "4096x3000")
 
 
 class Guidance(Interrupt):

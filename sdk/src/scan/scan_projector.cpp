@@ -115,8 +115,8 @@ const RayTable& ScanProjector::Impl::rays_for(const Stripe& stripe) {
   for (const RayTable& table : ray_tables) {
     if (table.serves(stripe.axis, along, lines)) return table;
   }
-  // A region of interest that wanders must not fill the memory.
-  if (ray_tables.size() == kMostRayTables) ray_tables.erase(ray_tables.begin());
+  // A region of interest that wanders must not fill the memory. The whole sensor's table stays.
+  if (ray_tables.size() == kMostRayTables) ray_tables.erase(ray_tables.begin() + 1);
   return ray_tables.emplace_back(model.camera, stripe.axis, along, lines);
 }
 

@@ -72,8 +72,8 @@ bool has_interlaced_blocks(const cv::Mat& image) {
 
 template <typename Pixel>
 bool looks_interlaced_as(const cv::Mat& image) {
-  return image.channels() == 1 ? has_interlaced_blocks<Pixel, 1>(image)
-                               : has_interlaced_blocks<Pixel, 3>(image);
+  if (image.channels() == 1) return has_interlaced_blocks<Pixel, 1>(image);
+  return image.channels() == 3 && has_interlaced_blocks<Pixel, 3>(image);
 }
 
 }  // namespace

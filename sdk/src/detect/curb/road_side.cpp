@@ -148,7 +148,9 @@ bool RoadSide::is_bend(Index k) const {
 bool RoadSide::is_chip_of(Index k, Index behind) const {
   if (!has(behind) || is_bend(k)) return false;
   const Strip top = strip(behind);
-  return top.is_level && !top.is_rough && top.points >= kSurePoints && top.near.y() > kUneven_m;
+  const bool is_surface = top.is_level && !top.is_rough && top.points >= kSurePoints;
+  const double apart_m = std::abs(top.near.y() - strip(k).far.y());
+  return is_surface && top.near.y() > kUneven_m && apart_m < kUneven_m;
 }
 
 // The ground bends and changes on the way: gutters, crowns, slabs.
@@ -179,16 +181,17 @@ void RoadSide::find_top() {
   bool is_face_steep = false;
   for (Index k = leaving_; has(k); k += step_) {
     const Strip s = strip(k);
-    if (s.points < kFewestPoints || (has(face_) && is_chip_of(k, k + step_))) continue;
+    if (s.points < kFewestPoints) continue;
     const bool is_steep = s.slope_rad >= kLeastFace_rad;
+    const double height_m = s.far.y() - s.near.y();
+    const bool is_better = is_steep != is_face_steep ? is_steep : height_m > highest_m;
+    if (has(face_) && !is_better && is_chip_of(k, k + step_)) continue;
     const bool is_surface = (s.far - s.near).norm() >= kLeastGround_m;
     if (s.slope_rad < kLevel_rad || (is_face_steep && !is_steep && is_surface)) {
       if (s.slope_rad > -kLevel_rad && s.near.y() > kUneven_m) top_ = k;
       return;
     }
     if (is_steep && !is_face_steep && has(face_) && highest_m >= kLeastGround_m) return;
-    const double height_m = s.far.y() - s.near.y();
-    const bool is_better = is_steep != is_face_steep ? is_steep : height_m > highest_m;
     if (!is_better) continue;
     highest_m = height_m;
     is_face_steep = is_steep;

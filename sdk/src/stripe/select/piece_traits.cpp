@@ -86,7 +86,8 @@ void PieceTraits::look_closer(const StripePieces& pieces, const ChoiceContext& c
 void PieceTraits::add_candidates(const StripePieces& pieces, const ChoiceContext& context) {
   const auto pivot_width = static_cast<float>(context.width.at(0.0));
   const auto slope = static_cast<float>(context.width.slope);
-  // Candidates of one piece mostly follow each other: their sums stay in registers.
+  // Candidates of one piece mostly follow each other: their sums are kept in a local, which nothing
+  // aliases.
   Trait t;
   std::int32_t piece = -1;
   const auto put_away = [&] {

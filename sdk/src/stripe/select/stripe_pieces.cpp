@@ -53,6 +53,7 @@ void StripePieces::find(const PeakCandidates& candidates, const WidthModel& widt
                         float threshold) {
   gather(candidates, width, threshold);
   links_.assign(candidates_.size(), Link{});
+  off_line_.clear();
   next_.assign(candidates_.size(), -1);
   next_distance_.resize(candidates_.size());
   for (int line = 1; line < lines(); ++line) link_line(line);
@@ -111,7 +112,7 @@ void StripePieces::link_line(int line) {
   for (std::size_t i = first_of(line); i < first_of(line + 1); ++i) link_candidate(i);
 }
 
-// Who loses its predecessor to a nearer one looks for another, once.
+// Who loses its predecessor to a nearer one begins a piece.
 void StripePieces::link_candidate(std::size_t i) {
   const Link before = links_[i];
   if (before.before >= 0 || !take_predecessor(i)) return;

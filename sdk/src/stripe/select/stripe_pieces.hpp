@@ -74,6 +74,7 @@ class StripePieces {
   std::size_t most() const noexcept { return candidates_.capacity(); }
   const Candidate& candidate(std::size_t i) const noexcept { return candidates_[i]; }
   const Link& link(std::size_t i) const noexcept { return links_[i]; }
+  /// Precondition: `measure_off_line` since the last `find`.
   const OffLine& off_line(std::size_t i) const noexcept { return off_line_[i]; }
   const std::vector<Piece>& pieces() const noexcept { return pieces_; }
 
