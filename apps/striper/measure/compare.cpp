@@ -110,6 +110,7 @@ std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments
     }
     scans.push_back(scan);
   }
+  if (stop_requested() && scans.size() < 2) throw Error(ErrorKind::kDevice, "interrupted");
   if (scans.empty()) throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", uri));
   return scans;
 }
