@@ -17,8 +17,8 @@ function(striper_target_defaults target)
   endif()
 endfunction()
 
-# striper_precompile(target <more> ...): has a target read once what nearly all of its sources include: a quarter of
-# what it takes to compile them. No source may rely on it; preset `tidy` builds without.
+# striper_precompile(target <more> ...): has a target read once what nearly all of its sources include. No source may
+# rely on it; preset `tidy` builds without.
 function(striper_precompile target)
   if(STRIPER_PCH)
     target_precompile_headers(${target} PRIVATE

@@ -163,7 +163,7 @@ MethodScore judge(const RenderedTrials& trials, Answers answers) {
   return result;
 }
 
-// As a stripe in columns that are no surface; told the camera's noise and nothing else.
+// Of columns that are no surface: told that, and the camera's noise.
 Answers answers_of(const RenderedTrials& trials, ExtractMethod method) {
   Stripe stripe = testing::extract(trials, method);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
@@ -202,7 +202,7 @@ Column without_background(const cv::Mat& image, int c, double sigma_px) {
 }
 
 // A reference begins at the pixel where ours found the stripe; where it found none, neither does
-// the reference. It is given the background's place, and plain Steger the width.
+// the reference. It is given where the background is, and plain Steger the width.
 Answers answers_of(const RenderedTrials& trials, const Reference& reference,
                    const std::vector<double>& candidates, double sigma_px) {
   constexpr int kReach = 16;

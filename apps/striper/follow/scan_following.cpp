@@ -173,10 +173,9 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
           ->needs(odometer);
   odometer->needs(counts);
   command
-      .add_option(
-          "--speed", arguments.speed_m_s,
-          "The vehicle's speed where there is no odometer, m/s: how far curbs are followed; "
-          "default 5, 0 where it stands")
+      .add_option("--speed", arguments.speed_m_s,
+                  "The vehicle's speed where there is no odometer, m/s: how far curbs are tracked; "
+                  "default 5, 0 where it stands")
       ->type_name("V")
       ->check(between(0.0, 100.0))
       ->excludes(odometer);

@@ -35,15 +35,13 @@ struct BoardView {
   bool by_classic_finder = false;
 };
 
-/// How hard to look for a checkerboard; circles are looked for in one way only. In processor time
-/// of a core at 2.1 GHz, images of 480x360 to 640x480, 54 corners:
+/// How hard to look for a checkerboard; circles are looked for in one way only.
 enum class BoardSearch {
-  kThorough,  ///< 0.15 to 0.35 s; 1 s where there is none.
+  kThorough,  ///< All that there is, the enlarged image too; longest where there is no board.
   /// As OpenCV's calibration sample does: its classic finder, then cv::cornerSubPix in a window of
   /// 23x23 pixels, which near the edge of the sheet takes the edge for the corner's. To compare.
   kLikeOpenCv,
-  kQuick,  ///< Some ten milliseconds at 640x480 (calibration_bench). For live frames: another one
-           ///< follows.
+  kQuick,  ///< A small part of that. For live frames: another one follows.
 };
 
 /// Finds the board in an image and refines its points to sub-pixel.

@@ -80,7 +80,7 @@ struct BoardStripe {
 /// method would take white squares among black ones for peaks, learn their width for the stripe's,
 /// and put its background across the edges. Where too little even ground is left, the points are
 /// those of the first pass, with their larger sigmas.
-/// @param noise of the camera; empty: estimated from the image. Cost 5 to 50 ms. Thread-safe.
+/// @param noise of the camera; empty: estimated from the image. Thread-safe.
 BoardStripe find_board_stripe(const LaserImage& image, const Board& board,
                               const CameraModel& camera, const ExtractionSettings& settings,
                               const std::optional<NoiseModel>& noise = std::nullopt);

@@ -146,7 +146,7 @@ struct Calibration {
 /// report: look at `trustworthy()`.
 /// @throws Error{kUntrustworthy} where no result can be computed at all, saying which image is
 /// missing; Error{kBadValue} for images that differ in size; Error{kBadFile} where none can be
-/// read: some that cannot are left out and told of among the findings. Cost ~0.3 s per VGA image.
+/// read: some that cannot are left out and told of among the findings. Cost: calibration_bench.
 Calibration calibrate(const CalibrationInput& input, const CalibrationOptions& options);
 
 }  // namespace striper

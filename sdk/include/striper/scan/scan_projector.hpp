@@ -14,9 +14,9 @@ namespace striper {
 /// Turns stripes into polar scans: bearing, range, its error bars and, without a return, the
 /// reason.
 ///
-/// The constructor makes tables for the lens of the whole sensor and for the calibration's error
-/// (some milliseconds at 640x480); one for another image grid is made when that is first seen.
-/// After that no allocation, at most 30 ns per return (scan_bench). Not thread-safe.
+/// The constructor makes tables for the lens of the whole sensor and for the calibration's error;
+/// one for another image grid is made when that is first seen. After that no allocation, at most 30
+/// ns per return (scan_bench). Not thread-safe.
 class ScanProjector {
  public:
   /// @throws Error{kBadValue} where the model has no laser or the options are not valid.
