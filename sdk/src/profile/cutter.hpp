@@ -26,6 +26,9 @@ class Cutter {
   InverseRanges ranges;   // Without speckle, the texture in the weights.
   std::vector<Run> runs;  // One per piece.
 
+  /// The ranges with what was taken for speckle, for whoever knows better.
+  const InverseRanges& with_speckle() const noexcept { return has_speckle_ ? ungated_ : ranges; }
+
  private:
   void leave_out_part_seen(Segmentation& out);
   void leave_out_speckle(Segmentation& out);
@@ -35,6 +38,8 @@ class Cutter {
   void report_pieces(const PolarScan& scan, Segmentation& out) const;
   void report_joints(Segmentation& out) const;
 
+  InverseRanges ungated_;  // Where there is speckle.
+  bool has_speckle_ = false;
   EdgeColumns edges_;
   OutlierGate gate_;
   Texture texture_;

@@ -14,11 +14,11 @@ constexpr double kSuspectSigmas = 2.5;
 // Farther than this from where a line predicts it, sigmas of the prediction: one good return in
 // 16000 on each side, and both sides have to refuse it.
 constexpr double kGateSigmas = 4.0;
-// The same of a line through the nearest three, which no one vouches for.
+// The same of a line through the nearest, which no one vouches for.
 constexpr double kNarrowGateSigmas = 3.0;
 // A line that predicts goes through three neighbours at least, where it checks itself, and through
 // eight at most, as long as an edge of a curb is at 3 m.
-constexpr int kFewestNeighbours = 3;
+constexpr std::size_t kFewestNeighbours = 3;
 constexpr std::size_t kMostNeighbours = 8;
 // The neighbours are looked for among this many; more than that away they tell nothing here.
 constexpr int kReach = 16;
@@ -34,20 +34,6 @@ constexpr double kRoughPart = 0.6;
 // A short line predicts badly, which must not let everything pass: the sigma of a prediction counts
 // for that of eight neighbours at most, as a part of the return's own variance.
 constexpr double kMostPredictionVariance = 0.61;
-
-enum class Opinion { kNone, kFits, kRefuses };
-
-// What a line through neighbours, in coordinates about element i, says of this element.
-Opinion opinion(const LineSums& neighbours, const InverseRanges& ranges, std::size_t i,
-                double gate_sigmas) noexcept {
-  const LineFit fit = neighbours.solve();
-  if (!fit.is_determined || fit.chi2 > kWorstOfOne + kWorstOfMore * (fit.dof() - 1))
-    return Opinion::kNone;
-  const double e = ranges.q[i] - fit.at(1.0, 0.0);
-  const double own = 1.0 / ranges.weight[i];
-  const double variance = own + std::min(fit.variance_at(1.0, 0.0), kMostPredictionVariance * own);
-  return e * e < gate_sigmas * gate_sigmas * variance ? Opinion::kFits : Opinion::kRefuses;
-}
 
 }  // namespace
 
@@ -75,7 +61,7 @@ const std::vector<char>& OutlierGate::mark(const InverseRanges& ranges) {
 void OutlierGate::mark_suspects(const InverseRanges& ranges) {
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     if (!suspect_[i] || marked_[i] || is_rough_around(i)) continue;
-    marked_[i] = is_predicted(ranges, i, -1) || is_predicted(ranges, i, 1) ? 0 : 1;
+    marked_[i] = is_predicted(ranges, i) ? 0 : 1;
   }
 }
 
@@ -91,30 +77,86 @@ bool OutlierGate::is_between_neighbours(const InverseRanges& ranges, std::size_t
   return e * e < kSuspectSigmas * kSuspectSigmas * variance;
 }
 
-// By the longest line through neighbours on one side that are not suspect; where these are on no
-// line, by the nearest three whatever they are: all that a narrow object has.
-bool OutlierGate::is_predicted(const InverseRanges& ranges, std::size_t i,
-                               int side) const noexcept {
+// By a line on one side. Where a side has none, by the nearest there or on both sides, whatever
+// they are: all that a narrow object has.
+bool OutlierGate::is_predicted(const InverseRanges& ranges, std::size_t i) const noexcept {
+  const Opinion before = opinion_of_solid(ranges, i, -1);
+  const Opinion after = opinion_of_solid(ranges, i, 1);
+  if (before == Opinion::kFits || after == Opinion::kFits) return true;
+  const bool is_open_before = before == Opinion::kNone;
+  const bool is_open_after = after == Opinion::kNone;
+  return (is_open_before && do_three_predict(ranges, i, nearest(i, kNearest, 0))) ||
+         (is_open_after && do_three_predict(ranges, i, nearest(i, 0, kNearest))) ||
+         ((is_open_before || is_open_after) &&
+          do_three_predict(ranges, i, nearest(i, kNearest / 2, kNearest / 2)));
+}
+
+// By the longest line through neighbours that are not suspect.
+OutlierGate::Opinion OutlierGate::opinion_of_solid(const InverseRanges& ranges, std::size_t i,
+                                                   int side) const noexcept {
   std::array<LineSums, kMostNeighbours + 1> solid{};  // By how many neighbours.
-  LineSums nearest;
   std::size_t count = 0;
   const auto n = static_cast<std::ptrdiff_t>(ranges.size());
   for (int step = 1; step <= kReach && count < kMostNeighbours; ++step) {
     const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + side * step;
     if (j < 0 || j >= n) break;
     const auto at = static_cast<std::size_t>(j);
-    if (marked_[at]) continue;
-    if (nearest.points < kFewestNeighbours) ranges.add_rotated(nearest, at, i);
-    if (suspect_[at]) continue;
+    if (marked_[at] || suspect_[at]) continue;
     solid[count + 1] = solid[count];
     ranges.add_rotated(solid[++count], at, i);
   }
-  for (; count >= std::size_t{kFewestNeighbours}; --count) {
-    const Opinion of_solid = opinion(solid[count], ranges, i, kGateSigmas);
-    if (of_solid != Opinion::kNone) return of_solid == Opinion::kFits;
+  for (; count >= kFewestNeighbours; --count) {
+    const Opinion of_solid = opinion_of(solid[count], ranges, i, kGateSigmas);
+    if (of_solid != Opinion::kNone) return of_solid;
   }
-  return nearest.points == kFewestNeighbours &&
-         opinion(nearest, ranges, i, kNarrowGateSigmas) == Opinion::kFits;
+  return Opinion::kNone;
+}
+
+// Of this many nearest one may be speckle itself, which spoils every line that is not without it.
+OutlierGate::Nearest OutlierGate::nearest(std::size_t i, std::size_t before,
+                                          std::size_t after) const noexcept {
+  Nearest few;
+  const auto n = static_cast<std::ptrdiff_t>(marked_.size());
+  const auto take = [&](int side, std::size_t wanted) {
+    for (int step = 1; step <= kReach && wanted > 0; ++step) {
+      const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + side * step;
+      if (j < 0 || j >= n) return;
+      if (marked_[static_cast<std::size_t>(j)]) continue;
+      few.at[few.count++] = static_cast<std::size_t>(j);
+      --wanted;
+    }
+  };
+  take(-1, before);
+  take(1, after);
+  return few;
+}
+
+// By a line through three of them.
+bool OutlierGate::do_three_predict(const InverseRanges& ranges, std::size_t i,
+                                   const Nearest& few) noexcept {
+  const auto fits_without = [&](std::size_t left_out) {
+    LineSums sums;
+    for (std::size_t k = 0; k < few.count; ++k)
+      if (k != left_out) ranges.add_rotated(sums, few.at[k], i);
+    return opinion_of(sums, ranges, i, kNarrowGateSigmas) == Opinion::kFits;
+  };
+  if (few.count == kFewestNeighbours) return fits_without(few.count);
+  for (std::size_t k = 0; k < few.count; ++k)
+    if (few.count > kFewestNeighbours && fits_without(k)) return true;
+  return false;
+}
+
+// What a line through neighbours, in coordinates about element i, says of this element.
+OutlierGate::Opinion OutlierGate::opinion_of(const LineSums& neighbours,
+                                             const InverseRanges& ranges, std::size_t i,
+                                             double gate_sigmas) noexcept {
+  const LineFit fit = neighbours.solve();
+  if (!fit.is_determined || fit.chi2 > kWorstOfOne + kWorstOfMore * (fit.dof() - 1))
+    return Opinion::kNone;
+  const double e = ranges.q[i] - fit.at(1.0, 0.0);
+  const double own = 1.0 / ranges.weight[i];
+  const double variance = own + std::min(fit.variance_at(1.0, 0.0), kMostPredictionVariance * own);
+  return e * e < gate_sigmas * gate_sigmas * variance ? Opinion::kFits : Opinion::kRefuses;
 }
 
 bool OutlierGate::is_rough_around(std::size_t i) const noexcept {

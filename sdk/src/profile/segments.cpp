@@ -94,7 +94,9 @@ void Cutter::leave_out_speckle(Segmentation& out) {
   const std::size_t before = out.outliers.size();
   const std::vector<char>& marked = gate_.mark(ranges);
   note_outliers(marked, out);
-  if (out.outliers.size() == before) return;
+  has_speckle_ = out.outliers.size() > before;
+  if (!has_speckle_) return;
+  ungated_ = ranges;
   ranges.remove_marked(marked);
   std::sort(out.outliers.begin(), out.outliers.end());
 }

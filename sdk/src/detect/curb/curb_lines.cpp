@@ -18,9 +18,7 @@ constexpr double kNose_m = 0.02;
 // By how many sigma of a chi2 the returns near the edge have to miss the lines to be on a nose.
 constexpr double kNoseExcess = 3.0;
 
-// Squared misfit of what is no part of a surface, where all others scatter as they should: five
-// sigma. The median of chi-square with one degree of freedom is .455.
-constexpr double kStray = 25.0;
+// Of chi-square with one degree of freedom.
 constexpr double kMedianOfChi2 = 0.455;
 
 constexpr std::size_t kFewestOfLine = 3;

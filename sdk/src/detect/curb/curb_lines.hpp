@@ -36,6 +36,10 @@ struct CurbLines {
 ScanLine line_through(const Eigen::Vector2d& at_m, const Eigen::Vector2d& direction, double sigma_m,
                       double sigma_rad) noexcept;
 
+/// Squared misfit of what is no part of a surface, where all others scatter as they should: five
+/// sigma.
+inline constexpr double kStray = 25.0;
+
 /// The squared residual of an element over its variance.
 double misfit(const InverseRanges& ranges, std::size_t i, const ScanLine& line) noexcept;
 

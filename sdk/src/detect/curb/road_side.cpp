@@ -20,7 +20,9 @@ constexpr int kFewestPoints = 3;        // Fewer are on anything.
 constexpr double kLeastGround_m = 0.1;  // Of a piece that is ground of its own.
 constexpr double kLeastBehind_m = 0.15;
 constexpr int kSurePoints = 10;
-constexpr double kSureBend = 3.0;  // Times what a piece had to gain; by chance it is 1.5 at most.
+constexpr double kBend =
+    1.0;  // Times what a piece had to gain; joints are looked for after it had.
+constexpr double kSureBend = 3.0;  // Of fewer points; by chance it is 1.5 at most.
 
 // The surface beyond an edge is looked at so far: stones are 12 to 15 cm wide, and grass begins
 // behind many.
@@ -138,10 +140,20 @@ bool RoadSide::is_gutter(const Strip& s) const {
   return s.near.y() < 0.0 && s.near.y() > -scan_->options.min_height_m;
 }
 
-// Where a few returns at a surface's end are cut off by chance they are no surface of their own:
-// their line tells little of where the face stands, or where it ends.
+// Where returns at a surface's end are cut off by chance they are no surface of their own: their
+// line tells little of where the face stands, or where it ends. A few are so by more, and by more
+// than two strays among them, which lie on a line with anything by chance.
 bool RoadSide::is_bend(Index k) const {
-  return piece(k).points >= kSurePoints || !(piece(k).evidence < kSureBend * evidence_.penalty);
+  const Piece& p = piece(k);
+  if (p.points >= kSurePoints) return !(p.evidence < kBend * evidence_.penalty);
+  double gain = 0.0;
+  for (std::size_t i = run(k).from; i < run(k).to; ++i) {
+    double least = kStray;
+    for (const Index beside : {k - 1, k + 1})
+      if (has(beside)) least = std::min(least, misfit(scan_->cutter.ranges, i, piece(beside).line));
+    gain += least;
+  }
+  return gain >= 2.0 * kStray && !(p.evidence < kSureBend * evidence_.penalty);
 }
 
 // Whether a piece is some returns of a face and of the top behind it, cut off by chance.
@@ -317,16 +329,35 @@ CurbLines RoadSide::first_lines() const {
   return lines;
 }
 
+// Where an element is among those with speckle.
+std::size_t RoadSide::ungated(std::size_t element) const {
+  const auto& all = scan_->cutter.with_speckle().index;
+  const auto at = std::lower_bound(all.begin(), all.end(), scan_->cutter.ranges.index[element]);
+  return static_cast<std::size_t>(at - all.begin());
+}
+
+// The gate takes some of a face with few returns for speckle, or all.
+std::optional<ScanLine> RoadSide::sparse_face() {
+  const int points = has(face_) ? piece(face_).points : 0;
+  if (!has(top_) || points >= kSurePoints) return std::nullopt;
+  const std::size_t from = ungated(run(std::min(ground_, top_)).to - 1) + 1;
+  const std::size_t to = ungated(run(std::max(ground_, top_)).from);
+  const auto fewest = static_cast<std::size_t>(std::max(kFewestPoints, points + 1));
+  return sparse_.find(scan_->cutter.with_speckle(), from, to, piece(ground_).line.normal(), fewest);
+}
+
 std::optional<CurbFinding> RoadSide::rise() {
   find_top();
   if (!has(face_) && !has(top_)) return std::nullopt;
   look_behind(has(top_) ? top_ : face_ + step_);
   CurbLines lines = first_lines();
+  const auto sparse = sparse_face();
+  if (sparse) lines.face = *sparse;
   if (!lines.do_meet()) return std::nullopt;
-  if (has(face_) && has(top_)) {
-    const Run& first = run(std::min(ground_, top_));
-    const Run& last = run(std::max(ground_, top_));
-    refiner_.refine(scan_->cutter.ranges, {first.from, last.to, step_ > 0}, lines);
+  if ((has(face_) || sparse) && has(top_)) {
+    const std::size_t first = ungated(run(std::min(ground_, top_)).from);
+    const std::size_t last = ungated(run(std::max(ground_, top_)).to - 1);
+    refiner_.refine(scan_->cutter.with_speckle(), {first, last + 1, step_ > 0}, lines);
   }
   CurbFinding finding;
   lines.describe(out_, finding);

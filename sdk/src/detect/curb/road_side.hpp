@@ -11,6 +11,7 @@
 #include "detect/curb/curb_lines.hpp"
 #include "detect/curb/curb_posterior.hpp"
 #include "detect/curb/ground_roughness.hpp"
+#include "detect/curb/sparse_face.hpp"
 #include "profile/cutter.hpp"
 
 namespace striper::detail {
@@ -75,6 +76,8 @@ class RoadSide {
   std::optional<CurbFinding> drop();
   std::optional<CurbFinding> verge() const;
   CurbLines first_lines() const;
+  std::size_t ungated(std::size_t element) const;
+  std::optional<ScanLine> sparse_face();
   double gain(Index k) const;
   double overgrown_beyond(const Eigen::Vector2d& edge_m);
   double returns_between(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) const;
@@ -93,6 +96,7 @@ class RoadSide {
   Index top_ = kNowhere;
   Index behind_ = kNowhere;  // Ground that is seen again.
   CurbEvidence evidence_;
+  SparseFace sparse_;
   CurbRefiner refiner_;
   GroundRoughness roughness_;
   std::array<CurbFinding, kMostFindings> findings_;
