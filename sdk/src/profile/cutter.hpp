@@ -26,19 +26,23 @@ class Cutter {
   InverseRanges ranges;   // Without speckle, the texture in the weights.
   std::vector<Run> runs;  // One per piece.
 
-  /// The ranges with what was taken for speckle, for whoever knows better.
-  const InverseRanges& with_speckle() const noexcept { return has_speckle_ ? ungated_ : ranges; }
+  /// The ranges with what was taken for speckle, for whoever knows better; it stays among the
+  /// outliers. Speckle is weighed by the texture that was seen with it, all else as in `ranges`.
+  const InverseRanges& with_speckle() const noexcept {
+    return has_speckle_ ? with_speckle_ : ranges;
+  }
 
  private:
   void leave_out_part_seen(Segmentation& out);
   void leave_out_speckle(Segmentation& out);
+  void weigh_with_speckle();
   void note_outliers(const std::vector<char>& marked, Segmentation& out) const;
   void take_runs(const std::vector<std::size_t>& cuts);
   static void judge_roughness(Run& run, double penalty);
   void report_pieces(const PolarScan& scan, Segmentation& out) const;
   void report_joints(Segmentation& out) const;
 
-  InverseRanges ungated_;  // Where there is speckle.
+  InverseRanges with_speckle_;  // Where there is speckle.
   bool has_speckle_ = false;
   EdgeColumns edges_;
   OutlierGate gate_;

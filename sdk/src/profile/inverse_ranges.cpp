@@ -25,15 +25,26 @@ void InverseRanges::clear() noexcept {
   is_part_seen_.clear();
 }
 
+void InverseRanges::reserve(std::size_t returns) {
+  index.reserve(returns);
+  for (std::vector<double>* values : {&cosine, &sine, &q, &weight, &noise})
+    values->reserve(returns);
+  intensity.reserve(returns);
+  all_intensities_.reserve(returns);
+  is_part_seen_.reserve(returns);
+}
+
 void InverseRanges::take(const PolarScan& scan, const Eigen::Vector2d& pivot_m) {
   clear();
+  reserve(scan.returns.size());
   pivot = pivot_m;
   is_part_seen_.assign(scan.returns.size(), 0);
   for (std::size_t i = 0; i < scan.returns.size(); ++i) {
     const Return& r = scan.returns[i];
     all_intensities_.push_back(std::isfinite(r.intensity_dn) ? static_cast<float>(r.intensity_dn)
                                                              : 0.0F);
-    if (r.status != ReturnStatus::kOk || !(r.sigma_m > 0.0) || !(r.range_m > 0.0)) continue;
+    if (r.status != ReturnStatus::kOk || !(r.range_m > 0.0)) continue;
+    if (!(r.sigma_m > 0.0) || !std::isfinite(r.sigma_m)) continue;
     const double x = r.x_m - pivot_m.x();
     const double y = r.y_m - pivot_m.y();
     const double distance = std::hypot(x, y);

@@ -44,11 +44,18 @@ struct InverseRanges {
              sine[i] * cosine[about] - cosine[i] * sine[about], q[i], weight[i]);
   }
 
+  /// The squared misfit of element i to the line with these parameters, over its variance.
+  double misfit(std::size_t i, const Eigen::Vector2d& parameters) const noexcept {
+    const double e = q[i] - parameters.x() * cosine[i] - parameters.y() * sine[i];
+    return e * e * weight[i];
+  }
+
   /// The sine of the angle from element i to element j.
   double turn(std::size_t i, std::size_t j) const noexcept {
     return sine[j] * cosine[i] - cosine[j] * sine[i];
   }
 
+  void reserve(std::size_t returns);
   void remove_marked(const std::vector<char>& marked);
 
   /// Takes columns away that see a surface with a part of their width.

@@ -16,10 +16,14 @@ constexpr double kSuspectSigmas = 2.5;
 constexpr double kGateSigmas = 4.0;
 // The same of a line through the nearest, which no one vouches for.
 constexpr double kNarrowGateSigmas = 3.0;
+// Noise with tails, as real sensors have, does not reach as far as this.
+constexpr double kFarSigmas = 10.0;
 // A line that predicts goes through three neighbours at least, where it checks itself, and through
 // eight at most, as long as an edge of a curb is at 3 m.
 constexpr std::size_t kFewestNeighbours = 3;
 constexpr std::size_t kMostNeighbours = 8;
+// Suspects that two outliers beside each other make: themselves and their neighbours.
+constexpr int kMostBetween = 3;
 // The neighbours are looked for among this many; more than that away they tell nothing here.
 constexpr int kReach = 16;
 // chi2 beyond which these neighbours are on no line themselves: one in 1000 for one degree of
@@ -40,10 +44,13 @@ constexpr double kMostPredictionVariance = 0.61;
 const std::vector<char>& OutlierGate::mark(const InverseRanges& ranges) {
   const std::size_t n = ranges.size();
   suspect_.resize(n);
+  suspicion_.resize(n);
   suspects_before_.assign(n + 1, 0);
   marked_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
-    suspect_[i] = is_between_neighbours(ranges, i) ? 0 : 1;
+    suspicion_[i] = off_neighbours(ranges, i);
+    const bool is_end = i == 0 || i + 1 == n;
+    suspect_[i] = is_end || suspicion_[i] >= kSuspectSigmas * kSuspectSigmas ? 1 : 0;
     suspects_before_[i + 1] = suspects_before_[i] + suspect_[i];
   }
   mark_suspects(ranges);
@@ -58,50 +65,71 @@ const std::vector<char>& OutlierGate::mark(const InverseRanges& ranges) {
   return marked_;
 }
 
+// The most suspect first: it makes its neighbours suspect.
 void OutlierGate::mark_suspects(const InverseRanges& ranges) {
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    if (!suspect_[i] || marked_[i] || is_rough_around(i)) continue;
-    marked_[i] = is_predicted(ranges, i) ? 0 : 1;
-  }
+  order_.clear();
+  for (std::size_t i = 0; i < ranges.size(); ++i)
+    if (suspect_[i] && !marked_[i] && !is_rough_around(i)) order_.push_back(i);
+  std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+    return suspicion_[a] != suspicion_[b] ? suspicion_[a] > suspicion_[b] : a < b;
+  });
+  for (const std::size_t i : order_) marked_[i] = is_predicted(ranges, i) ? 0 : 1;
 }
 
-// On a straight line q0 sin(b2 - b1) - q1 sin(b2 - b0) + q2 sin(b1 - b0) = 0.
-bool OutlierGate::is_between_neighbours(const InverseRanges& ranges, std::size_t i) const noexcept {
-  if (i == 0 || i + 1 >= ranges.size()) return false;
+// How far an element lies off the straight line between its two neighbours, squared, over its
+// variance. On a straight line q0 sin(b2 - b1) - q1 sin(b2 - b0) + q2 sin(b1 - b0) = 0.
+double OutlierGate::off_neighbours(const InverseRanges& ranges, std::size_t i) noexcept {
+  if (i == 0 || i + 1 >= ranges.size()) return 0.0;
   const double k0 = ranges.turn(i, i + 1);
   const double k1 = ranges.turn(i - 1, i + 1);
   const double k2 = ranges.turn(i - 1, i);
   const double e = k0 * ranges.q[i - 1] - k1 * ranges.q[i] + k2 * ranges.q[i + 1];
   const double variance =
       k0 * k0 / ranges.weight[i - 1] + k1 * k1 / ranges.weight[i] + k2 * k2 / ranges.weight[i + 1];
-  return e * e < kSuspectSigmas * kSuspectSigmas * variance;
+  return variance > 0.0 ? e * e / variance : 0.0;
 }
 
-// By a line on one side. Where a side has none, by the nearest there or on both sides, whatever
-// they are: all that a narrow object has.
+// Not where the nearest on both sides are on one line and it is far from that. By a line on one
+// side; where a side has none, by the nearest there or on both sides, whatever they are: all that a
+// narrow object has.
 bool OutlierGate::is_predicted(const InverseRanges& ranges, std::size_t i) const noexcept {
+  const Nearest around = nearest(i, kNearest / 2, kNearest / 2);
+  if (around.count == kNearest &&
+      opinion_of_all(ranges, i, around, kFarSigmas) == Opinion::kRefuses)
+    return false;
   const Opinion before = opinion_of_solid(ranges, i, -1);
+  if (before == Opinion::kFits) return true;
   const Opinion after = opinion_of_solid(ranges, i, 1);
-  if (before == Opinion::kFits || after == Opinion::kFits) return true;
+  if (after == Opinion::kFits) return true;
+  const auto three_predict = [&](std::size_t count_before, std::size_t count_after) {
+    const Nearest three = nearest(i, count_before, count_after);
+    return opinion_of_all(ranges, i, three, kNarrowGateSigmas) == Opinion::kFits;
+  };
   const bool is_open_before = before == Opinion::kNone;
   const bool is_open_after = after == Opinion::kNone;
-  return (is_open_before && do_three_predict(ranges, i, nearest(i, kNearest, 0))) ||
-         (is_open_after && do_three_predict(ranges, i, nearest(i, 0, kNearest))) ||
-         ((is_open_before || is_open_after) &&
-          do_three_predict(ranges, i, nearest(i, kNearest / 2, kNearest / 2)));
+  return (is_open_before && three_predict(kFewestNeighbours, 0)) ||
+         (is_open_after && three_predict(0, kFewestNeighbours)) ||
+         ((is_open_before || is_open_after) && (three_predict(1, 2) || three_predict(2, 1)));
 }
 
-// By the longest line through neighbours that are not suspect.
+// By the longest line through neighbours that are not suspect. What lies behind more suspect ones
+// than speckle makes is another surface.
 OutlierGate::Opinion OutlierGate::opinion_of_solid(const InverseRanges& ranges, std::size_t i,
                                                    int side) const noexcept {
   std::array<LineSums, kMostNeighbours + 1> solid{};  // By how many neighbours.
   std::size_t count = 0;
+  int between = 0;
   const auto n = static_cast<std::ptrdiff_t>(ranges.size());
   for (int step = 1; step <= kReach && count < kMostNeighbours; ++step) {
     const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + side * step;
     if (j < 0 || j >= n) break;
     const auto at = static_cast<std::size_t>(j);
-    if (marked_[at] || suspect_[at]) continue;
+    if (marked_[at]) continue;
+    if (suspect_[at]) {
+      between += count == 0 ? 1 : 0;
+      if (between > kMostBetween) return Opinion::kNone;
+      continue;
+    }
     solid[count + 1] = solid[count];
     ranges.add_rotated(solid[++count], at, i);
   }
@@ -112,7 +140,6 @@ OutlierGate::Opinion OutlierGate::opinion_of_solid(const InverseRanges& ranges, 
   return Opinion::kNone;
 }
 
-// Of this many nearest one may be speckle itself, which spoils every line that is not without it.
 OutlierGate::Nearest OutlierGate::nearest(std::size_t i, std::size_t before,
                                           std::size_t after) const noexcept {
   Nearest few;
@@ -131,19 +158,12 @@ OutlierGate::Nearest OutlierGate::nearest(std::size_t i, std::size_t before,
   return few;
 }
 
-// By a line through three of them.
-bool OutlierGate::do_three_predict(const InverseRanges& ranges, std::size_t i,
-                                   const Nearest& few) noexcept {
-  const auto fits_without = [&](std::size_t left_out) {
-    LineSums sums;
-    for (std::size_t k = 0; k < few.count; ++k)
-      if (k != left_out) ranges.add_rotated(sums, few.at[k], i);
-    return opinion_of(sums, ranges, i, kNarrowGateSigmas) == Opinion::kFits;
-  };
-  if (few.count == kFewestNeighbours) return fits_without(few.count);
-  for (std::size_t k = 0; k < few.count; ++k)
-    if (few.count > kFewestNeighbours && fits_without(k)) return true;
-  return false;
+OutlierGate::Opinion OutlierGate::opinion_of_all(const InverseRanges& ranges, std::size_t i,
+                                                 const Nearest& few, double gate_sigmas) noexcept {
+  if (few.count < kFewestNeighbours) return Opinion::kNone;
+  LineSums sums;
+  for (std::size_t k = 0; k < few.count; ++k) ranges.add_rotated(sums, few.at[k], i);
+  return opinion_of(sums, ranges, i, gate_sigmas);
 }
 
 // What a line through neighbours, in coordinates about element i, says of this element.

@@ -31,18 +31,20 @@ class OutlierGate {
   };
 
   void mark_suspects(const InverseRanges& ranges);
-  bool is_between_neighbours(const InverseRanges& ranges, std::size_t i) const noexcept;
   bool is_predicted(const InverseRanges& ranges, std::size_t i) const noexcept;
   Opinion opinion_of_solid(const InverseRanges& ranges, std::size_t i, int side) const noexcept;
   Nearest nearest(std::size_t i, std::size_t before, std::size_t after) const noexcept;
   bool is_rough_around(std::size_t i) const noexcept;
 
-  static bool do_three_predict(const InverseRanges& ranges, std::size_t i,
-                               const Nearest& few) noexcept;
+  static double off_neighbours(const InverseRanges& ranges, std::size_t i) noexcept;
+  static Opinion opinion_of_all(const InverseRanges& ranges, std::size_t i, const Nearest& few,
+                                double gate_sigmas) noexcept;
   static Opinion opinion_of(const LineSums& neighbours, const InverseRanges& ranges, std::size_t i,
                             double gate_sigmas) noexcept;
 
   std::vector<char> suspect_;
+  std::vector<double> suspicion_;   // Squared misfit between its neighbours.
+  std::vector<std::size_t> order_;  // The most suspect first.
   std::vector<int> suspects_before_;
   std::vector<char> marked_;
 };

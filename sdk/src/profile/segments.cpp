@@ -53,6 +53,7 @@ namespace detail {
 
 void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentation& out) {
   ranges.take(scan, options.pivot_m);
+  with_speckle_.reserve(scan.returns.size());
   leave_out_part_seen(out);
   out.texture_m = options.estimate_texture ? texture_.estimate_m(ranges) : 0.0;
   const bool is_textured = out.texture_m > 0.0;
@@ -61,6 +62,7 @@ void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentat
   if (is_textured) {  // Speckle made it look rougher.
     out.texture_m = texture_.estimate_m(ranges);
     texture_.apply(out.texture_m, ranges);
+    weigh_with_speckle();
   }
   out.penalty = piece_penalty(options.false_split_rate, ranges.size());
   take_runs(partition_.cut(ranges, {out.penalty, kRoughPenalty}));
@@ -96,9 +98,18 @@ void Cutter::leave_out_speckle(Segmentation& out) {
   note_outliers(marked, out);
   has_speckle_ = out.outliers.size() > before;
   if (!has_speckle_) return;
-  ungated_ = ranges;
+  with_speckle_ = ranges;
   ranges.remove_marked(marked);
   std::sort(out.outliers.begin(), out.outliers.end());
+}
+
+void Cutter::weigh_with_speckle() {
+  if (!has_speckle_) return;
+  std::size_t all = 0;
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    while (with_speckle_.index[all] != ranges.index[i]) ++all;
+    with_speckle_.weight[all] = ranges.weight[i];
+  }
 }
 
 void Cutter::take_runs(const std::vector<std::size_t>& cuts) {

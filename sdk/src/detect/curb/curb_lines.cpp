@@ -22,7 +22,8 @@ constexpr double kNoseExcess = 3.0;
 constexpr double kMedianOfChi2 = 0.455;
 
 constexpr std::size_t kFewestOfLine = 3;
-constexpr int kRounds = 3;  // After two the returns stay where they are.
+constexpr std::size_t kFewestThatTell = 12;  // How rough a surface is.
+constexpr int kRounds = 3;                   // After two the returns stay where they are.
 
 Eigen::Matrix2d inverse_normals(const ScanLine& a, const ScanLine& b) noexcept {
   Eigen::Matrix2d normals;
@@ -49,11 +50,13 @@ Eigen::Vector2d meeting(const ScanLine& a, const ScanLine& b) noexcept {
   return inverse_normals(a, b) * Eigen::Vector2d(a.distance_m, b.distance_m);
 }
 
-double misfit(const InverseRanges& ranges, std::size_t i, const ScanLine& line) noexcept {
+Eigen::Vector2d parameters_of(const ScanLine& line, const Eigen::Vector2d& pivot_m) noexcept {
   const Eigen::Vector2d normal = line.normal();
-  const double distance = line.distance_m - normal.dot(ranges.pivot);
-  const double q = (normal.x() * ranges.cosine[i] + normal.y() * ranges.sine[i]) / distance;
-  return (ranges.q[i] - q) * (ranges.q[i] - q) * ranges.weight[i];
+  return normal / (line.distance_m - normal.dot(pivot_m));
+}
+
+double misfit(const InverseRanges& ranges, std::size_t i, const ScanLine& line) noexcept {
+  return ranges.misfit(i, parameters_of(line, ranges.pivot));
 }
 
 ScanLine line_through(const Eigen::Vector2d& at_m, const Eigen::Vector2d& direction, double sigma_m,
@@ -145,7 +148,10 @@ void CurbRefiner::leave_out_strays(const InverseRanges& ranges, const CurbLines&
     misfits_.clear();
     for (const std::size_t i : on_[part]) misfits_.push_back(misfit(ranges, i, *all[part]));
     if (misfits_.empty()) continue;
-    const double most = kStray * std::max(1.0, upper_median(misfits_) / kMedianOfChi2);
+    // Of a few half may be speckle, and tell nothing of the others.
+    const bool do_tell = misfits_.size() > kFewestThatTell;
+    const double rough = do_tell ? upper_median(misfits_) / kMedianOfChi2 : 1.0;
+    const double most = kStrayChi2 * std::max(1.0, rough);
     std::erase_if(on_[part], [&](std::size_t i) { return misfit(ranges, i, *all[part]) > most; });
   }
 }
@@ -179,8 +185,9 @@ bool CurbRefiner::fit(const InverseRanges& ranges, CurbLines& lines) const {
     if (!fit.is_determined) return false;
     // Surfaces are rougher than their error bars; never smoother.
     const double scale =
-        fit.dof() > 10 ? std::max(1.0, std::sqrt(fit.chi2 / fit.dof()) - std::sqrt(2.0 / fit.dof()))
-                       : 1.0;
+        on_[part].size() > kFewestThatTell
+            ? std::max(1.0, std::sqrt(fit.chi2 / fit.dof()) - std::sqrt(2.0 / fit.dof()))
+            : 1.0;
     *wanted[part] = scan_line(fit, scale, ranges.pivot);
   }
   return true;

@@ -38,7 +38,10 @@ ScanLine line_through(const Eigen::Vector2d& at_m, const Eigen::Vector2d& direct
 
 /// Squared misfit of what is no part of a surface, where all others scatter as they should: five
 /// sigma.
-inline constexpr double kStray = 25.0;
+inline constexpr double kStrayChi2 = 25.0;
+
+/// p of 1/range = p . ray, for rays from the pivot.
+Eigen::Vector2d parameters_of(const ScanLine& line, const Eigen::Vector2d& pivot_m) noexcept;
 
 /// The squared residual of an element over its variance.
 double misfit(const InverseRanges& ranges, std::size_t i, const ScanLine& line) noexcept;

@@ -22,7 +22,8 @@ constexpr double kLeastBehind_m = 0.15;
 constexpr int kSurePoints = 10;
 constexpr double kBend =
     1.0;  // Times what a piece had to gain; joints are looked for after it had.
-constexpr double kSureBend = 3.0;  // Of fewer points; by chance it is 1.5 at most.
+constexpr double kSureBend = 3.0;  // Times what a piece had to gain; by chance it is 1.5 at most.
+constexpr double kStrays = 2.0;
 
 // The surface beyond an edge is looked at so far: stones are 12 to 15 cm wide, and grass begins
 // behind many.
@@ -141,19 +142,19 @@ bool RoadSide::is_gutter(const Strip& s) const {
 }
 
 // Where returns at a surface's end are cut off by chance they are no surface of their own: their
-// line tells little of where the face stands, or where it ends. A few are so by more, and by more
-// than two strays among them, which lie on a line with anything by chance.
+// line tells little of where the face stands, or where it ends. A few must have gained more, and
+// not by one stray, which lies on a line with any other return.
 bool RoadSide::is_bend(Index k) const {
   const Piece& p = piece(k);
-  if (p.points >= kSurePoints) return !(p.evidence < kBend * evidence_.penalty);
+  if (p.points >= kSurePoints) return !(p.evidence < evidence_.penalty);
   double gain = 0.0;
   for (std::size_t i = run(k).from; i < run(k).to; ++i) {
-    double least = kStray;
+    double least = kStrayChi2;
     for (const Index beside : {k - 1, k + 1})
       if (has(beside)) least = std::min(least, misfit(scan_->cutter.ranges, i, piece(beside).line));
     gain += least;
   }
-  return gain >= 2.0 * kStray && !(p.evidence < kSureBend * evidence_.penalty);
+  return gain >= kStrays * kStrayChi2 && !(p.evidence < kSureBend * evidence_.penalty);
 }
 
 // Whether a piece is some returns of a face and of the top behind it, cut off by chance.
@@ -329,8 +330,8 @@ CurbLines RoadSide::first_lines() const {
   return lines;
 }
 
-// Where an element is among those with speckle.
-std::size_t RoadSide::ungated(std::size_t element) const {
+// Where an element is in the ranges with speckle.
+std::size_t RoadSide::with_speckle_at(std::size_t element) const {
   const auto& all = scan_->cutter.with_speckle().index;
   const auto at = std::lower_bound(all.begin(), all.end(), scan_->cutter.ranges.index[element]);
   return static_cast<std::size_t>(at - all.begin());
@@ -338,12 +339,12 @@ std::size_t RoadSide::ungated(std::size_t element) const {
 
 // The gate takes some of a face with few returns for speckle, or all.
 std::optional<ScanLine> RoadSide::sparse_face() {
-  const int points = has(face_) ? piece(face_).points : 0;
-  if (!has(top_) || points >= kSurePoints) return std::nullopt;
-  const std::size_t from = ungated(run(std::min(ground_, top_)).to - 1) + 1;
-  const std::size_t to = ungated(run(std::max(ground_, top_)).from);
-  const auto fewest = static_cast<std::size_t>(std::max(kFewestPoints, points + 1));
-  return sparse_.find(scan_->cutter.with_speckle(), from, to, piece(ground_).line.normal(), fewest);
+  if (!has(top_) || (has(face_) && piece(face_).points >= kSurePoints)) return std::nullopt;
+  const std::size_t from = with_speckle_at(run(std::min(ground_, top_)).to - 1) + 1;
+  const std::size_t to = with_speckle_at(run(std::max(ground_, top_)).from);
+  const ScanLine* face = has(face_) ? &piece(face_).line : nullptr;
+  return sparse_.find(scan_->cutter.with_speckle(), from, to,
+                      {&piece(ground_).line, &piece(top_).line, face});
 }
 
 std::optional<CurbFinding> RoadSide::rise() {
@@ -351,12 +352,15 @@ std::optional<CurbFinding> RoadSide::rise() {
   if (!has(face_) && !has(top_)) return std::nullopt;
   look_behind(has(top_) ? top_ : face_ + step_);
   CurbLines lines = first_lines();
-  const auto sparse = sparse_face();
-  if (sparse) lines.face = *sparse;
+  CurbLines sparse = lines;
+  const auto face = sparse_face();
+  if (face) sparse.face = *face;
+  const bool is_sparse = face && sparse.do_meet();
+  if (is_sparse) lines = sparse;
   if (!lines.do_meet()) return std::nullopt;
-  if ((has(face_) || sparse) && has(top_)) {
-    const std::size_t first = ungated(run(std::min(ground_, top_)).from);
-    const std::size_t last = ungated(run(std::max(ground_, top_)).to - 1);
+  if ((has(face_) || is_sparse) && has(top_)) {
+    const std::size_t first = with_speckle_at(run(std::min(ground_, top_)).from);
+    const std::size_t last = with_speckle_at(run(std::max(ground_, top_)).to - 1);
     refiner_.refine(scan_->cutter.with_speckle(), {first, last + 1, step_ > 0}, lines);
   }
   CurbFinding finding;

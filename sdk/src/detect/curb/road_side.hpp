@@ -76,7 +76,7 @@ class RoadSide {
   std::optional<CurbFinding> drop();
   std::optional<CurbFinding> verge() const;
   CurbLines first_lines() const;
-  std::size_t ungated(std::size_t element) const;
+  std::size_t with_speckle_at(std::size_t element) const;
   std::optional<ScanLine> sparse_face();
   double gain(Index k) const;
   double overgrown_beyond(const Eigen::Vector2d& edge_m);

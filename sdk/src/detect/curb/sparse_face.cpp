@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <striper/core/units.hpp>
 
+#include "detect/curb/curb_lines.hpp"
 #include "profile/joints.hpp"
 #include "profile/scan_line.hpp"
 
@@ -15,8 +17,9 @@ namespace {
 
 // Squared misfit of what is on a line: three sigmas.
 constexpr double kOn = 9.0;
+constexpr std::size_t kFewest = 3;
 
-// Faces lean by 20 degrees, and so few returns tell it to some 10.
+// Faces lean by 20 degrees, and a line through two returns tells it to some 10.
 const double kMostLean = std::sin(30.0 * kDegree);
 
 // 1/range of the line through two elements is p . (cosine, sine); nothing where both are one ray.
@@ -32,38 +35,50 @@ std::optional<Eigen::Vector2d> through(const InverseRanges& ranges, std::size_t 
 }  // namespace
 
 std::optional<ScanLine> SparseFace::find(const InverseRanges& ranges, std::size_t from,
-                                         std::size_t to, const Eigen::Vector2d& up,
-                                         std::size_t fewest) {
-  if (to < from + fewest || to - from > kMost) return std::nullopt;
+                                         std::size_t to, const Known& known) {
+  if (to < from + kFewest || to - from > kMost) return std::nullopt;
+  judge_otherwise(ranges, from, to, known);
   double least = std::numeric_limits<double>::infinity();
+  if (known.face != nullptr)
+    least = misfit_of_all(ranges, from, parameters_of(*known.face, ranges.pivot));
   best_.clear();
   for (std::size_t a = from; a < to; ++a) {
     for (std::size_t b = a + 1; b < to; ++b) {
       const auto line = through(ranges, a, b);
-      // The normal is along the parameters; a face's has next to nothing of `up`.
-      if (!line || std::abs(line->dot(up)) > kMostLean * line->norm()) continue;
-      const double misfit = truncated_misfit(ranges, from, to, *line);
-      if (misfit >= least) continue;
-      least = misfit;
+      // The parameters are along the line's normal; a face's has next to nothing of the road's.
+      if (!line || std::abs(line->dot(known.road->normal())) > kMostLean * line->norm()) continue;
+      const double sum = misfit_of_all(ranges, from, *line);
+      if (sum >= least) continue;
+      least = sum;
       best_.swap(on_);
     }
   }
-  if (best_.size() < fewest) return std::nullopt;
+  const auto unexplained = std::count(otherwise_.begin(), otherwise_.end(), kOn);
+  if (best_.size() < kFewest || 2 * std::ssize(best_) < unexplained) return std::nullopt;
   const LineFit fit = fit_elements(ranges, best_);
   if (!fit.is_determined) return std::nullopt;
   return scan_line(fit, 1.0, ranges.pivot);
 }
 
+// On the road, on the top, or speckle.
+void SparseFace::judge_otherwise(const InverseRanges& ranges, std::size_t from, std::size_t to,
+                                 const Known& known) {
+  otherwise_.clear();
+  for (std::size_t i = from; i < to; ++i) {
+    const double beside = std::min(misfit(ranges, i, *known.road), misfit(ranges, i, *known.top));
+    otherwise_.push_back(std::min(beside, kOn));
+  }
+}
+
 // And which elements are on the line.
-double SparseFace::truncated_misfit(const InverseRanges& ranges, std::size_t from, std::size_t to,
-                                    const Eigen::Vector2d& line) {
+double SparseFace::misfit_of_all(const InverseRanges& ranges, std::size_t from,
+                                 const Eigen::Vector2d& parameters) {
   double sum = 0.0;
   on_.clear();
-  for (std::size_t i = from; i < to; ++i) {
-    const double e = ranges.q[i] - line.x() * ranges.cosine[i] - line.y() * ranges.sine[i];
-    const double misfit = e * e * ranges.weight[i];
-    if (misfit < kOn) on_.push_back(i);
-    sum += std::min(misfit, kOn);
+  for (std::size_t k = 0; k < otherwise_.size(); ++k) {
+    const double on_face = ranges.misfit(from + k, parameters);
+    if (on_face < otherwise_[k]) on_.push_back(from + k);
+    sum += std::min(on_face, otherwise_[k]);
   }
   return sum;
 }
