@@ -184,8 +184,8 @@ TEST(CurbDetector, GrassAtTheRoadsLevelIsNoCurb) {
 }
 
 // Blades of 5 cm: only their tips are seen, which are level by chance in a tenth of the scans.
-// The full test knows the rate; of 60 streets as many may be called by chance as one run in 30 has
-// at that rate.
+// Where the shortest is 2 cm, they are level more often: 2.4 %, and two standard errors. Of 60
+// streets as many may be called by chance as one run in 30 has at the rate that is allowed.
 TEST(CurbDetector, GrassOfFiveCentimetresIsNoCurb) {
   for (const double low_m : {0.0, 0.02}) {
     const double high_m = low_m == 0.0 ? 0.05 : 0.06;
@@ -200,8 +200,8 @@ TEST(CurbDetector, GrassOfFiveCentimetresIsNoCurb) {
     const int called = sure(said_of(street, false));
     std::cout << "grass of " << low_m << " to " << high_m << " m called a curb: " << called
               << " of " << kTrials << "\n";
-    constexpr int kAllowed = kTrials == 2000 ? 40 : 3;
-    EXPECT_LE(called, kAllowed);
+    const int most = low_m == 0.0 ? 40 : 61;  // Of 2000.
+    EXPECT_LE(called, kTrials == 2000 ? most : 3);
   }
 }
 
