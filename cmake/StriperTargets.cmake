@@ -8,6 +8,9 @@ function(striper_target_defaults target)
   if(STRIPER_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")  # Collects its garbage later: an eighth of its time for a fifth more memory.
+    target_compile_options(${target} PRIVATE "SHELL:--param ggc-min-expand=1000" "SHELL:--param ggc-min-heapsize=1000000")
+  endif()
   if(STRIPER_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${STRIPER_SANITIZE} -fno-omit-frame-pointer)
     target_link_options(${target} PUBLIC -fsanitize=${STRIPER_SANITIZE})
@@ -62,6 +65,16 @@ function(striper_depends name)
   set_property(GLOBAL APPEND PROPERTY STRIPER_DEPENDENCIES_${name} ${ARGN})
 endfunction()
 
+# What tests do themselves is little: compiled for speed they take a third longer to compile. GCC takes the level of
+# the precompiled header for all that includes it, so its owner and its users have to have the same. At -O1 it sees
+# uninitialised members of variants that hold something else.
+function(striper_test_options target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Wno-maybe-uninitialized>)
+  endif()
+endfunction()
+
 # striper_test(name LABELS quick SOURCES ... LIBRARIES ...): one GoogleTest program, a ctest test per TEST.
 # Labels: quick (default), slow (run by ./test.sh --full), device (the virtual machine, and
 # streams at full rate: wants the machine to itself).
@@ -80,6 +93,7 @@ function(striper_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   striper_target_defaults(${name})
+  striper_test_options(${name})
   target_link_libraries(${name} PRIVATE striper_test_support ${ARG_LIBRARIES})
   if(STRIPER_PCH)
     target_precompile_headers(${name} REUSE_FROM striper_test_support)
