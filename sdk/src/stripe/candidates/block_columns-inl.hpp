@@ -51,7 +51,7 @@ struct BlockOfColumns {
   }
 };
 
-constexpr int kRowGroup = 8;
+constexpr int kRowGroup = 2;
 static_assert(kBlockPixels % kRowGroup == 0);
 
 // Folds rows from `first` to `end` of the block that begins at `row`, so many vectors side by side.
@@ -99,24 +99,49 @@ void narrow_block(const R& reader, int row, int rows,
   }
 }
 
-constexpr int kRowsPerVisit = 16;
+// What every instruction set has registers for, and what those with 32 have.
+constexpr int kStrip = 5;
+#if HWY_TARGET <= HWY_AVX3
+constexpr int kBroadStrip = 2 * kStrip;
+#else
+constexpr int kBroadStrip = kStrip;
+#endif
 
-// A wide image is read a few whole rows at a time, which is the order that memory gives fastest.
-// Returns how many columns were done: a multiple of two vectors.
+// Of a wide image so many rows are folded at a time. Each is a stream to the processor's own
+// prefetching, which with twice as many, and those of the dark image, loses track.
+constexpr int kRowsPerVisit = 4;
+
+// Asks for as much of the rows from `row` on as the strip at `col` has pixels, in the order that
+// memory gives fastest: one row after the other, where folding goes down through all of them.
+template <typename R>
+HWY_INLINE void ask_for_rows_after(const R& reader, int row, int col, int cols) {
+  using Pixel = typename R::Pixel;
+  const int after = kRowsPerVisit * col;
+  const int down = after / cols;
+  if (row + down >= reader.planes.rows) return;
+  constexpr int kLine = 64 / static_cast<int>(sizeof(Pixel));
+  const int strip = kStrip * static_cast<int>(hn::Lanes(PixelTag<Pixel>()));
+  for (int i = 0; i < kRowsPerVisit * strip; i += kLine) {
+    reader.prefetch(row + down, after - down * cols + i);
+  }
+}
+
+// Returns how many columns were done: a multiple of a strip.
 template <typename R>
 int wide_block(const R& reader, int row, int rows, const BlockOfColumns<typename R::Pixel>& block) {
-  const int step = 2 * static_cast<int>(hn::Lanes(PixelTag<typename R::Pixel>()));
+  const int step = kStrip * static_cast<int>(hn::Lanes(PixelTag<typename R::Pixel>()));
   const int cols = reader.planes.cols / step * step;
   for (int k = 0; k < rows; k += kRowsPerVisit) {
     const int end = std::min(k + kRowsPerVisit, rows);
-    for (int col = 0; col < cols; col += step) fold_strip<2>(reader, row, k, end, col, block);
+    for (int col = 0; col < cols; col += step) {
+      ask_for_rows_after(reader, row + end, col, cols);
+      fold_strip<kStrip>(reader, row, k, end, col, block);
+    }
   }
   return cols;
 }
 
 constexpr int kWideBytes = 1536;
-// What every instruction set has registers for.
-constexpr int kStrip = 5;
 
 template <typename R>
 void columns(const R& reader, typename R::Pixel* maxima, typename R::Pixel* positions) {
@@ -131,6 +156,9 @@ void columns(const R& reader, typename R::Pixel* maxima, typename R::Pixel* posi
       narrow_block(reader, row, rows, block);
     } else {
       int col = is_wide ? wide_block(reader, row, rows, block) : 0;
+      for (; col + kBroadStrip * n <= cols; col += kBroadStrip * n) {
+        fold_strip<kBroadStrip>(reader, row, 0, rows, col, block);
+      }
       for (; col + kStrip * n <= cols; col += kStrip * n) {
         fold_strip<kStrip>(reader, row, 0, rows, col, block);
       }

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include "stripe/candidates/block_kernels.hpp"
@@ -61,6 +62,11 @@ struct Reader {
       v = hn::IfThenElseZero(seen, v);
     }
     return v;
+  }
+
+  HWY_INLINE void prefetch(int row, int col) const {
+    hwy::Prefetch(planes.lit + row * planes.lit_stride + col);
+    if constexpr (kHasDark) hwy::Prefetch(planes.dark + row * planes.dark_stride + col);
   }
 
   Pixel value(int row, int col) const {
