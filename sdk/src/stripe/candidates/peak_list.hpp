@@ -7,6 +7,7 @@
 
 #include <striper/core/return_status.hpp>
 
+#include "core/left_blank.hpp"
 #include "stripe/profile/profile_kernel.hpp"
 
 namespace striper::detail {
@@ -15,11 +16,11 @@ namespace striper::detail {
 /// measures them, in pixels of the image; `judge_peaks` then makes of them what is reported.
 struct PeakList {
   std::vector<PeakSeed> seeds;
-  std::vector<std::int32_t> across;
-  std::vector<float> offset, amplitude, width, sigma, significance, snr, clipped, level, slope;
+  BlankVector<std::int32_t> across;
+  BlankVector<float> offset, amplitude, width, sigma, significance, snr, clipped, level, slope;
 
-  std::vector<float> confidence;
-  std::vector<ReturnStatus> status;
+  BlankVector<float> confidence;
+  BlankVector<ReturnStatus> status;
 
   std::size_t size() const noexcept { return seeds.size(); }
 

@@ -96,7 +96,7 @@ void judge_batch(const PeakLimits& limits, PeakList& peaks, std::size_t i) {
              reinterpret_cast<std::uint8_t*>(&peaks.status[i]));
 
   const V none = set(std::numeric_limits<float>::quiet_NaN());
-  const auto store = [&](V value, std::vector<float>& to) {
+  const auto store = [&](V value, BlankVector<float>& to) {
     hn::StoreU(hn::IfThenElse(is_there, value, none), d, &to[i]);
   };
   const V width2 = hn::MulSub(p.width, p.width, set(kPixelBox2));
