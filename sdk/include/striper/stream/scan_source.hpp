@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <iterator>
+#include <string>
 #include <string_view>
 
 #include <striper/stream/scan_sink.hpp>
@@ -72,6 +73,11 @@ class ScanSource {
   /// Files time out only where no scan comes of their frames. @throws Error{kBadFile} naming file,
   /// line and what was expected.
   virtual NextStatus next(PolarScan& scan, std::chrono::milliseconds timeout) = 0;
+
+  /// What could not be read of a file that was cut off (its writer was killed, it was copied in
+  /// part), a sentence that names the file; empty where nothing is missing. Known once `next`
+  /// returned kEnd.
+  virtual std::string loss() const { return {}; }
 
   /// Makes a waiting `next` return kStopped, and every later one of a camera; from any thread.
   /// Files do not wait.

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include <striper/scan/scan_csv.hpp>
 #include <striper/stream/scan_files.hpp>
@@ -22,6 +25,12 @@ class CsvScans : public ScanSource {
   }
 
   HeadInfo info() const override { return info_; }
+
+  std::string loss() const override {
+    if (reader_.cut_line() == 0) return {};
+    return fmt::format("{}:{}: the line is cut off and left out", info_.source.uri,
+                       reader_.cut_line());
+  }
 
   NextStatus next(PolarScan& scan, std::chrono::milliseconds /*timeout*/) override {
     if (std::exchange(has_pending_, false)) {

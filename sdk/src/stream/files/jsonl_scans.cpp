@@ -154,6 +154,11 @@ class JsonlScans : public ScanSource {
 
   HeadInfo info() const override { return info_; }
 
+  std::string loss() const override {
+    if (!is_cut_) return {};
+    return fmt::format("{}: the last line is cut off and left out", reader_.path().string());
+  }
+
   NextStatus next(PolarScan& scan, std::chrono::milliseconds /*timeout*/) override {
     if (has_pending_) {
       std::swap(scan, pending_);
@@ -171,7 +176,8 @@ class JsonlScans : public ScanSource {
       const bool is_read = nlohmann::json::sax_parse(text_, &handler_);
       if (handler_.is_no_scan()) continue;
       const bool is_good = is_read && handler_.is_whole();
-      if (!is_good && !reader_.is_ended()) return false;  // Its writer was killed.
+      is_cut_ = !is_good && !reader_.is_ended();
+      if (is_cut_) return false;  // Its writer was killed.
       if (!is_read) reader_.fail(handler_.problem());
       if (!handler_.is_whole()) reader_.fail("expected sequence, time_s, status and its columns");
       scan.frame = frame_of(scan.laser);
@@ -196,6 +202,7 @@ class JsonlScans : public ScanSource {
   std::string text_;
   PolarScan pending_;
   bool has_pending_ = false;
+  bool is_cut_ = false;
   HeadInfo info_;
 };
 

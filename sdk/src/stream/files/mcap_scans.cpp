@@ -60,6 +60,14 @@ class McapScans : public ScanSource {
 
   HeadInfo info() const override { return info_; }
 
+  std::string loss() const override {
+    if (reader_.end() != wire::McapEnd::kCut) return {};
+    return fmt::format(
+        "{}: the recording is cut off; what is behind its last whole part is lost "
+        "(striper info says where)",
+        path_);
+  }
+
   HeadInfo info_of(std::string_view head) override {
     HeadInfo info = head_info(head, source_, model_of(std::string(head)), axis_);
     if (info.model) return info;
