@@ -23,6 +23,9 @@ using detail::CurbPath;
 // Chi-square, 2 degrees of freedom: four sigma of the one that is off.
 constexpr double kGate = 16.0;
 
+// Two curbs are not so near to each other: what is beyond the gate there had too small a bar.
+constexpr double kSamePlace_m = 0.005;
+
 constexpr double kLeastLikely = 0.01;  // Less, and a track is forgotten.
 constexpr double kLongestHidden_m = 5.0;
 constexpr double kLongestGap_s = 1.0;
@@ -171,17 +174,26 @@ void CurbDetector::Impl::predict(const Step& step) {
   }
 }
 
-// The track that a finding is of: the most likely one.
+// The track that a finding is of: the most likely one, or else the one at the same place.
 Tracked* CurbDetector::Impl::owner_of(const CurbFinding& finding) {
   Tracked* owner = nullptr;
+  Tracked* neighbour = nullptr;
   double least = kGate;
+  double nearest_m = kSamePlace_m;
   for (Tracked& one : tracked) {
+    if (one.is_seen) continue;
     const double distance2 = one.path.distance2(finding, options);
-    if (one.is_seen || distance2 >= least) continue;
-    least = distance2;
-    owner = &one;
+    if (distance2 < least) {
+      least = distance2;
+      owner = &one;
+    }
+    const double apart_m = std::hypot(one.path.lateral_m() - finding.lateral_m,
+                                      one.path.height_m() - finding.height_m);
+    if (apart_m >= nearest_m) continue;
+    nearest_m = apart_m;
+    neighbour = &one;
   }
-  return owner;
+  return owner != nullptr ? owner : neighbour;
 }
 
 // As the nearest track says, before it is looked at.
@@ -215,7 +227,12 @@ void CurbDetector::Impl::take(const CurbFinding& finding, const CurbView& seen) 
 
 void CurbDetector::Impl::hit(Tracked& one, const CurbFinding& finding, const CurbView& seen) {
   if (one.track.hits++ > 0) {
-    one.path.update(finding, options);
+    // Where its bar was too small: as much as the gate lets through.
+    const double beyond = std::sqrt(std::max(1.0, one.path.distance2(finding, options) / kGate));
+    CurbFinding seen_as = finding;
+    seen_as.sigma_lateral_m *= beyond;
+    seen_as.sigma_height_m *= beyond;
+    one.path.update(seen_as, options);
     one.what.hit(finding, one.hidden_m + way_m, options.object_length_m);
   }
   one.is_seen = true;
