@@ -120,6 +120,44 @@ class Curb(InScratch):
         for text in ("across the road", "Curbs along the way", "Their heights", "face", "one sigma"):
             self.assertIn(text, drawn)
 
+    def test_writes_over_nothing_that_it_reads_or_has_not_opened(self):
+        text = street_csv(lambda t: CURB, 5)
+        table = self.write("street.csv", text)
+        kept = self.write("kept.csv", "of before\n")
+        for command in (["curb", "-o", table], ["objects", "-o", table], ["curb", "-o", self.path("x.csv"), "--to", "jsonl:" + table],
+                        ["measure", "--tool", "a:line", "-o", table], ["convert", "-o", table]):
+            done = striper(command[0], table, *command[1:], code=2)
+            self.assertIn("is read: name another file", done.stderr)
+        for more, code in ((["--to", "foo:bar"], 2), (["-m", self.path("no.yaml")], 1), (["--plot", self.path("x.png")], 2)):
+            for command in ("curb", "objects"):
+                striper(command, table, "-o", kept, *more, code=code)
+        striper("curb", self.path("none.csv"), "-o", kept, code=1)
+        done = striper("curb", table, "-o", self.path("same.svg"), "--plot", self.path("same.svg"), code=2)
+        self.assertIn("written twice", done.stderr)
+        for file, before in ((table, text), (kept, "of before\n")):
+            with open(file, encoding="utf-8") as now:
+                self.assertEqual(now.read(), before)
+
+    def test_says_what_is_cut_off(self):
+        whole = street_csv(lambda t: CURB, 5)
+        table = self.write("street.csv", whole)
+        striper("convert", table, "-o", self.path("street.jsonl"))
+        for form in ("csv", "jsonl"):
+            with open(self.path("street." + form), "rb") as file:
+                content = file.read()
+            with open(self.path("cut." + form), "wb") as file:
+                file.write(content[: len(content) * 4 // 5 + 3])
+            for command in (["curb"], ["objects"], ["measure", "--tool", "a:line"]):
+                done = striper(command[0], self.path("cut." + form), *command[1:])
+                self.assertIn("lost: " + self.path("cut." + form), done.stderr)
+                self.assertNotIn("lost:", striper(command[0], self.path("street." + form), *command[1:]).stderr)
+
+    def test_a_vehicle_that_stands_sees_one_curb(self):
+        scene = scene_path("street/up.yaml")
+        striper("simulate", scene, "-o", self.path("up"), "--frames", "1")
+        rows, _, _ = self.curb(f"sim:{scene}?frames=40", "-m", self.path("up/model.yaml"), "--up", "118", "--speed", "0")
+        self.assertEqual([row["track"] for row in rows], 40 * ["1"])
+
     def test_says_what_is_wrong(self):
         table = self.write("flat.csv", street_csv(lambda t: FLAT, 2))
         rows, summary, said = self.curb(table, "--up", "0")

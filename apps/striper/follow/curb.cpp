@@ -73,7 +73,7 @@ void define(Command& command, CurbArguments& arguments) {
       ->check(between(1e-3, 1.0));
   command
       .add_option("--max-height", arguments.max_height_m,
-                  "Higher is a wall or a vehicle, metres; default 0.3")
+                  "Higher is a wall or a vehicle, metres; default 0.3 (down may be any deeper)")
       ->type_name("M")
       ->check(between(1e-3, 1.0));
   command.footer(kHelp);
@@ -90,17 +90,18 @@ struct CurbResult {
 /// Tracks the curbs of every scan, each head's and laser's by itself.
 class CurbRun {
  public:
-  explicit CurbRun(const CurbArguments& arguments) {
+  explicit CurbRun(const CurbArguments& arguments) : file_(arguments.follow.table()) {
     options_.curb.up_rad = arguments.follow.up_rad();
     options_.curb.min_height_m = arguments.min_height_m;
     options_.curb.max_height_m = arguments.max_height_m;
     options_.speed_m_s = arguments.follow.speed_m_s;
     options_.validate();
-    if (const auto file = arguments.follow.table()) table_.emplace(*file, curb_columns());
     if (arguments.follow.plot) plot_.emplace();
   }
 
   void look_at(const FollowedScan& followed) {
+    // With the first scan: what fails before leaves an older table as it is.
+    if (file_ && !table_) table_.emplace(*file_, curb_columns());
     const PolarScan& scan = followed.scan;
     const FoundTracks::Plane plane(std::string(scan.head()), scan.laser);
     CurbDetector& detector = detectors_.try_emplace(plane, options_).first->second;
@@ -160,6 +161,7 @@ class CurbRun {
   }
 
   CurbDetectorOptions options_;
+  std::optional<std::string> file_;
   std::optional<CsvWriter<CurbLine>> table_;
   std::optional<CurbPlot> plot_;
   std::map<FoundTracks::Plane, CurbDetector> detectors_;

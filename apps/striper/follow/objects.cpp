@@ -60,6 +60,9 @@ constexpr const char* kHelp =
     "                        5 m of way (--speed without --odometer)\n"
     "  confidence            the probability that it exists: rises when it is seen, falls when it\n"
     "                        should be and is not, stays while something nearer hides it\n\n"
+    "Speeds are those within the scan plane. What goes through the plane, as a walker along the "
+    "road\n"
+    "does, shows another part of itself in every scan, and its outline seems to move.\n"
     "All of a stripe is exposed by one flash: unlike a turning scanner it has no skew in a "
     "scan.\n\n"
     "Examples:\n"
@@ -120,18 +123,20 @@ struct ObjectsResult {
 /// Tracks the objects of every scan, each head's and laser's by itself.
 class ObjectsRun {
  public:
-  explicit ObjectsRun(const ObjectsArguments& arguments) : arguments_(arguments) {
+  explicit ObjectsRun(const ObjectsArguments& arguments)
+      : arguments_(arguments), file_(arguments.follow.table()) {
     // What is told is not learnt.
     options_.learns = !arguments.roughness_m && !arguments.acceleration_m_s2;
     options_.roughness_m = arguments.roughness_m.value_or(options_.roughness_m);
     options_.acceleration_m_s2 = arguments.acceleration_m_s2.value_or(options_.acceleration_m_s2);
 
     options_.forward_rad = arguments.forward_deg * kDegree;
-    if (const auto file = arguments.follow.table()) table_.emplace(*file, object_columns());
     if (arguments.follow.plot) plot_.emplace();
   }
 
   void look_at(const FollowedScan& followed) {
+    // With the first scan: what fails before leaves an older table as it is.
+    if (file_ && !table_) table_.emplace(*file_, object_columns());
     const PolarScan& scan = followed.scan;
     const FoundTracks::Plane key(std::string(scan.head()), scan.laser);
     Plane& plane = plane_of(key);
@@ -212,6 +217,7 @@ class ObjectsRun {
 
   const ObjectsArguments& arguments_;
   ObjectOptions options_;
+  std::optional<std::string> file_;
   std::optional<CsvWriter<ObjectLine>> table_;
   std::optional<ObjectPlot> plot_;
   std::map<FoundTracks::Plane, Plane> planes_;

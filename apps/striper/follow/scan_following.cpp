@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <string>
@@ -19,9 +20,11 @@
 #include <striper/stream/open_sink.hpp>
 
 #include "options/option_bounds.hpp"
+#include "options/own_files.hpp"
 #include "options/sink_arguments.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
+#include "run/summary.hpp"
 
 namespace striper::program {
 namespace {
@@ -122,6 +125,25 @@ void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCoun
                             arguments.odometer.value_or(""), arguments.scans));
 }
 
+void require_outputs(const FollowArguments& arguments) {
+  if (arguments.plot && std::filesystem::path(*arguments.plot).extension() != ".svg")
+    throw Error(ErrorKind::kUsage,
+                fmt::format("--plot '{}': plots are SVG; name a FILE.svg", *arguments.plot));
+  std::vector<std::string> read{arguments.scans};
+  for (const auto& file : {arguments.model, arguments.odometer})
+    if (file) read.push_back(*file);
+  std::vector<std::string> written = arguments.sinks;
+  for (const auto& file : {arguments.output, arguments.plot})
+    if (file) written.push_back(*file);
+  require_own_files(read, written);
+  if (arguments.plot) {
+    const auto folder = std::filesystem::absolute(*arguments.plot).parent_path();
+    if (!std::filesystem::is_directory(folder))
+      throw Error(ErrorKind::kIo, fmt::format("--plot '{}': there is no folder {}", *arguments.plot,
+                                              folder.string()));
+  }
+}
+
 }  // namespace
 
 std::optional<double> FollowArguments::up_rad() const {
@@ -191,6 +213,7 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
 
 FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& events,
                           const std::function<void(const FollowedScan&)>& take) {
+  require_outputs(arguments);
   FollowSinks sinks(arguments.sinks, events);
   std::shared_ptr<const StriperModel> model;
   if (arguments.model) {
@@ -214,6 +237,7 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
     progress.update(++counts.scans);
   }
   sinks.finish();
+  say_loss(*source);
   refuse_what_says_nothing(arguments, counts);
   return counts;
 }

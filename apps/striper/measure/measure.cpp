@@ -25,6 +25,7 @@
 #include "measure/measure_limits.hpp"
 #include "measure/measure_plot.hpp"
 #include "options/option_bounds.hpp"
+#include "options/own_files.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 #include "program/terminal_events.hpp"
@@ -266,19 +267,31 @@ nlohmann::json summary_of(const MeasureResult& result, const TerminalEvents& eve
   return json;
 }
 
+void require_outputs(const MeasureArguments& arguments) {
+  std::vector<std::string> read{arguments.scans};
+  if (arguments.model) read.push_back(*arguments.model);
+  std::vector<std::string> written;
+  for (const auto& file : {arguments.output, arguments.plot})
+    if (file) written.push_back(*file);
+  require_own_files(read, written);
+}
+
 ExitCode measure(const MeasureArguments& arguments) {
   const TerminalEvents events;
   const auto result =
       std::make_shared<MeasureResult>(MeasureResult{MeasureLimits(arguments.limits), 0, {}, {}});
   if (arguments.plot) result->plot.emplace();
-  auto sink = std::make_unique<MeasureSink>(arguments, result, events.port());
+  require_outputs(arguments);
   std::shared_ptr<const StriperModel> model;
   if (arguments.model)
     model = std::make_shared<StriperModel>(load_model(*arguments.model, events.port()));
   const auto source = open_scans(arguments.scans, model, std::nullopt, events.port());
+  // Behind all that can fail: it empties the table of before.
+  auto sink = std::make_unique<MeasureSink>(arguments, result, events.port());
   ScanBus bus(events.port());
   bus.add("measure", std::move(sink));
   pour(*source, arguments.frames, bus);
+  say_loss(*source);
   bus.finish();
   if (bus.failure()) std::rethrow_exception(bus.failure());
   if (result->scans == 0)

@@ -16,6 +16,7 @@
 #include <striper/stream/head.hpp>
 #include <striper/stream/open_sink.hpp>
 
+#include "options/own_files.hpp"
 #include "options/scanner_arguments.hpp"
 #include "options/shape_arguments.hpp"
 #include "options/sink_arguments.hpp"
@@ -204,7 +205,9 @@ bool is_standard_output(const std::string& path) {
 std::vector<SinkUri> outputs_of(const CaptureArguments& arguments) {
   std::vector<SinkUri> uris = parse_sinks(arguments.outputs);
   if (uris.empty()) uris.push_back(SinkUri::parse("-"));
+  std::vector<std::string> files;
   for (SinkUri& uri : uris) {
+    files.push_back(uri.path());
     if ((is_csv(uri) || is_of_points(uri)) && arguments.doubtful)
       uri.set_default("doubtful", "yes");
     if (is_csv(uri) && arguments.missing) uri.set_default("missing", "yes");
@@ -213,6 +216,7 @@ std::vector<SinkUri> outputs_of(const CaptureArguments& arguments) {
                   "--json needs -o FILE: the standard output carries the scans themselves");
     }
   }
+  require_own_files({arguments.source, arguments.scanner.model.value_or("")}, files);
   return uris;
 }
 

@@ -24,6 +24,7 @@
 #include <striper/wire/mcap_copy.hpp>
 
 #include "options/option_bounds.hpp"
+#include "options/own_files.hpp"
 #include "options/shape_arguments.hpp"
 #include "options/sink_arguments.hpp"
 #include "program/program.hpp"
@@ -240,6 +241,8 @@ class ScanConversion {
       done_.damages.push_back({{}, {}, error.what()});
     }
     done_.is_interrupted = done_.is_interrupted || stop_requested();
+    if (const std::string loss = source_.loss(); done_.damages.empty() && !loss.empty())
+      done_.damages.push_back({{}, {}, loss});
   }
 
  private:
@@ -311,14 +314,12 @@ void set_keys(const ConvertArguments& arguments, SinkUri& uri) {
 
 std::vector<SinkUri> outputs_of(const ConvertArguments& arguments) {
   std::vector<SinkUri> uris = parse_sinks(arguments.outputs);
+  std::vector<std::string> files;
   for (SinkUri& uri : uris) {
-    std::error_code ignored;
-    if (fs::equivalent(uri.path(), arguments.scans, ignored)) {
-      throw Error(ErrorKind::kUsage,
-                  fmt::format("'{}' is read: name another file to write", uri.path()));
-    }
+    files.push_back(uri.path());
     set_keys(arguments, uri);
   }
+  require_own_files({arguments.scans}, files);
   const bool has_motion = arguments.speed_m_s || arguments.odometer;
   if (has_motion && std::none_of(uris.begin(), uris.end(), is_of_points)) {
     throw Error(ErrorKind::kUsage,

@@ -11,6 +11,8 @@
 
 #include <striper/core/error.hpp>
 
+#include "program/terminal.hpp"
+
 namespace striper::program {
 
 void ReturnCounts::add(const PolarScan& scan) noexcept {
@@ -37,6 +39,10 @@ nlohmann::json ReturnCounts::to_json() const {
     json[std::string(to_string(static_cast<ReturnStatus>(i)))] = counts_[i];
   }
   return json;
+}
+
+void say_loss(const ScanSource& source) {
+  if (const std::string loss = source.loss(); !loss.empty()) say("lost: " + loss);
 }
 
 nlohmann::json to_json(const FrameReport& result) {

@@ -12,6 +12,7 @@
 #include <striper/core/return_status.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/stream/scan_bus.hpp>
+#include <striper/stream/scan_source.hpp>
 
 #include "run/frame_loop.hpp"
 
@@ -34,6 +35,9 @@ class ReturnCounts {
  private:
   std::array<std::uint64_t, kReturnStatusCount> counts_{};
 };
+
+/// Says what a source lost that has ended, if anything.
+void say_loss(const ScanSource& source);
 
 /// The members that every summary has: pictures, frames, seconds, interrupted and the source's
 /// counts.
