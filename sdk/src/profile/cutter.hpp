@@ -38,6 +38,7 @@ class Cutter {
   void weigh_with_speckle();
   void note_outliers(const std::vector<char>& marked, Segmentation& out) const;
   void take_runs(const std::vector<std::size_t>& cuts);
+  void join_blurred_corners();
   static void judge_roughness(Run& run, double penalty);
   void report_pieces(const PolarScan& scan, Segmentation& out) const;
   void report_joints(Segmentation& out) const;

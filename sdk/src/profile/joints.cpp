@@ -132,6 +132,35 @@ Meeting meet(const InverseRanges& ranges, const Run& left, const Run& right) noe
   return meeting;
 }
 
+bool is_blurred_corner(const InverseRanges& ranges, const Run& left, const Run& between,
+                       const Run& right) noexcept {
+  constexpr std::size_t kMost = 4;     // Columns: two sigmas of blur on either side.
+  constexpr std::size_t kFewest = 10;  // Of a surface that tells where its corner is.
+  constexpr double kNoise = 3.0;       // Sigmas.
+  const std::size_t count = between.to - between.from;
+  if (count > kMost || left.is_rough || right.is_rough) return false;
+  if (left.to - left.from < kFewest || right.to - right.from < kFewest) return false;
+  const Meeting corner = meet(ranges, left, right);
+  if (!corner.exists) return false;
+  const double spacing = ranges.turn(left.to - 1, right.from) / static_cast<double>(count + 1);
+  const Eigen::Vector2d bend = left.fit.parameters - right.fit.parameters;
+  const double kink = std::abs(turn(corner.direction, bend));
+  for (std::size_t i = between.from; i < between.to; ++i) {
+    const Eigen::Vector2d direction = direction_of(ranges, i);
+    const double columns = turn(direction, corner.direction) / spacing;
+    if (std::abs(columns) > static_cast<double>(kMost)) return false;
+    const bool is_left = columns > 0.0;
+    const double own = (is_left ? left : right).fit.parameters.dot(direction);
+    const double other = (is_left ? right : left).fit.parameters.dot(direction);
+    // Blur takes the lower of two lines lower, the higher one higher.
+    const double off = other > own ? own - ranges.q[i] : ranges.q[i] - own;
+    const double noise = kNoise / std::sqrt(ranges.weight[i]);
+    const double blur = kink * std::abs(spacing) * mixing(std::abs(columns));
+    if (off < -noise || off > 2.0 * blur + noise) return false;
+  }
+  return true;
+}
+
 void CornerSearch::take_sums(const InverseRanges& ranges, const Run& left, const Run& right) {
   first_ = left.from;
   about_ = right.from;

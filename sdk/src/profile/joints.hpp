@@ -61,6 +61,12 @@ Meeting meet(const InverseRanges& ranges, const Run& left, const Run& right) noe
 /// the bound instead of 1.2, and says so).
 Meeting meet_at_knot(const InverseRanges& ranges, const Run& left, const Run& right) noexcept;
 
+/// Whether the few elements of a run between two others are no surface of their own, but columns
+/// that see both sides of the corner at which those meet: each lies between the surface that it is
+/// on and twice as far off it as the blur of lens and column carries it.
+bool is_blurred_corner(const InverseRanges& ranges, const Run& left, const Run& between,
+                       const Run& right) noexcept;
+
 /// Tells corners from steps, and places corners.
 class CornerSearch {
  public:

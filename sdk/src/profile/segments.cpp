@@ -71,6 +71,7 @@ void Cutter::cut(const PolarScan& scan, const SegmentOptions& options, Segmentat
     const double bend = bend_penalty(options.false_split_rate);
     circles_.join(ranges, {out.penalty, bend, kRoughPenalty}, runs);
   }
+  join_blurred_corners();
   const auto is_plain = [](const Run& run) { return !run.is_rough && !run.is_circular; };
   for (std::size_t k = 0; k + 1 < runs.size(); ++k) {
     runs[k].meets_next =
@@ -120,6 +121,16 @@ void Cutter::take_runs(const std::vector<std::size_t>& cuts) {
     run.from = cuts[k];
     run.to = to;
     run.fit = fit_run(ranges, cuts[k], to);
+  }
+}
+
+// The search for the corner shares the columns out.
+void Cutter::join_blurred_corners() {
+  for (std::size_t k = 1; k + 1 < runs.size(); ++k) {
+    if (!is_blurred_corner(ranges, runs[k - 1], runs[k], runs[k + 1])) continue;
+    runs[k - 1].to = runs[k].to;
+    runs[k - 1].fit = fit_run(ranges, runs[k - 1]);
+    runs.erase(runs.begin() + static_cast<std::ptrdiff_t>(k));
   }
 }
 
