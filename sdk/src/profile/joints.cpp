@@ -148,7 +148,7 @@ bool is_blurred_corner(const InverseRanges& ranges, const Run& left, const Run& 
   for (std::size_t i = between.from; i < between.to; ++i) {
     const Eigen::Vector2d direction = direction_of(ranges, i);
     const double columns = turn(direction, corner.direction) / spacing;
-    if (std::abs(columns) > static_cast<double>(kMost)) return false;
+    if (!(std::abs(columns) <= static_cast<double>(kMost))) return false;
     const bool is_left = columns > 0.0;
     const double own = (is_left ? left : right).fit.parameters.dot(direction);
     const double other = (is_left ? right : left).fit.parameters.dot(direction);

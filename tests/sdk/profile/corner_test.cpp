@@ -64,6 +64,45 @@ TEST(Corners, SharpOnesBetweenTwoColumnsAreNoSteps) {
   EXPECT_GE(corners, 98);
 }
 
+// What a camera sees of a corner: a lens's half pixel and a column's own width across it.
+std::vector<double> blurred_corner(const ProfileStriper& striper, double bend, double y_m) {
+  constexpr double kColumn_m = 0.003;
+  constexpr double kBlur_m = 0.58 * kColumn_m;
+  std::vector<double> q;
+  double weights = 0.0;
+  for (double off = -3.0; off <= 3.0; off += 0.25) {
+    const double weight = std::exp(-0.5 * off * off);
+    const std::vector<double> ranges = corner_ranges(striper, bend, y_m + off * kBlur_m);
+    q.resize(ranges.size());
+    for (std::size_t i = 0; i < ranges.size(); ++i) q[i] += weight / ranges[i];
+    weights += weight;
+  }
+  for (double& one : q) one = weights / one;
+  return q;
+}
+
+TEST(Corners, BlurredOnesAreOneCorner) {
+  ProfileStriper striper;
+  striper.row_sigma_px = 0.02;  // The blur carries columns by dozens of sigmas.
+  Segmenter segmenter;
+  Segmentation found;
+  PolarScan scan;
+  int corners = 0;
+  Rms pull;
+  for (int trial = 0; trial < 300; ++trial) {
+    const double y_m = 0.3 + 0.0001 * trial;
+    testing::noisy_scan(striper, blurred_corner(striper, 2.0, y_m), scan);
+    segmenter.segment(scan, found);
+    const bool is_corner = found.joints.size() == 1 && found.joints[0].kind == JointKind::kCorner;
+    corners += is_corner ? 1 : 0;
+    if (!is_corner) continue;
+    pull.add((found.joints[0].corner_m.y() - y_m) / std::sqrt(found.joints[0].covariance(1, 1)));
+  }
+  EXPECT_GE(corners, 285);  // One in twelve was cut in three.
+  EXPECT_LT(pull.value(), 1.1);
+  EXPECT_GT(pull.value(), 0.8);
+}
+
 TEST(Corners, WeakOnesAreSeldomMissed) {
   const ProfileStriper striper;
   const auto ranges = corner_ranges(striper, bend_of_gain(striper, 60.0));
