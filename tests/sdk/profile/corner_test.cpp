@@ -98,7 +98,7 @@ TEST(Corners, BlurredOnesAreOneCorner) {
     if (!is_corner) continue;
     pull.add((found.joints[0].corner_m.y() - y_m) / std::sqrt(found.joints[0].covariance(1, 1)));
   }
-  EXPECT_GE(corners, 285);  // One in twelve was cut in three.
+  EXPECT_GE(corners, 285);  // One in fifteen was cut in three.
   EXPECT_LT(pull.value(), 1.1);
   EXPECT_GT(pull.value(), 0.8);
 }
