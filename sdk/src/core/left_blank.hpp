@@ -15,7 +15,7 @@ struct LeaveBlank : std::allocator<T> {
   static_assert(std::is_trivially_default_constructible_v<T>);
 
   template <typename U>
-  struct rebind {
+  struct rebind {  // NOLINT(readability-identifier-naming): what the standard calls it.
     using other = LeaveBlank<U>;
   };
 

@@ -70,7 +70,8 @@ std::vector<double> blurred_corner(const ProfileStriper& striper, double bend, d
   constexpr double kBlur_m = 0.58 * kColumn_m;
   std::vector<double> q;
   double weights = 0.0;
-  for (double off = -3.0; off <= 3.0; off += 0.25) {
+  for (int step = -12; step <= 12; ++step) {
+    const double off = 0.25 * step;
     const double weight = std::exp(-0.5 * off * off);
     const std::vector<double> ranges = corner_ranges(striper, bend, y_m + off * kBlur_m);
     q.resize(ranges.size());

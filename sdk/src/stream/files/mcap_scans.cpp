@@ -27,8 +27,8 @@ std::shared_ptr<const StriperModel> model_in(wire::McapReader& reader, const std
   const auto& attachments = reader.attachments();
   for (std::size_t i = attachments.size(); i-- > 0;) {
     const std::string& name = attachments[i].name;
-    if (name != std::string(head) + std::string(kModelAttachment)) continue;
-    auto model = parse_model(reader.read_attachment(i).data, path + ": " + name);
+    if (name != fmt::format("{}{}", head, kModelAttachment)) continue;
+    auto model = parse_model(reader.read_attachment(i).data, fmt::format("{}: {}", path, name));
     return std::make_shared<const StriperModel>(std::move(model));
   }
   return nullptr;
@@ -55,7 +55,7 @@ class McapScans : public ScanSource {
     source_.description = "scans in " + path_;
     source_.has_clock = pending_.time.utc_offset_ns.has_value();
     axis_ = pending_.axis;
-    info_ = info_of(pending_.head());
+    info_ = McapScans::info_of(pending_.head());
   }
 
   HeadInfo info() const override { return info_; }
@@ -92,17 +92,17 @@ class McapScans : public ScanSource {
     while (reader_.next(message)) {
       const wire::McapChannel& channel = reader_.channels().at(message.channel);
       if (channel.schema.name != "striper_msgs/msg/PolarScan") continue;
-      std::string head = head_of_topic(channel.topic);
+      const std::string head = head_of_topic(channel.topic);
       if (!head_.empty() && head != head_) continue;
       wire::read_cdr(message.data, message_);
       from_message(message_, scan);
-      scan.frame = frame_of(std::move(head), scan.laser);
+      scan.frame = frame_of(head, scan.laser);
       return true;
     }
     return false;
   }
 
-  const std::shared_ptr<const ScanFrame>& frame_of(std::string head, int laser) {
+  const std::shared_ptr<const ScanFrame>& frame_of(const std::string& head, int laser) {
     for (const auto& frame : frames_) {
       if (frame->laser == laser && frame->head == head) return frame;
     }
