@@ -16,6 +16,7 @@
 #include <striper/detect/curb_detector.hpp>
 
 #include "follow/curb_plot.hpp"
+#include "follow/follow_table.hpp"
 #include "follow/found_tracks.hpp"
 #include "follow/scan_following.hpp"
 #include "options/option_bounds.hpp"
@@ -90,7 +91,8 @@ struct CurbResult {
 /// Tracks the curbs of every scan, each head's and laser's by itself.
 class CurbRun {
  public:
-  explicit CurbRun(const CurbArguments& arguments) : file_(arguments.follow.table()) {
+  explicit CurbRun(const CurbArguments& arguments)
+      : table_(arguments.follow.table(), curb_columns()) {
     options_.curb.up_rad = arguments.follow.up_rad();
     options_.curb.min_height_m = arguments.min_height_m;
     options_.curb.max_height_m = arguments.max_height_m;
@@ -100,8 +102,7 @@ class CurbRun {
   }
 
   void look_at(const FollowedScan& followed) {
-    // With the first scan: what fails before leaves an older table as it is.
-    if (file_ && !table_) table_.emplace(*file_, curb_columns());
+    table_.begin();
     const PolarScan& scan = followed.scan;
     const FoundTracks::Plane plane(std::string(scan.head()), scan.laser);
     CurbDetector& detector = detectors_.try_emplace(plane, options_).first->second;
@@ -115,7 +116,7 @@ class CurbRun {
   }
 
   const CurbResult& finish() {
-    if (table_) table_->close();
+    table_.close();
     result_.curbs = found_.count();
     return result_;
   }
@@ -126,13 +127,13 @@ class CurbRun {
   void write(const CurbsSeen& seen) {
     double best = 0.0;
     for (const CurbLine& line : seen.lines) {
-      if (table_) table_->add(line);
+      table_.add(line);
       best = std::max(best, line.track.confidence);
     }
     result_.lines += seen.lines.size();
     result_.best = std::max(result_.best, best);
     result_.sure_scans += best >= FoundTracks::kSure ? 1 : 0;
-    if (table_) table_->flush();
+    table_.flush();
   }
 
   void say(const CurbsSeen& seen, const FoundTracks::Plane& plane, const EventPort& events) {
@@ -161,8 +162,7 @@ class CurbRun {
   }
 
   CurbDetectorOptions options_;
-  std::optional<std::string> file_;
-  std::optional<CsvWriter<CurbLine>> table_;
+  FollowTable<CurbLine> table_;
   std::optional<CurbPlot> plot_;
   std::map<FoundTracks::Plane, CurbDetector> detectors_;
   FoundTracks found_;

@@ -15,6 +15,7 @@
 #include <striper/detect/object_csv.hpp>
 #include <striper/detect/objects.hpp>
 
+#include "follow/follow_table.hpp"
 #include "follow/found_tracks.hpp"
 #include "follow/object_plot.hpp"
 #include "follow/scan_following.hpp"
@@ -124,7 +125,7 @@ struct ObjectsResult {
 class ObjectsRun {
  public:
   explicit ObjectsRun(const ObjectsArguments& arguments)
-      : arguments_(arguments), file_(arguments.follow.table()) {
+      : arguments_(arguments), table_(arguments.follow.table(), object_columns()) {
     // What is told is not learnt.
     options_.learns = !arguments.roughness_m && !arguments.acceleration_m_s2;
     options_.roughness_m = arguments.roughness_m.value_or(options_.roughness_m);
@@ -135,8 +136,7 @@ class ObjectsRun {
   }
 
   void look_at(const FollowedScan& followed) {
-    // With the first scan: what fails before leaves an older table as it is.
-    if (file_ && !table_) table_.emplace(*file_, object_columns());
+    table_.begin();
     const PolarScan& scan = followed.scan;
     const FoundTracks::Plane key(std::string(scan.head()), scan.laser);
     Plane& plane = plane_of(key);
@@ -153,7 +153,7 @@ class ObjectsRun {
   }
 
   const ObjectsResult& finish() {
-    if (table_) table_->close();
+    table_.close();
     result_.objects = found_.count();
     return result_;
   }
@@ -176,13 +176,13 @@ class ObjectsRun {
 
   void write(const ObjectsSeen& seen) {
     for (const ObjectLine& line : seen.lines) {
-      if (table_) table_->add(line);
+      table_.add(line);
       if (line.track.confidence < FoundTracks::kSure) continue;
       result_.soonest_contact_s =
           std::fmin(result_.soonest_contact_s, line.track.time_to_contact_s);
     }
     result_.lines += seen.lines.size();
-    if (table_) table_->flush();
+    table_.flush();
   }
 
   void say(const ObjectsSeen& seen, Plane& plane, const FoundTracks::Plane& key,
@@ -217,8 +217,7 @@ class ObjectsRun {
 
   const ObjectsArguments& arguments_;
   ObjectOptions options_;
-  std::optional<std::string> file_;
-  std::optional<CsvWriter<ObjectLine>> table_;
+  FollowTable<ObjectLine> table_;
   std::optional<ObjectPlot> plot_;
   std::map<FoundTracks::Plane, Plane> planes_;
   FoundTracks found_;

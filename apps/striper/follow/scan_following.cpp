@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/core/units.hpp>
 #include <striper/core/whole_file.hpp>
@@ -129,10 +130,11 @@ void require_outputs(const FollowArguments& arguments) {
   if (arguments.plot && std::filesystem::path(*arguments.plot).extension() != ".svg")
     throw Error(ErrorKind::kUsage,
                 fmt::format("--plot '{}': plots are SVG; name a FILE.svg", *arguments.plot));
-  std::vector<std::string> read{arguments.scans};
+  std::vector<std::string> read{SourceUri::parse(arguments.scans).path()};
   for (const auto& file : {arguments.model, arguments.odometer})
     if (file) read.push_back(*file);
-  std::vector<std::string> written = arguments.sinks;
+  std::vector<std::string> written;
+  for (const SinkUri& uri : parse_sinks(arguments.sinks)) written.push_back(uri.path());
   for (const auto& file : {arguments.output, arguments.plot})
     if (file) written.push_back(*file);
   require_own_files(read, written);

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
@@ -268,7 +269,7 @@ nlohmann::json summary_of(const MeasureResult& result, const TerminalEvents& eve
 }
 
 void require_outputs(const MeasureArguments& arguments) {
-  std::vector<std::string> read{arguments.scans};
+  std::vector<std::string> read{SourceUri::parse(arguments.scans).path()};
   if (arguments.model) read.push_back(*arguments.model);
   std::vector<std::string> written;
   for (const auto& file : {arguments.output, arguments.plot})

@@ -13,17 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of an address what may be a file: behind `scheme:` and before `?key=`.
-fs::path file_of(const std::string& text) {
-  std::error_code ignored;
-  if (fs::exists(text, ignored)) return text;
-  std::string rest = text.substr(0, text.rfind('?'));
-  const std::size_t colon = rest.find(':');
-  const std::size_t slash = rest.find('/');
-  const bool has_scheme = colon != std::string::npos && colon > 1 && colon < slash;
-  return has_scheme ? rest.substr(colon + 1) : rest;
-}
-
 bool is_file_or_new(const fs::path& path) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
@@ -41,11 +30,10 @@ bool are_one(const fs::path& a, const fs::path& b) {
 void require_own_files(const std::vector<std::string>& read,
                        const std::vector<std::string>& written) {
   std::vector<fs::path> taken;
-  for (const std::string& text : written) {
-    const fs::path file = file_of(text);
-    if (text == "-" || file.empty() || !is_file_or_new(file)) continue;
+  for (const fs::path file : written) {
+    if (file == "-" || file.empty() || !is_file_or_new(file)) continue;
     for (const std::string& input : read) {
-      if (are_one(file, file_of(input)))
+      if (are_one(file, input))
         throw Error(ErrorKind::kUsage,
                     fmt::format("'{}' is read: name another file to write", file.string()));
     }

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <striper/capture/open_source.hpp>
+#include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/stream/head.hpp>
 #include <striper/stream/open_sink.hpp>
@@ -216,7 +217,8 @@ std::vector<SinkUri> outputs_of(const CaptureArguments& arguments) {
                   "--json needs -o FILE: the standard output carries the scans themselves");
     }
   }
-  require_own_files({arguments.source, arguments.scanner.model.value_or("")}, files);
+  require_own_files(
+      {SourceUri::parse(arguments.source).path(), arguments.scanner.model.value_or("")}, files);
   return uris;
 }
 

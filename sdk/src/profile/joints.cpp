@@ -138,7 +138,9 @@ bool is_blurred_corner(const InverseRanges& ranges, const Run& left, const Run& 
   constexpr std::size_t kFewest = 10;  // Of a surface that tells where its corner is.
   constexpr double kNoise = 3.0;       // Sigmas.
   const std::size_t count = between.to - between.from;
-  if (count > kMost || left.is_rough || right.is_rough) return false;
+  for (const Run* run : {&left, &between, &right})
+    if (run->is_rough || run->is_circular) return false;
+  if (count > kMost) return false;
   if (left.to - left.from < kFewest || right.to - right.from < kFewest) return false;
   const Meeting corner = meet(ranges, left, right);
   if (!corner.exists) return false;

@@ -20,10 +20,8 @@ constexpr int kFewestPoints = 3;        // Fewer are on anything.
 constexpr double kLeastGround_m = 0.1;  // Of a piece that is ground of its own.
 constexpr double kLeastBehind_m = 0.15;
 constexpr int kSurePoints = 10;
-constexpr double kBend =
-    1.0;  // Times what a piece had to gain; joints are looked for after it had.
 constexpr double kSureBend = 3.0;  // Times what a piece had to gain; by chance it is 1.5 at most.
-constexpr double kStrays = 2.0;
+constexpr double kStrays = 2.0;    // One lies on a line with any other return.
 
 // The surface beyond an edge is looked at so far: stones are 12 to 15 cm wide, and grass begins
 // behind many.

@@ -63,11 +63,11 @@ std::optional<ScanLine> SparseFace::find(const InverseRanges& ranges, std::size_
 // On the road, on the top, or speckle.
 void SparseFace::judge_otherwise(const InverseRanges& ranges, std::size_t from, std::size_t to,
                                  const Known& known) {
+  const Eigen::Vector2d road = parameters_of(*known.road, ranges.pivot);
+  const Eigen::Vector2d top = parameters_of(*known.top, ranges.pivot);
   otherwise_.clear();
-  for (std::size_t i = from; i < to; ++i) {
-    const double beside = std::min(misfit(ranges, i, *known.road), misfit(ranges, i, *known.top));
-    otherwise_.push_back(std::min(beside, kOn));
-  }
+  for (std::size_t i = from; i < to; ++i)
+    otherwise_.push_back(std::min({ranges.misfit(i, road), ranges.misfit(i, top), kOn}));
 }
 
 // And which elements are on the line.

@@ -17,7 +17,7 @@ namespace striper::detail {
 /// of them that stand as faces do, the one that the returns fit best.
 ///
 /// Least truncated squares over all pairs (Rousseeuw and Leroy 1987), so that half of the returns
-/// may be speckle. 2 us for ten returns, 20 us at most.
+/// may be speckle.
 class SparseFace {
  public:
   SparseFace() {
