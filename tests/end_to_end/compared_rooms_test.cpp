@@ -22,6 +22,7 @@
 #include <striper/simulator/simulator.hpp>
 
 #include "calibration/adjust/monte_carlo_support.hpp"
+#include "support/instrumented.hpp"
 #include "support/random.hpp"
 #include "support/shared_data.hpp"
 #include "support/striper_session.hpp"
@@ -211,6 +212,7 @@ class ComparedRoom : public ::testing::Test {
 };
 
 TEST_F(ComparedRoom, IsAsFigure4WithItsErrorsTrue) {
+  STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   CompareOptions options;
   options.reference_offset = true;
   options.reference_quantum_m = 0.01;

@@ -22,7 +22,7 @@ import time
 import unittest
 
 from gige_test import VirtualCamera
-from program import SOURCE_DIR, STRIPER, InScratch, scene_path, striper
+from program import SOURCE_DIR, STRIPER, InScratch, at_most, scene_path, striper
 
 # The truck drives 2 m/s along dashes of 2 m and gaps of 3.
 SCENE = scene_path("truck.yaml")
@@ -261,8 +261,8 @@ class Simulated(Live):
     def ends_at_once(self, program, code):
         program.send_signal(signal.SIGINT)
         told = time.monotonic()
-        self.assertEqual(program.wait(timeout=10), code)
-        self.assertLess(time.monotonic() - told, 0.5)
+        self.assertEqual(program.wait(timeout=at_most(10)), code)
+        self.assertLess(time.monotonic() - told, at_most(0.5))
 
 
 class Camera(Live):
@@ -295,7 +295,7 @@ class Camera(Live):
             before = len(self.switches(lines))
             self.wait_for(lambda: len(self.switches(lines)) >= before + 4)
             program.send_signal(signal.SIGINT)
-            _, said = program.communicate(timeout=20)
+            _, said = program.communicate(timeout=at_most(20))
         self.assertEqual(program.returncode, 0, said)
         self.assertIn("nothing comes in: guns off, the safe voltage", said)
         self.assertIn("inputs are back", said)

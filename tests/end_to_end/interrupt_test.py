@@ -15,10 +15,10 @@ import tempfile
 import time
 import unittest
 
-from program import SOURCE_DIR, STRIPER, InScratch, striper
+from program import SOURCE_DIR, STRIPER, InScratch, at_most, striper
 
-LIMIT_S = 0.5
-LOADED_LIMIT_S = 1.5  # Of a machine that others use too.
+LIMIT_S = at_most(0.5)
+LOADED_LIMIT_S = at_most(1.5)  # Of a machine that others use too.
 TRIES = 3
 MOMENTS_S = (0.05, 0.4, 1.5)  # Starting, the first frames, at work.
 
@@ -78,7 +78,7 @@ class Interrupt(InScratch):
         done_s = children_s() + work_of(program.pid)
         program.send_signal(signal.SIGINT)
         try:
-            _, errors = program.communicate(timeout=20)
+            _, errors = program.communicate(timeout=at_most(20))
         finally:
             program.kill()
         took_s = time.monotonic() - asked

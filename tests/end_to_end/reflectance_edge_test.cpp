@@ -22,6 +22,8 @@
 #include <striper/pipeline/scanner.hpp>
 #include <striper/simulator/simulator.hpp>
 
+#include "support/instrumented.hpp"
+
 namespace striper {
 namespace {
 
@@ -205,6 +207,7 @@ const std::vector<Poster>& posters() {
 }
 
 void expect_true_errors(bool has_dark, const std::vector<double>& daylights_dn) {
+  STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   Errors all;
   for (const double width_px : {0.7, 1.5, 2.5}) {
     for (const double daylight_dn : daylights_dn) {

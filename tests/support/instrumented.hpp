@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 namespace striper::testing {
 
 /// Whether a sanitizer watches the code under test, but not the libraries beside it: times and
@@ -15,3 +17,8 @@ inline constexpr bool kIsInstrumented = false;
 #endif
 
 }  // namespace striper::testing
+
+/// Skips figures over many trials where a sanitizer makes minutes of them: they are those of a
+/// plain build, and the same code runs in other tests.
+#define STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED() \
+  if (striper::testing::kIsInstrumented) GTEST_SKIP() << "figures of a plain build"

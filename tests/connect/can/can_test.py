@@ -18,7 +18,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.environ["STRIPER_SOURCE_DIR"], "tests/end_to_end"))
-from program import SOURCE_DIR, STRIPER, InScratch, striper  # noqa: E402
+from program import SOURCE_DIR, STRIPER, InScratch, at_most, striper  # noqa: E402
 
 DBC = os.path.join(SOURCE_DIR, "data/can/guidance.dbc")
 ROAD = """striper_road: 1
@@ -215,8 +215,8 @@ class Frames(WithRun):
         self.assertIsNone(program.poll())
         program.send_signal(signal.SIGINT)
         told = time.monotonic()
-        _, said = program.communicate(timeout=20)
-        self.assertLess(time.monotonic() - told, 0.5)
+        _, said = program.communicate(timeout=at_most(20))
+        self.assertLess(time.monotonic() - told, at_most(0.5))
         self.assertEqual(program.returncode, 1)
         self.assertIn("were not sent: nobody reads them", said)
         os.close(writer)

@@ -14,6 +14,8 @@
 #include <striper/pipeline/scanner.hpp>
 #include <striper/simulator/simulator.hpp>
 
+#include "support/instrumented.hpp"
+
 namespace striper {
 namespace {
 
@@ -167,6 +169,7 @@ TEST(PredictedAndMeasured, DetectionOfADimStripe) {
 }
 
 TEST(PredictedAndMeasured, SigmaAndSignalToBackgroundOver36Cases) {
+  STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   int cases = 0;
   for (const double fov_deg : {30.0, 55.0, 105.0}) {
     for (const double range_m : {1.2, 1.8, 2.6, 3.8}) {

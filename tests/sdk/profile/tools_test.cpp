@@ -17,6 +17,7 @@
 
 #include "support/drawn_striper.hpp"
 #include "support/error_of.hpp"
+#include "support/instrumented.hpp"
 #include "support/profile_scans.hpp"
 
 namespace striper {
@@ -117,6 +118,7 @@ std::vector<MeasureTool> tools_of(const Scene& scene) {
 
 // @param is_drawn  the striper is not the model's, and sigma_cal says so.
 void expect_true_bars(const Scene& scene, bool is_drawn) {
+  STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   constexpr int kDraws = 2000;  // Pulls are known to .016; of an area's, with its tails, to .03.
   auto model = std::make_shared<StriperModel>(testing::typical_model());
   if (is_drawn) model->covariance = testing::plausible_covariance(*model);
