@@ -11,6 +11,8 @@
 
 #include <striper/core/stripe_axis.hpp>
 
+#include "core/left_blank.hpp"
+
 namespace striper::detail {
 
 /// The highest ridges of every scan line: pixels that rise above both of the pixels a distance
@@ -28,8 +30,8 @@ class Ridges {
   static constexpr std::size_t kMost = 24;  // Of a scan line; the lower ones are dropped.
 
   struct Ridge {
-    std::int32_t across = 0;
-    std::int32_t rise_dn = 0;
+    std::int32_t across;
+    std::int32_t rise_dn;
   };
 
   /// Makes room for images of this size.
@@ -46,9 +48,9 @@ class Ridges {
 
  private:
   struct Line {
-    std::array<Ridge, kMost> ridges{};
-    std::size_t count = 0;
-    std::size_t latest = kMost;  // Which of them grew last; kMost: none that still does.
+    std::array<Ridge, kMost> ridges;
+    std::size_t count;
+    std::size_t latest;  // Which of them grew last; kMost: none that still does.
   };
   template <typename Pixel>
   void find_down(const cv::Mat& image, int distance_px, int least_dn);
@@ -56,7 +58,7 @@ class Ridges {
   void find_along(const cv::Mat& image, int distance_px, int least_dn);
   void add(Line& line, const Ridge& ridge) const;
 
-  std::vector<Line> lines_;
+  BlankVector<Line> lines_;
   std::vector<std::uint32_t> hits_;   // Of a row: pixels that rise far enough,
   std::vector<std::uint16_t> rises_;  // and how far.
   std::vector<std::uint8_t> padded_;  // A row with its ends repeated, of any pixels.
