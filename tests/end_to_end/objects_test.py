@@ -157,9 +157,23 @@ class Objects(InScratch):
                           ("--acceleration", "0"), ("--odometer", table),
                           ("--counts-per-m", "5")):
             striper("objects", table, *arguments, code=2)
+        odometer = self.write("odometer.csv", "time_s,counts\n0,0\n1,5\n")
+        self.assertIn("--counts-per-m", striper("objects", table, "--odometer", odometer, "--counts-per-m", "0", code=2).stderr)
         self.assertIn("time_to_contact_s", striper("objects", "--help").stdout)
         bad = self.write("bad.csv", "frame,time_s,range_m\n0,0,1\n")
         self.assertIn("bearing_rad", striper("objects", bad, "--sigma", "0.01", code=1).stderr)
+
+    def test_says_that_times_are_none(self):
+        def table(times):
+            rows = [f"{k},{t},{0.01 * i:.2f},3" for k, t in enumerate(times) for i in range(20)]
+            return self.write("times.csv", "frame,time_s,bearing_rad,range_m\n" + "\n".join(rows) + "\n")
+
+        expected = "expected time_s in seconds, growing"
+        for times in ([5, 5, 5, 5], [4, 3, 2, 1], [0, 33, 66, 99]):
+            for command in ("objects", "curb"):
+                self.assertIn(expected, striper(command, table(times), "--sigma", "0.01").stderr, times)
+        # A recording with gaps is none of these.
+        self.assertNotIn(expected, striper("objects", table([0, 0.1, 0.2, 9, 9.1, 9.2]), "--sigma", "0.01").stderr)
 
 
 if __name__ == "__main__":

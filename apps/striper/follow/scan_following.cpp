@@ -4,9 +4,11 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -20,6 +22,7 @@
 #include <striper/scans/open_scans.hpp>
 #include <striper/stream/open_sink.hpp>
 
+#include "follow/found_tracks.hpp"
 #include "options/option_bounds.hpp"
 #include "options/own_files.hpp"
 #include "options/sink_arguments.hpp"
@@ -61,6 +64,36 @@ class WheelMotion {
   Odometer odometer_;
   double read_to_s_ = -std::numeric_limits<double>::infinity();
   bool is_more_ = true;
+};
+
+/// Whether the times of each plane's scans let anything be followed from one to the next.
+class ScanPace {
+ public:
+  void add(const PolarScan& scan) {
+    ++scans_;
+    const std::int64_t now_ns = scan.time.monotonic_ns;
+    const FoundTracks::Plane plane(std::string(scan.head()), scan.laser);
+    const auto [last, is_first] = last_ns_.try_emplace(plane, now_ns);
+    const double passed_s =
+        1e-9 * static_cast<double>(now_ns - std::exchange(last->second, now_ns));
+    if (is_first || (passed_s > 0.0 && passed_s <= kLongestScanGap_s)) return;
+    if (++breaks_ == 1) first_break_s_ = passed_s;
+  }
+
+  /// Nothing where all is well, or where a recording has gaps.
+  void say() const {
+    if (2 * breaks_ < scans_ || breaks_ == 0) return;
+    program::say(fmt::format(
+        "the times of {} of {} scans are not 0 to {:g} s after that of the scan before (the first: "
+        "{:g} s), and nothing is followed across: expected time_s in seconds, growing",
+        breaks_, scans_, kLongestScanGap_s, first_break_s_));
+  }
+
+ private:
+  std::uint64_t scans_ = 0;
+  std::uint64_t breaks_ = 0;
+  std::map<FoundTracks::Plane, std::int64_t> last_ns_;
+  double first_break_s_ = 0.0;
 };
 
 // Whether any range is there, and any says how good it is.
@@ -194,6 +227,7 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
           .add_option("--counts-per-m", arguments.counts_per_m,
                       "Counts of the wheel in a metre; below 0 where it counts down forwards")
           ->type_name("K")
+          ->check(not_zero())
           ->needs(odometer);
   odometer->needs(counts);
   command
@@ -226,12 +260,14 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
   if (arguments.odometer) wheel.emplace(*arguments.odometer, arguments.counts_per_m);
   Progress progress("scans", std::nullopt);
   FollowCounts counts;
+  ScanPace pace;
   PolarScan scan;
   while (counts.scans < arguments.frames && !stop_requested()) {
     const NextStatus status = source->next(scan, std::chrono::milliseconds(100));
     if (status == NextStatus::kTimeout) continue;
     if (status != NextStatus::kFrame) break;
     complete(scan, arguments.sigma_m, counts);
+    pace.add(scan);
     const auto motion = wheel ? wheel->at(scan.time.seconds()) : std::nullopt;
     counts.without_motion += wheel && !motion ? 1 : 0;
     sinks.write(scan, *source);
@@ -240,6 +276,7 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
   }
   sinks.finish();
   say_loss(*source);
+  pace.say();
   refuse_what_says_nothing(arguments, counts);
   return counts;
 }

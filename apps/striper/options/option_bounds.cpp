@@ -37,4 +37,12 @@ WordCheck at_least(double low) {
   };
 }
 
+WordCheck not_zero() {
+  return [](const std::string& word) -> std::string {
+    const double number = number_of(word);
+    if (number != 0.0 && std::isfinite(number)) return {};
+    return fmt::format("'{}' is no number other than 0", word);
+  };
+}
+
 }  // namespace striper::program

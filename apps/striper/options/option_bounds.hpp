@@ -12,4 +12,7 @@ WordCheck between(double low, double high);
 /// Accepts finite numbers from `low` on.
 WordCheck at_least(double low);
 
+/// Accepts finite numbers but 0.
+WordCheck not_zero();
+
 }  // namespace striper::program

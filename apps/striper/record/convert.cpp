@@ -89,6 +89,7 @@ void define_motion(Command& command, ConvertArguments& arguments) {
       command
           .add_option("--counts-per-m", arguments.counts_per_m, "Counts of the wheel in a metre")
           ->type_name("K")
+          ->check(not_zero())
           ->needs(odometer);
   odometer->needs(counts);
   command.add_option("--bits", arguments.bits, "The counter starts again at 2^8, 2^16 or 2^32")

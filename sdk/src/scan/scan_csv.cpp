@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -20,6 +21,9 @@ constexpr std::size_t kMostReturns = std::size_t{1} << 20;
 bool is_same_scan(const ScanRow& a, const ScanRow& b) {
   return a.frame == b.frame && a.time_s == b.time_s && a.laser == b.laser;
 }
+
+// Counted from 0 to a whole turn, or half a turn either way: more is another unit.
+constexpr double kMostBearing_rad = 2.0 * std::numbers::pi;
 
 bool is_whole(double value) { return value == std::floor(value); }
 
@@ -57,6 +61,10 @@ bool ScanCsvReader::State::read_row() {
   if (!has_row) return false;
   Return& r = row.point;
   const bool has_range = !std::isnan(r.range_m);
+  if (std::abs(r.bearing_rad) > kMostBearing_rad) {
+    reader.input().refuse(fmt::format(
+        "bearing_rad is {:g}, more than a whole turn: expected radians", r.bearing_rad));
+  }
   if (!has_status) r.status = has_range ? ReturnStatus::kOk : ReturnStatus::kNoStripe;
   if (!has_sigma && has_range) r.sigma_m = options.sigma_m;
   if (!has_points && has_range) {

@@ -149,6 +149,15 @@ TEST(ScanCsv, DamageIsNamedAndACutOffEndLeftOut) {
   EXPECT_EQ(cut_line, 3U);
 }
 
+TEST(ScanCsv, BearingsInDegreesAreRefused) {
+  const std::string head = "frame,time_s,bearing_rad,range_m\n";
+  EXPECT_EQ(scans_in(head + "0,0,-6.28,1\n0,0,6.28,1\n").size(), 1U);
+  const Error error = testing::error_of([&] { scans_in(head + "0,0,1,1\n0,0,27.5,1\n"); });
+  EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
+  EXPECT_THAT(error.what(),
+              HasSubstr("'s.csv' line 3: bearing_rad is 27.5, more than a whole turn"));
+}
+
 TEST(ScanCsv, ScansCostNoAllocation) {
   const ScratchDirectory scratch;
   std::vector<PolarScan> scans;

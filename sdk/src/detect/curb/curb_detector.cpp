@@ -28,7 +28,6 @@ constexpr double kSamePlace_m = 0.005;
 
 constexpr double kLeastLikely = 0.01;  // Less, and a track is forgotten.
 constexpr double kLongestHidden_m = 5.0;
-constexpr double kLongestGap_s = 1.0;
 constexpr int kHitsOfKnown = 3;
 constexpr std::size_t kMostTracks = 16;
 
@@ -148,7 +147,7 @@ std::span<const CurbTrack> CurbDetector::update(const PolarScan& scan,
 CurbDetector::Impl::Step CurbDetector::Impl::step_to(double now_s,
                                                      const std::optional<Motion>& now) {
   const double passed_s = now_s - time_s;
-  const bool is_next = passed_s >= 0.0 && passed_s <= kLongestGap_s;
+  const bool is_next = passed_s >= 0.0 && passed_s <= kLongestScanGap_s;
   const auto is_moved = [](const std::optional<Motion>& one) {
     return one && std::isfinite(one->distance_m);
   };

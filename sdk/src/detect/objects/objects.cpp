@@ -44,7 +44,6 @@ constexpr double kGone = 0.1;
 constexpr double kSurest = 0.9999;
 // Predicted so vaguely it may be anything.
 constexpr double kLost_m = 1.0;
-constexpr double kLongestGap_s = 1.0;
 constexpr std::size_t kMostTracks = 128;
 // A track that is a curb with less than this divides no zones.
 constexpr double kSureCurb = 0.9;
@@ -201,7 +200,7 @@ OwnStep ObjectTracker::Impl::step_to(const PolarScan& scan, const std::optional<
   OwnStep own;
   const bool is_moving = motion && std::isfinite(motion->distance_m);
   own.dt_s = static_cast<double>(scan.time.monotonic_ns - last_ns) * 1e-9;
-  const bool is_next = has_scan && own.dt_s > 0.0 && own.dt_s <= kLongestGap_s &&
+  const bool is_next = has_scan && own.dt_s > 0.0 && own.dt_s <= kLongestScanGap_s &&
                        is_moving == last_motion.has_value();
   if (!is_next) tracked.clear();
   if (is_moving) {
