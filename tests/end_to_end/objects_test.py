@@ -163,17 +163,22 @@ class Objects(InScratch):
         bad = self.write("bad.csv", "frame,time_s,range_m\n0,0,1\n")
         self.assertIn("bearing_rad", striper("objects", bad, "--sigma", "0.01", code=1).stderr)
 
-    def test_says_that_times_are_none(self):
-        def table(times):
-            rows = [f"{k},{t},{0.01 * i:.2f},3" for k, t in enumerate(times) for i in range(20)]
-            return self.write("times.csv", "frame,time_s,bearing_rad,range_m\n" + "\n".join(rows) + "\n")
+    def test_says_that_no_track_can_go_on(self):
+        def table(*times_of_lasers):
+            rows = [f"{k},{t},{laser},{0.01 * i:.2f},3" for k, times in enumerate(zip(*times_of_lasers))
+                    for laser, t in enumerate(times) for i in range(20)]
+            return self.write("times.csv", "frame,time_s,laser,bearing_rad,range_m\n" + "\n".join(rows) + "\n")
 
-        expected = "expected time_s in seconds, growing"
-        for times in ([5, 5, 5, 5], [4, 3, 2, 1], [0, 33, 66, 99]):
+        well = [0, 0.1, 0.2, 0.3, 0.4]
+        no_later = "4 of 5 scans of laser %d are no later than the one before: no track goes on there"
+        late = "are more than 1 s later than the one before (the first: 33 s)"
+        for lasers, said in (([[5] * 5], no_later % 0), ([[5, 4, 3, 2, 1]], no_later % 0), ([well, [2] * 5], no_later % 1),
+                             ([[0, 33, 66, 99]], late)):
             for command in ("objects", "curb"):
-                self.assertIn(expected, striper(command, table(times), "--sigma", "0.01").stderr, times)
-        # A recording with gaps is none of these.
-        self.assertNotIn(expected, striper("objects", table([0, 0.1, 0.2, 9, 9.1, 9.2]), "--sigma", "0.01").stderr)
+                self.assertIn(said, striper(command, table(*lasers), "--sigma", "0.01").stderr, lasers)
+        # A recording may have gaps, and two lasers the same times.
+        for lasers in ([[0, 0.1, 0.2, 9, 9.1, 9.2]], [well, well], [[3]]):
+            self.assertNotIn("no track goes on", striper("objects", table(*lasers), "--sigma", "0.01").stderr, lasers)
 
 
 if __name__ == "__main__":

@@ -21,4 +21,6 @@ inline constexpr bool kIsInstrumented = false;
 /// Skips figures over many trials where a sanitizer makes minutes of them: they are those of a
 /// plain build, and the same code runs in other tests.
 #define STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED() \
-  if (striper::testing::kIsInstrumented) GTEST_SKIP() << "figures of a plain build"
+  if (!striper::testing::kIsInstrumented) {       \
+  } else                                          \
+    GTEST_SKIP() << "figures of a plain build"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include <striper/scan/polar_scan.hpp>
@@ -30,6 +31,7 @@ inline PolarScan made_scan(std::uint64_t sequence, std::size_t columns = 40) {
             &Return::range_far_m, &Return::sigma_m, &Return::x_m, &Return::y_m}) {
         one.*member = normal(0.0, std::pow(10.0, normal(0.0, 4.0)));
       }
+      one.bearing_rad = std::remainder(one.bearing_rad, 2.0 * std::numbers::pi);
       if (i % 7 == 0) one.range_far_m = std::numeric_limits<double>::infinity();
       for (float Return::*const member :
            {&Return::intensity_dn, &Return::width_px, &Return::row_sigma_px, &Return::confidence}) {

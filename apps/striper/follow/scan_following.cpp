@@ -4,11 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <set>
 #include <string>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -22,7 +20,7 @@
 #include <striper/scans/open_scans.hpp>
 #include <striper/stream/open_sink.hpp>
 
-#include "follow/found_tracks.hpp"
+#include "follow/scan_pace.hpp"
 #include "options/option_bounds.hpp"
 #include "options/own_files.hpp"
 #include "options/sink_arguments.hpp"
@@ -64,36 +62,6 @@ class WheelMotion {
   Odometer odometer_;
   double read_to_s_ = -std::numeric_limits<double>::infinity();
   bool is_more_ = true;
-};
-
-/// Whether the times of each plane's scans let anything be followed from one to the next.
-class ScanPace {
- public:
-  void add(const PolarScan& scan) {
-    ++scans_;
-    const std::int64_t now_ns = scan.time.monotonic_ns;
-    const FoundTracks::Plane plane(std::string(scan.head()), scan.laser);
-    const auto [last, is_first] = last_ns_.try_emplace(plane, now_ns);
-    const double passed_s =
-        1e-9 * static_cast<double>(now_ns - std::exchange(last->second, now_ns));
-    if (is_first || (passed_s > 0.0 && passed_s <= kLongestScanGap_s)) return;
-    if (++breaks_ == 1) first_break_s_ = passed_s;
-  }
-
-  /// Nothing where all is well, or where a recording has gaps.
-  void say() const {
-    if (2 * breaks_ < scans_ || breaks_ == 0) return;
-    program::say(fmt::format(
-        "the times of {} of {} scans are not 0 to {:g} s after that of the scan before (the first: "
-        "{:g} s), and nothing is followed across: expected time_s in seconds, growing",
-        breaks_, scans_, kLongestScanGap_s, first_break_s_));
-  }
-
- private:
-  std::uint64_t scans_ = 0;
-  std::uint64_t breaks_ = 0;
-  std::map<FoundTracks::Plane, std::int64_t> last_ns_;
-  double first_break_s_ = 0.0;
 };
 
 // Whether any range is there, and any says how good it is.
@@ -276,7 +244,7 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
   }
   sinks.finish();
   say_loss(*source);
-  pace.say();
+  if (const std::string broken = pace.problem(); !broken.empty()) say(broken);
   refuse_what_says_nothing(arguments, counts);
   return counts;
 }

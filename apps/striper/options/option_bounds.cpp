@@ -41,7 +41,7 @@ WordCheck not_zero() {
   return [](const std::string& word) -> std::string {
     const double number = number_of(word);
     if (number != 0.0 && std::isfinite(number)) return {};
-    return fmt::format("'{}' is no number other than 0", word);
+    return fmt::format("'{}' is 0, or no finite number", word);
   };
 }
 

@@ -26,17 +26,6 @@ constexpr double kNsPerSecond = 1e9;
 
 bool is_single_field(Field field) { return field == Field::kTop || field == Field::kBottom; }
 
-// What of the file could not be read; empty where all could.
-std::string loss_of(const wire::McapReader& reader) {
-  const auto& damages = reader.damages();
-  if (damages.empty()) return {};
-  const bool is_only_cut = reader.end() == wire::McapEnd::kCut && damages.size() == 1;
-  return is_only_cut ? fmt::format("was cut off and is read to its last whole chunk, byte {}",
-                                   reader.whole_bytes())
-                     : fmt::format("is damaged; what could not be read is left out: {}",
-                                   damages.front().reason);
-}
-
 }  // namespace
 
 RecordingOptions RecordingOptions::from_uri(SourceUri uri) {
@@ -93,9 +82,10 @@ void RecordingSource::State::look_at_first_frame() {
   Frame first;
   bool is_any = recorded.next(first);
   if (!is_any) {
-    const std::string loss = loss_of(recorded.reader());
-    throw Error(ErrorKind::kNotFound, fmt::format("'{}' holds no images{}{}", options.path,
-                                                  loss.empty() ? "" : ": it ", loss));
+    const bool is_cut = recorded.reader().is_cut_at_beginning();
+    throw Error(ErrorKind::kNotFound,
+                fmt::format("'{}' holds no images{}", options.path,
+                            is_cut ? ": it was cut off before its first message" : ""));
   }
   info.description = fmt::format("frames of '{}' (a recording)", options.path);
   info.has_clock = first.time.utc_offset_ns.has_value();
@@ -166,10 +156,16 @@ NextStatus RecordingSource::State::wait_until_due(const Frame& frame, Clock::tim
 }
 
 void RecordingSource::State::say_end() {
-  const std::string loss = loss_of(frames->reader());
-  if (!loss.empty()) {
-    options.events.send({"recording_cut", fmt::format("'{}' {}", options.path, loss)});
-  }
+  const wire::McapReader& reader = frames->reader();
+  const auto& damages = reader.damages();
+  if (damages.empty()) return;
+  const bool is_only_cut = reader.end() == wire::McapEnd::kCut && damages.size() == 1;
+  const std::string text =
+      is_only_cut ? fmt::format("'{}' was cut off and is read to its last whole chunk, byte {}",
+                                options.path, reader.whole_bytes())
+                  : fmt::format("'{}' is damaged; what could not be read is left out: {}",
+                                options.path, damages.front().reason);
+  options.events.send({"recording_cut", text});
 }
 
 RecordingSource::RecordingSource(const RecordingOptions& options)

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -22,8 +21,8 @@ bool is_same_scan(const ScanRow& a, const ScanRow& b) {
   return a.frame == b.frame && a.time_s == b.time_s && a.laser == b.laser;
 }
 
-// Counted from 0 to a whole turn, or half a turn either way: more is another unit.
-constexpr double kMostBearing_rad = 2.0 * std::numbers::pi;
+// A whole turn, however it was rounded: more is another unit.
+constexpr double kMostBearing_rad = 6.3;
 
 bool is_whole(double value) { return value == std::floor(value); }
 
@@ -62,8 +61,9 @@ bool ScanCsvReader::State::read_row() {
   Return& r = row.point;
   const bool has_range = !std::isnan(r.range_m);
   if (std::abs(r.bearing_rad) > kMostBearing_rad) {
-    reader.input().refuse(fmt::format(
-        "bearing_rad is {:g}, more than a whole turn: expected radians", r.bearing_rad));
+    reader.input().refuse(
+        fmt::format("bearing_rad is {:g}, more than a whole turn: expected radians, not degrees",
+                    r.bearing_rad));
   }
   if (!has_status) r.status = has_range ? ReturnStatus::kOk : ReturnStatus::kNoStripe;
   if (!has_sigma && has_range) r.sigma_m = options.sigma_m;

@@ -183,7 +183,7 @@ TEST(RecordingSource, ReadsACutFileToItsLastWholeChunk) {
   EXPECT_EQ(most, frames.size());
   testing::write_bytes(scratch / "cut.mcap", bytes.substr(0, 150));
   EXPECT_THAT(testing::error_of([&] { replay(scratch / "cut.mcap"); }).what(),
-              HasSubstr("holds no images: it was cut off and is read to its last whole chunk"));
+              HasSubstr("holds no images: it was cut off before its first message"));
 }
 
 TEST(RecordingSource, SaysWhatIsNoRecordingOfFrames) {

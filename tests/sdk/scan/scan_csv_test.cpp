@@ -151,7 +151,7 @@ TEST(ScanCsv, DamageIsNamedAndACutOffEndLeftOut) {
 
 TEST(ScanCsv, BearingsInDegreesAreRefused) {
   const std::string head = "frame,time_s,bearing_rad,range_m\n";
-  EXPECT_EQ(scans_in(head + "0,0,-6.28,1\n0,0,6.28,1\n").size(), 1U);
+  EXPECT_EQ(scans_in(head + "0,0,-6.28,1\n0,0,6.2831855,1\n").size(), 1U);
   const Error error = testing::error_of([&] { scans_in(head + "0,0,1,1\n0,0,27.5,1\n"); });
   EXPECT_EQ(error.kind(), ErrorKind::kBadFile);
   EXPECT_THAT(error.what(),

@@ -5,9 +5,6 @@
 
 namespace striper {
 
-/// What is tracked from scan to scan begins anew where the next scan is no later, or later by more.
-inline constexpr double kLongestScanGap_s = 1.0;
-
 /// How a vehicle has moved, at one moment: along its own path, forwards positive, and turned
 /// counter-clockwise from above, both since the first reading. NaN where it is not known. Each
 /// figure has its one-sigma error beside it; those of distance and yaw are of all that came since

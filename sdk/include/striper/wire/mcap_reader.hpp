@@ -70,6 +70,8 @@ class McapReader {
   bool next(McapMessage& message);
 
   McapEnd end() const noexcept;
+  /// The file was cut before its first message, and nobody knows what was in it.
+  bool is_cut_at_beginning() const noexcept { return end() == McapEnd::kCut && channels().empty(); }
   /// Where the last whole record of the data that were read ends.
   std::uint64_t whole_bytes() const noexcept;
   /// What was left out so far with `skip_damaged`, most of all chunks. Where the file was cut, and

@@ -9,6 +9,7 @@
 
 #include <striper/core/error.hpp>
 #include <striper/detect/curb_detector.hpp>
+#include <striper/detect/scan_gap.hpp>
 
 #include "detect/curb/curb_hypotheses.hpp"
 #include "detect/curb/curb_path.hpp"
@@ -147,7 +148,7 @@ std::span<const CurbTrack> CurbDetector::update(const PolarScan& scan,
 CurbDetector::Impl::Step CurbDetector::Impl::step_to(double now_s,
                                                      const std::optional<Motion>& now) {
   const double passed_s = now_s - time_s;
-  const bool is_next = passed_s >= 0.0 && passed_s <= kLongestScanGap_s;
+  const bool is_next = do_tracks_go_on(passed_s);
   const auto is_moved = [](const std::optional<Motion>& one) {
     return one && std::isfinite(one->distance_m);
   };

@@ -13,6 +13,7 @@
 #include <striper/core/error.hpp>
 #include <striper/core/statistics.hpp>
 #include <striper/detect/objects.hpp>
+#include <striper/detect/scan_gap.hpp>
 
 #include "detect/objects/object_clusters.hpp"
 #include "detect/objects/object_filter.hpp"
@@ -200,8 +201,8 @@ OwnStep ObjectTracker::Impl::step_to(const PolarScan& scan, const std::optional<
   OwnStep own;
   const bool is_moving = motion && std::isfinite(motion->distance_m);
   own.dt_s = static_cast<double>(scan.time.monotonic_ns - last_ns) * 1e-9;
-  const bool is_next = has_scan && own.dt_s > 0.0 && own.dt_s <= kLongestScanGap_s &&
-                       is_moving == last_motion.has_value();
+  const bool is_next =
+      has_scan && do_tracks_go_on(own.dt_s) && is_moving == last_motion.has_value();
   if (!is_next) tracked.clear();
   if (is_moving) {
     const Motion from = is_next ? *last_motion : *motion;

@@ -44,6 +44,11 @@ class McapScans : public ScanSource {
         head_(std::move(head)),
         model_(std::move(model)) {
     has_pending_ = read(pending_);
+    if (!has_pending_ && reader_.is_cut_at_beginning()) {
+      throw Error(
+          ErrorKind::kNotFound,
+          fmt::format("'{}' holds no scans: it was cut off before its first message", path_));
+    }
     if (!has_pending_) {
       throw Error(
           ErrorKind::kNotFound,

@@ -102,6 +102,7 @@ constexpr std::int32_t kSameRidge = 2;
 
 void Ridges::reserve(const cv::Size& size, StripeAxis axis) {
   const bool is_down = axis == StripeAxis::kColumns;
+  lines_.clear();  // Nothing of the last image is copied.
   lines_.resize(static_cast<std::size_t>(is_down ? size.width : size.height));
   hits_.resize(static_cast<std::size_t>(size.width) + 1);
   rises_.resize(hits_.size());

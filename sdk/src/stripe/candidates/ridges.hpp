@@ -40,7 +40,7 @@ class Ridges {
   /// @param image CV_8UC1 or CV_16UC1. @param least_dn of a rise, 1 or more.
   void find(const cv::Mat& image, StripeAxis axis, int distance_px, int least_dn);
 
-  /// In no order.
+  /// In no order. Precondition: `find`.
   std::span<const Ridge> of_line(int line) const noexcept {
     const Line& l = lines_[static_cast<std::size_t>(line)];
     return {l.ridges.data(), l.count};
