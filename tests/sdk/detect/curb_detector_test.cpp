@@ -185,7 +185,7 @@ TEST(CurbDetector, GrassAtTheRoadsLevelIsNoCurb) {
 }
 
 // Blades of 5 cm: only their tips are seen, which are level by chance in a tenth of the scans.
-// Where the shortest is 2 cm, they are level more often: 2.4 %, and two standard errors. Of 60
+// Tips of other heights begin tracks of their own, which the blades beside them refute. Of 60
 // streets as many may be called by chance as one run in 30 has at the rate that is allowed.
 TEST(CurbDetector, GrassOfFiveCentimetresIsNoCurb) {
   for (const double low_m : {0.0, 0.02}) {
@@ -201,8 +201,7 @@ TEST(CurbDetector, GrassOfFiveCentimetresIsNoCurb) {
     const int called = sure(said_of(street, false));
     std::cout << "grass of " << low_m << " to " << high_m << " m called a curb: " << called
               << " of " << kTrials << "\n";
-    const int of_2000 = low_m == 0.0 ? 40 : 61;
-    EXPECT_LE(called, kTrials < 2000 ? std::min(3, of_2000) : of_2000);
+    EXPECT_LE(called, kTrials < 2000 ? 3 : 40);
   }
 }
 

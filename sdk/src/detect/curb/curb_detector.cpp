@@ -91,6 +91,7 @@ struct CurbDetector::Impl {
   Tracked* owner_of(const CurbFinding& finding);
   double overgrown_at(double lateral_m) const;
   void hit(Tracked& one, const CurbFinding& finding, const CurbView& view);
+  const CurbFinding* finding_beside(const Tracked& one, const CurbView& view) const;
   void look_for_unseen(const CurbView& view, double way_m);
   bool is_clearly_absent(const Tracked& one, const CurbView& view) const;
   void forget();
@@ -252,10 +253,27 @@ bool CurbDetector::Impl::is_clearly_absent(const Tracked& one, const CurbView& s
   return seen.from_m < lateral - margin && seen.to_m > lateral + margin;
 }
 
+// What is found where a track is, and is not its own; null where there is nothing.
+const CurbFinding* CurbDetector::Impl::finding_beside(const Tracked& one,
+                                                      const CurbView& seen) const {
+  const CurbFinding* nearest = nullptr;
+  double nearest_m = kSameVerge_m;
+  for (const CurbFinding& finding : seen.findings) {
+    const double apart_m = std::abs(finding.lateral_m - one.path.lateral_m());
+    if (!(apart_m < nearest_m)) continue;
+    nearest_m = apart_m;
+    nearest = &finding;
+  }
+  return nearest;
+}
+
 void CurbDetector::Impl::look_for_unseen(const CurbView& seen, double step_m) {
   for (Tracked& one : tracked) {
     if (one.is_seen) continue;
     one.hidden_m += step_m;
+    if (const CurbFinding* const other = finding_beside(one, seen)) {
+      one.what.see_beside(*other, step_m);
+    }
     if (!is_clearly_absent(one, seen)) continue;
     one.what.miss(one.hidden_m, options.object_length_m);
     one.hidden_m = 0.0;

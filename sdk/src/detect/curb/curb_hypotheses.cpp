@@ -71,6 +71,10 @@ void CurbHypotheses::hit(const CurbFinding& seen, double way_m, double object_le
   take_growth(seen, 1.0 - std::exp(-way_m / kAlike_m));
 }
 
+void CurbHypotheses::see_beside(const CurbFinding& other, double way_m) noexcept {
+  if (other.overgrown_log_odds > 0.0) take_growth(other, 1.0 - std::exp(-way_m / kAlike_m));
+}
+
 // Where a scan is sure that it is overgrown it says nothing of what else it were.
 void CurbHypotheses::take_kinds(const CurbFinding& seen, double share) noexcept {
   constexpr double kLeast = 1e-9;

@@ -18,6 +18,8 @@ class CurbHypotheses {
   void hit(const CurbFinding& seen, double way_m, double object_length_m) noexcept;
   /// It was not there, though nothing hid it.
   void miss(double way_m, double object_length_m) noexcept;
+  /// Something else is found at its place, a way later: where that is overgrown, so is this.
+  void see_beside(const CurbFinding& other, double way_m) noexcept;
 
   double probability_of(CurbKind kind) const noexcept;
   /// That it is a curb, up or down.
