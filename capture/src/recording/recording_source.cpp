@@ -198,7 +198,10 @@ NextStatus RecordingSource::next(Frame& frame, std::chrono::milliseconds timeout
   }
   if (state_->options.is_realtime) {
     const NextStatus status = state_->wait_until_due(frame, end);
-    if (status == NextStatus::kTimeout) state_->waiting = std::move(frame);
+    if (status == NextStatus::kTimeout) {
+      state_->waiting = std::move(frame);
+      return status;
+    }
     if (status != NextStatus::kFrame) return status;
   }
   state_->counts.deliver_recorded(frame);
