@@ -31,7 +31,8 @@ class ScanPace {
     if (plane.breaks++ == 0) plane.first_break_s = passed_s;
   }
 
-  /// Empty where the tracks of every plane go on at most steps: a recording may have gaps.
+  /// What is wrong with them; empty where the tracks of every plane go on at half of its steps or
+  /// more: a recording may have gaps.
   std::string problem() const {
     for (const auto& [key, plane] : planes_) {
       if (2 * plane.breaks <= plane.steps) continue;
