@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <numeric>
 
 #include <ceres/solver.h>
@@ -81,18 +82,27 @@ JointWeights initial_weights(const Observations& observations, const JointOption
 }
 
 // The solver's log goes to stderr, and a library does not print: a failed step is no news, the
-// summary says how it ended. The level is the whole process's, so it is put back after the solve.
+// summary says how it ended. The level is the whole process's: the first of the solves that run at
+// the same time changes it, the last one puts it back.
 class QuietSolver {
  public:
-  QuietSolver() : before_(FLAGS_minloglevel) {
-    FLAGS_minloglevel = std::max(before_, static_cast<int>(google::GLOG_FATAL));
+  QuietSolver() {
+    const std::lock_guard lock(mutex);
+    if (running++ > 0) return;
+    before = FLAGS_minloglevel;
+    FLAGS_minloglevel = std::max(before, static_cast<int>(google::GLOG_FATAL));
   }
   QuietSolver(const QuietSolver&) = delete;
   QuietSolver& operator=(const QuietSolver&) = delete;
-  ~QuietSolver() { FLAGS_minloglevel = before_; }
+  ~QuietSolver() {
+    const std::lock_guard lock(mutex);
+    if (--running == 0) FLAGS_minloglevel = before;
+  }
 
  private:
-  int before_;
+  static inline std::mutex mutex;
+  static inline int running = 0;
+  static inline int before = 0;
 };
 
 // How far a solve goes: a robust one only has to tell the outliers, the last one gives the answer.

@@ -3,6 +3,7 @@
 // direction named, that good ones are not, that the split-half test passes where the model is right
 // and fails where it is not, and, over a few dozen calibrations, that the covariance is honest (the
 // hundreds are in monte_carlo_test.cpp).
+#include <glog/logging.h>
 #include <gmock/gmock.h>
 
 #include <striper/core/statistics.hpp>
@@ -200,6 +201,17 @@ TEST(CrossValidate, PassesWhereTheModelIsRight) {
   }
   // Mean of 8 sessions: 12 +- sqrt(2 * 12 / 8); halves of six boards are a little beyond linear.
   EXPECT_NEAR(nees, 12.0, 4.0 * std::sqrt(24.0 / kSessions));
+}
+
+TEST(CrossValidate, LeavesTheLevelOfTheSolversLogAsItWas) {
+  const SyntheticStriper striper = thinned();
+  const Observations observations = testing::varied_boards(striper, 12);
+  const JointSolution solution = solve_joint(observations, JointOptions{});
+  const int before = FLAGS_minloglevel;
+  for (int i = 0; i < 3; ++i) {
+    static_cast<void>(cross_validate(observations, solution, JointOptions{}, 4));
+    EXPECT_EQ(before, FLAGS_minloglevel);
+  }
 }
 
 TEST(CrossValidate, FailsWhereTheLensIsNotTheModels) {
