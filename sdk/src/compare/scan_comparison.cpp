@@ -139,6 +139,7 @@ double cauchy_weight(double residual_m, double scale_m) {
 // The errors' scale: at least what is stated, more while the poses are still far apart.
 double scale_of(const std::vector<Pair>& pairs) {
   std::vector<double> sizes;
+  sizes.reserve(pairs.size());
   for (const Pair& pair : pairs) sizes.push_back(std::abs(pair.residual_m) / pair.sigma_m);
   return std::max(1.0, robust_sigma(sizes));
 }
@@ -291,6 +292,7 @@ template <typename Value>
 std::vector<ComparisonBin> bins_of(const std::vector<ComparedReturn>& pairs, Value value) {
   constexpr std::size_t kBins = 20;  // Of 5 % of the returns each.
   std::vector<const ComparedReturn*> order;
+  order.reserve(pairs.size());
   for (const ComparedReturn& pair : pairs) order.push_back(&pair);
   std::sort(order.begin(), order.end(), [&](const ComparedReturn* a, const ComparedReturn* b) {
     return value(*a) < value(*b);
