@@ -76,7 +76,10 @@ stage_tsan() {
   run_tests tsan -L quick -LE device
 }
 
-stage_tidy() { configure_and_build tidy; }
+stage_tidy() {
+  cmake --preset tidy -B "$build/tidy"
+  tests/lint/tidy.sh "$build/tidy"
+}
 
 stage_slow() {
   configure_and_build release
