@@ -15,7 +15,7 @@ import subprocess
 import time
 import unittest
 
-from program import SOURCE_DIR, STRIPER, InScratch, scene_path, striper
+from program import SOURCE_DIR, STRIPER, InScratch, scene_path, slowed, striper
 
 SCENES = sorted(pathlib.Path(SOURCE_DIR, "data/scenes").glob("*.yaml"))
 
@@ -185,7 +185,7 @@ class Damaged(Recorded):
             recording = self.path(f"{moment}.mcap")
             recorder = subprocess.Popen([STRIPER, "record", f"sim:{scene}?realtime=yes", "-o", recording],
                                         stderr=subprocess.DEVNULL)
-            time.sleep(random.uniform(0.3, 2.0))
+            time.sleep(slowed(random.uniform(0.3, 2.0)))
             recorder.send_signal(signal.SIGKILL)
             recorder.wait()
             if not os.path.exists(recording) or os.path.getsize(recording) < 100:
@@ -198,7 +198,7 @@ class Damaged(Recorded):
             after = info(whole)
             self.assertIsNone(after["damage"])
             self.assertEqual(after["frames"], known["frames"])
-            self.assertLess(known["duration_s"], 3.0)
+            self.assertLess(known["duration_s"], slowed(3.0))
             saved += 1
         self.assertGreater(saved, moments // 3)
 

@@ -84,7 +84,7 @@ class Live(InScratch):
 
     def wait_for(self, what, seconds=30):
         """Until a function gives something; returns that."""
-        end = time.monotonic() + seconds
+        end = time.monotonic() + at_most(seconds)
         while not (found := what()):
             if time.monotonic() > end:
                 self.fail("it did not come")

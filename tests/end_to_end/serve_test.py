@@ -17,7 +17,7 @@ import time
 import unittest
 
 from gige_test import VirtualCamera, small_scene
-from program import STRIPER, SOURCE_DIR, InScratch, striper
+from program import STRIPER, SOURCE_DIR, InScratch, slowed, striper
 
 
 class Serve(InScratch):
@@ -148,7 +148,7 @@ class Signals(Serve):
         scans = 0
         for number in range(self.TIMES):
             program = self.start(self.source("realtime=yes&fps=200"), "--to", self.path("a.csv"), "--to", self.path("b.jsonl"))
-            time.sleep(random.uniform(0.0, 0.4))
+            time.sleep(slowed(random.uniform(0.0, 0.4)))
             self.end(program, signal.SIGTERM if number % 2 == 0 else signal.SIGINT)
             if os.path.exists(self.path("a.csv")) and os.path.exists(self.path("b.jsonl")):
                 scans += self.check_whole("a.csv", "b.jsonl")
