@@ -352,13 +352,14 @@ class Clients(Served):
         self.assertLess(self.memory_kb() - memory, 40_000)
         _, metrics, _ = self.get("/metrics")
         self.assertIn("striper_clients 6", metrics)
-        self.assertGreater(float(re.search(r"^striper_client_dropped_total (\S+)", metrics, re.M)[1]), 50)
+        dropped = float(re.search(r"^striper_client_dropped_total (\S+)", metrics, re.M)[1])
+        self.assertGreater(dropped, 50 if fps == 10 else 1)  # At few frames sockets hold most of six seconds.
         lazy[0].hear(15, lambda: any(one["op"] == "status" for one in lazy[0].statuses))
         self.assertIn("does not keep up", lazy[0].statuses[0]["message"])
         log = self.end()
         self.assertRegex(log, r"csv:\S+ finished, \d+ written, 0 lost")
         times = self.scan_times()
-        self.assertAlmostEqual((times[-1] - times[0]) * 10, len(times) - 1, delta=0.5)
+        self.assertAlmostEqual((times[-1] - times[0]) * fps, len(times) - 1, delta=0.5)
 
 
 
