@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <string>
 #include <string_view>
 #include <variant>
+
+#include <fmt/format.h>
 
 #include <striper/scan/polar_scan.hpp>
 
@@ -39,6 +43,15 @@ inline const ScanColumn* find_scan_column(std::string_view name) noexcept {
     if (column.name == name) return &column;
   }
   return nullptr;
+}
+
+/// Why that is no bearing in radians: more than a whole turn, however it was rounded, is another
+/// unit. Empty where it can be one.
+inline std::string problem_of_bearing(double bearing_rad) {
+  constexpr double kMost_rad = 6.3;
+  if (!(std::abs(bearing_rad) > kMost_rad)) return {};
+  return fmt::format("bearing_rad is {:g}, more than a whole turn: expected radians, not degrees",
+                     bearing_rad);
 }
 
 }  // namespace striper::detail

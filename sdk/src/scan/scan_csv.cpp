@@ -7,6 +7,7 @@
 
 #include <striper/scan/scan_csv.hpp>
 
+#include "scan/scan_columns.hpp"
 #include "scan/scan_table.hpp"
 
 namespace striper {
@@ -20,9 +21,6 @@ constexpr std::size_t kMostReturns = std::size_t{1} << 20;
 bool is_same_scan(const ScanRow& a, const ScanRow& b) {
   return a.frame == b.frame && a.time_s == b.time_s && a.laser == b.laser;
 }
-
-// A whole turn, however it was rounded: more is another unit.
-constexpr double kMostBearing_rad = 6.3;
 
 bool is_whole(double value) { return value == std::floor(value); }
 
@@ -60,11 +58,8 @@ bool ScanCsvReader::State::read_row() {
   if (!has_row) return false;
   Return& r = row.point;
   const bool has_range = !std::isnan(r.range_m);
-  if (std::abs(r.bearing_rad) > kMostBearing_rad) {
-    reader.input().refuse(
-        fmt::format("bearing_rad is {:g}, more than a whole turn: expected radians, not degrees",
-                    r.bearing_rad));
-  }
+  const std::string problem = detail::problem_of_bearing(r.bearing_rad);
+  if (!problem.empty()) reader.input().refuse(problem);
   if (!has_status) r.status = has_range ? ReturnStatus::kOk : ReturnStatus::kNoStripe;
   if (!has_sigma && has_range) r.sigma_m = options.sigma_m;
   if (!has_points && has_range) {

@@ -227,6 +227,8 @@ TEST(JsonlScans, WhatIsWrongIsNamedWithItsPlace) {
               HasSubstr("status is 'fine'"));
   EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"ok\"],\"u_px\":[1,2]}\n"),
               HasSubstr("u_px is '2 elements' - expected 1"));
+  EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"ok\"],\"bearing_rad\":[27.5]}\n"),
+              HasSubstr("a.jsonl:1: bearing_rad is 27.5, more than a whole turn"));
 }
 
 TEST(JsonlScans, LastLineThatWasCutOffIsLeftOut) {

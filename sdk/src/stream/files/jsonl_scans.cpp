@@ -104,7 +104,10 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
 
   bool number(std::string_view text) {
     if (is_in_array_ && column_ != nullptr) {
-      return detail::read_into(text, *column_, next_return()) || fail(text, "a number");
+      Return& r = next_return();
+      if (!detail::read_into(text, *column_, r)) return fail(text, "a number");
+      problem_ = detail::problem_of_bearing(r.bearing_rad);
+      return problem_.empty();
     }
     if (key_ == "laser") return detail::read_number(text, scan_->laser) || fail(text, "an index");
     if (key_ == "sequence") {
