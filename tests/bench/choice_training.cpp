@@ -16,8 +16,8 @@
 // The first forest says what is within 2.5 pixels or 1.2 widths of a stripe; the second one, what
 // is right as `ok` has it; the scatter forest, how much more than reckoned the position of a stripe
 // scatters. The rows of each must be written by a program that has those before it in it, and of
-// other scenes; those of scatter, by one whose scatter forest has no trees (fit with 0 of them);
-// and the second one's, last, by one with all of it.
+// other scenes; those of scatter, by one whose scatter forest says nothing (fit with 1 tree at rate
+// 0); and the second one's, last, by one with all of it.
 //
 // So were the present ones made, of images 1 for each room:
 //     first: rooms 1000 90, 1100 50 unknown, turned 1000 30, 1060 30 unknown; sessions 1000 12;
