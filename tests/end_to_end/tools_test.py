@@ -151,6 +151,8 @@ class Shape(Scene):
         for row in grid:
             self.assertAlmostEqual(float(row["y_m"]) / 0.005, round(float(row["y_m"]) / 0.005), 6)
         self.assertIn("gaps are filled", striper("capture", self.source, "--fill-gaps", "1", code=2).stderr)
+        for asked in (("--smooth", "line"), ("--average", "2"), ("--resample", "y=.1")):
+            self.assertIn("need --model", striper("capture", self.source, *asked, code=2).stderr)
 
     def test_a_scene_that_moves_is_refused(self):
         moving = self.path("moving")
@@ -204,6 +206,13 @@ class Verify(InScratch):
         for words in ("clearance 0.7", "z resolution", "k = 2", "z linearity", "latency", "passed"):
             self.assertIn(words, done.stderr)
         self.assertIn("expected M=SOURCE", self.verify(main, "--at", "far", code=2).stderr)
+        elsewhere = self.verify(main, "--distance", "1.5", "--at", "1.2=" + near, "--at", "1.9=" + far, code=1)
+        self.assertIn("failed: at 1.9 m the bias of 100", elsewhere.stderr)
+        self.assertFalse(json.loads(elsewhere.stdout)["passed"])
+        for few in (("--at", "1.2=" + near, "--at", "2=" + far), ("--distance", "1.5", "--at", "2=" + far)):
+            self.assertIn("expected --distance and two of these", self.verify(main, *few, code=2).stderr)
+        same = self.verify(main, "--distance", "1.5", "--at", "1.5=" + near, "--at", "2=" + far, code=2)
+        self.assertIn("expected a distance that no other target has", same.stderr)
 
     def test_a_step_and_a_pipe(self):
         wall, board, pipe = SCENE.split("objects:\n")[1].splitlines(keepends=True)

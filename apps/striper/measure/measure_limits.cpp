@@ -104,8 +104,8 @@ std::vector<std::string> MeasureLimits::verdicts() const {
     else if (limit.broken == 0)
       text += "kept";
     else
-      text += fmt::format("broken in {} of {} scans, by {:.6g} at worst", limit.broken,
-                          limit.measured, limit.worst);
+      text += fmt::format("broken in {} of {} scans, {:.6g} at worst", limit.broken, limit.measured,
+                          limit.worst);
     lines.push_back(text);
   }
   return lines;

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -157,7 +158,6 @@ class Verification {
       json["bias_m"] = mean_distance_m() - *arguments.distance_m;
       json["sigma_cal_m"] = sigma_cal_m_;
     }
-    json["passed"] = failures(arguments).empty();
     return json;
   }
 
@@ -177,8 +177,6 @@ class Verification {
     if (changes_ > 0)
       say(fmt::format("temporal noise: {:.3f} px mean change from scan to scan", temporal_px()));
     if (arguments.distance_m) say_bias(mean_distance_m() - *arguments.distance_m);
-    const std::string failed = failures(arguments);
-    say(failed.empty() ? std::string("passed") : "failed: " + failed);
   }
 
   std::string failures(const VerifyArguments& arguments) const {
@@ -270,8 +268,8 @@ void define(Command& command, VerifyArguments& arguments) {
       ->check(above_zero());
   command
       .add_option("--at", arguments.at,
-                  "The same target at another known distance, in frames of its own; with "
-                  "--distance and two of these: linearity")
+                  "The same target at another known distance, in frames of its own, held against "
+                  "it as --distance is; needs --distance and two of these: linearity")
       ->type_name("M=SOURCE")
       ->one_word_each();
   auto* const step = command
@@ -376,18 +374,43 @@ std::pair<double, std::string> distance_and_source(const std::string& text) {
   return {known_m, text.substr(equals + 1)};
 }
 
+// Three distances are the fewest that can be off a straight line, and each is another.
+void require_distances(const VerifyArguments& arguments) {
+  std::set<double> known;
+  if (arguments.distance_m) known.insert(*arguments.distance_m);
+  for (const std::string& text : arguments.at) {
+    if (!known.insert(distance_and_source(text).first).second) {
+      throw Error(ErrorKind::kUsage,
+                  fmt::format("--at {}: expected a distance that no other target has", text));
+    }
+  }
+  if (arguments.at.empty() || (arguments.distance_m && arguments.at.size() > 1)) return;
+  throw Error(ErrorKind::kUsage,
+              "--at: expected --distance and two of these at least: linearity is of three");
+}
+
 // All distances of which both is known: what they are and what they measure.
-std::vector<KnownDistance> known_distances(const VerifyArguments& arguments,
-                                           const Verification& main, const EventPort& events) {
-  std::vector<KnownDistance> distances;
-  if (arguments.distance_m) distances.push_back({*arguments.distance_m, main.mean_distance_m()});
+struct Distances {
+  std::vector<KnownDistance> known;
+  std::string failed;  // Of those in frames of their own.
+};
+
+Distances known_distances(const VerifyArguments& arguments, const Verification& main,
+                          const EventPort& events) {
+  Distances distances;
+  if (arguments.distance_m)
+    distances.known.push_back({*arguments.distance_m, main.mean_distance_m()});
   for (const std::string& text : arguments.at) {
     const auto [known_m, uri] = distance_and_source(text);
     Verification there;
     scan_all(arguments, uri, events, [&](ScanSpan scans, double) {
       for (const PolarScan& scan : scans) there.add(scan);
     });
-    distances.push_back({known_m, there.mean_distance_m()});
+    distances.known.push_back({known_m, there.mean_distance_m()});
+    VerifyArguments of_there = arguments;
+    of_there.distance_m = known_m;
+    const std::string failed = there.failures(of_there);
+    if (!failed.empty()) distances.failed += fmt::format("; at {:g} m {}", known_m, failed);
   }
   return distances;
 }
@@ -420,7 +443,7 @@ ExitCode verify(const VerifyArguments& arguments) {
     throw Error(ErrorKind::kUsage,
                 fmt::format("--min-fill {}: expected a part, 0 to 1", arguments.least_fill));
   }
-  for (const std::string& text : arguments.at) distance_and_source(text);
+  require_distances(arguments);
   const TerminalEvents events({"no_stripe", "stripe_seen"});  // StripeWatch says more.
   const auto model = std::make_shared<const StriperModel>(load_model(*arguments.scanner.model));
   Verification verification;
@@ -441,11 +464,15 @@ ExitCode verify(const VerifyArguments& arguments) {
       sheet.to_json(measuring_range(*model, 0), rate_hz, verification.distances_m());
   for (const std::string& line : sheet_lines(figures)) say(line);
   if (target.is_any()) say(target.line());
-  const nlohmann::json of_distances =
-      say_linearity(known_distances(arguments, verification, events.port()));
-  if (!target.is_any()) verification.say_result(arguments);
-  const bool is_right =
-      target.is_any() ? target.is_right() : verification.failures(arguments).empty();
+  const Distances distances = known_distances(arguments, verification, events.port());
+  const nlohmann::json of_distances = say_linearity(distances.known);
+  std::string failed = verification.failures(arguments) + distances.failed;
+  if (failed.starts_with("; ")) failed.erase(0, 2);
+  if (!target.is_any()) {
+    verification.say_result(arguments);
+    say(failed.empty() ? std::string("passed") : "failed: " + failed);
+  }
+  const bool is_right = target.is_any() ? target.is_right() : failed.empty();
   if (arguments.json) {
     nlohmann::json json = verification.result(arguments);
     json["sheet"] = figures;
