@@ -28,8 +28,8 @@ void add_shape_arguments(Command& command, ShapeArguments& arguments) {
       ->check(between(1, 10000));
   command
       .add_option("--smooth", arguments.smooth,
-                  "line: estimate every range again from its surface, never across an edge; "
-                  "default off")
+                  "line: estimate every range again from its surface, never across an edge; what "
+                  "lies off every surface becomes an outlier; default off")
       ->type_name("off|line")
       ->check(one_of({"off", "line"}));
   command
@@ -38,7 +38,8 @@ void add_shape_arguments(Command& command, ShapeArguments& arguments) {
       ->type_name("AXIS=STEP");
   command
       .add_option("--fill-gaps", arguments.fill_gaps_m,
-                  "With --resample: fill gaps up to so many metres (status filled)")
+                  "With --resample: fill gaps up to so many metres (status filled; tables have "
+                  "them with --doubtful)")
       ->type_name("M")
       ->check(above_zero());
 }

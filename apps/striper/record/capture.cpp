@@ -260,6 +260,10 @@ class CaptureRun {
 
   HeadScanner make(const SourceInfo& source, const EventPort& port) {
     const ScannerSetup setup = scanner_setup(arguments_.scanner, source, port);
+    if (!setup.model && arguments_.shape.options().is_any()) {
+      throw Error(ErrorKind::kUsage,
+                  "--average, --smooth and --resample change ranges: they need --model");
+    }
     Scanner scanner = make_scanner(setup);
     watch_.emplace(arguments_.scanner, setup);
     if (source.is_live) say(source.description);  // What was chosen where the address is silent.
