@@ -26,4 +26,4 @@ for ((k = 0; k < all; ++k)); do
 done | xargs -P "$jobs" -L 1 bash -c '
   echo "[$1] $2"
   clang-tidy -p "$0" --quiet "$2" 2> >(grep -v "warnings* generated\.$" >&2) || exit 255
-' "$build"
+' "$build" || exit 1 # xargs says 124, which would mean that the time was up.
