@@ -134,6 +134,9 @@ class Curb(InScratch):
         striper("curb", self.path("none.csv"), "-o", kept, code=1)
         done = striper("curb", table, "-o", self.path("same.svg"), "--plot", self.path("same.svg"), code=2)
         self.assertIn("written twice", done.stderr)
+        for command in ("curb", "objects"):
+            done = striper(command, table, "-o", kept, code=2)
+            self.assertIn("holds no table of this kind: it is not overwritten", done.stderr)
         for file, before in ((table, text), (kept, "of before\n")):
             with open(file, encoding="utf-8") as now:
                 self.assertEqual(now.read(), before)

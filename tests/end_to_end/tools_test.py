@@ -104,8 +104,32 @@ class Tools(Scene):
         self.assertEqual((row["tool"], row["status"], row["points"]), ("wall.line.distance", "ok", "81"))
         self.assertAlmostEqual(float(row["value"]), 2.0, 6)
         self.assertEqual(row["sigma_cal"], "")
-        none = striper("measure", table, "--tool", "wall:line")
-        self.assertIn("few_points", none.stdout)
+        none = striper("measure", table, "--tool", "wall:line", code=2)
+        self.assertIn("say how good they are by --sigma M", none.stderr)
+
+    @staticmethod
+    def bytes_of(path):
+        with open(path, "rb") as file:
+            return file.read()
+
+    def test_files_that_are_something_else_stay(self):
+        scans = self.path("scans.csv")
+        striper("capture", self.source, "--model", self.model, "-o", scans)
+        guidance = self.write("guidance.yaml", "striper_guidance: 1\n")
+        picture = self.write("photo.svg", b"\x89PNG\r\n")
+        for option, name, words in (("-o", guidance, "holds no table of this kind"),
+                                    ("--plot", guidance, "name a FILE.svg"), ("--plot", picture, "holds no SVG"),
+                                    ("--plot", self.path("none", "m.svg"), "there is no folder")):
+            kept = self.bytes_of(name) if os.path.exists(name) else None
+            run = striper("measure", scans, "--model", self.model, *TOOLS, option, name, code=None)
+            self.assertNotEqual(run.returncode, 0)
+            self.assertIn(words, run.stderr)
+            self.assertEqual(run.stdout, "")
+            if kept is not None:
+                self.assertEqual(self.bytes_of(name), kept)
+        for _ in range(2):  # Its own are replaced.
+            striper("measure", scans, "--model", self.model, *TOOLS, "-o", self.path("m.csv"), "--plot",
+                    self.path("m.svg"))
 
     def test_nonsense_is_refused(self):
         for arguments, code, words in (
@@ -150,9 +174,30 @@ class Shape(Scene):
         grid = self.capture("--resample", "y=0.005", "--frames", "1")
         for row in grid:
             self.assertAlmostEqual(float(row["y_m"]) / 0.005, round(float(row["y_m"]) / 0.005), 6)
+        self.assertWhatCameOut()
         self.assertIn("gaps are filled", striper("capture", self.source, "--fill-gaps", "1", code=2).stderr)
         for asked in (("--smooth", "line"), ("--average", "2"), ("--resample", "y=.1")):
             self.assertIn("need --model", striper("capture", self.source, *asked, code=2).stderr)
+
+    def assertWhatCameOut(self):
+        """The counts are of the scans that were written, by capture and by convert."""
+        source = ("capture", self.source, "--model", self.model)
+        raw = self.path("raw.csv")
+        striper(*source, "-o", raw)
+        for command in (source, ("convert", raw, "-m", self.model)):
+            table = self.path("mean.csv")
+            done = striper(*command, "--average", "2", "--smooth", "line", "-o", table, "--doubtful", "--json")
+            with open(table) as file:
+                rows = [row for row in csv.DictReader(file)]
+            summary = json.loads(done.stdout)
+            shaped = summary["shaped"]
+            self.assertEqual((shaped["scans"], shaped["incomplete"], shaped["moved"]), (2, 1, 0))
+            for status in ("ok", "outlier"):
+                self.assertEqual(shaped["returns"][status], sum(row["status"] == status for row in rows))
+            self.assertEqual((summary.get("outputs") if command is source else summary["sinks"])[0]["written"], 2)
+            self.assertIn("returns as they were written: ", done.stderr)
+            self.assertIn("1 mean of fewer scans than --average asks for", done.stderr)
+            self.assertRegex(done.stderr, "wrote 2 scans" + (f", {len(rows)} lines" if command is source else ""))
 
     def test_a_scene_that_moves_is_refused(self):
         moving = self.path("moving")
@@ -165,6 +210,9 @@ class Shape(Scene):
             os.rename(self.path(f"part{k}", name), os.path.join(moving, f"{k}.png"))
         done = striper("capture", "images:" + moving, "--model", self.model, "--average", "2", "-o",
                        self.path("moved.csv"), code=3)
+        self.assertIn("most of what is seen moves", done.stderr)
+        striper("capture", "images:" + moving, "--model", self.model, "-o", self.path("raw.csv"))
+        done = striper("convert", self.path("raw.csv"), "--average", "2", "-o", self.path("moved.csv"), code=3)
         self.assertIn("most of what is seen moves", done.stderr)
 
 
@@ -220,7 +268,13 @@ class Verify(InScratch):
         board = board.replace("[1.725, -0.3, 0.5]", "[1.725, -0.8, 0.5]").replace("[0.05, 0.5, 2]", "[0.05, 1.6, 2]")
         step = self.simulate("step", head + wall + board, 2)
         self.assertAlmostEqual(json.loads(self.verify(step, "--step", "0.3").stdout)["target"]["measured_m"], 0.3, 3)
-        self.assertFalse(json.loads(self.verify(step, "--step", "0.31", code=1).stdout)["passed"])
+        off = self.verify(step, "--step", "0.31", code=1)
+        self.assertFalse(json.loads(off.stdout)["passed"])
+        self.assertRegex(off.stderr, "failed: the step's error of -(9|10).* mm is beyond three sigmas")
+        none = self.verify(self.wall(1.5), "--step", "0.3", code=1)
+        self.assertIn("failed: the step is found in 0 of 6 scans (6: ", none.stderr)
+        self.assertEqual(len(json.loads(none.stdout)["failures"]), 1)
+        self.assertIn("--distance", self.verify(step, "--step", "0.3", "--distance", "2", code=2).stderr)
         alone = self.simulate("pipe", head + pipe.replace("radius_m: 0.1", "radius_m: 0.2"), 2)
         # Where a surface turns away the stripe lies 0.1 mm off, which the bars of two scans do not have.
         target = json.loads(self.verify(alone, "--radius", "0.2", code=None).stdout)["target"]

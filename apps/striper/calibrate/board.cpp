@@ -12,6 +12,7 @@
 #include <striper/core/error.hpp>
 #include <striper/core/whole_file.hpp>
 
+#include "program/plot_file.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 
@@ -118,6 +119,7 @@ std::string paper_needed(const BoardArguments& arguments, const Eigen::Vector2d&
 }
 
 ExitCode write_board(const BoardArguments& arguments) {
+  if (arguments.output != "-") require_plot_file("--output", arguments.output);
   const Board board = parse_board(arguments.size, square_that_fits(arguments));
   const std::string svg = board_svg(board);
   if (arguments.output == "-") {

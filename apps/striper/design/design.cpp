@@ -10,11 +10,11 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/units.hpp>
-#include <striper/core/whole_file.hpp>
 
 #include "design/design_source.hpp"
 #include "design/design_text.hpp"
 #include "options/option_bounds.hpp"
+#include "program/plot_file.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 #include "run/summary.hpp"
@@ -202,14 +202,14 @@ ExitCode run_design(const DesignArguments& arguments) {
     fmt::print("{}", paper_text());
     return ExitCode::kDone;
   }
+  require_plot_file("--plot", arguments.plot);
   const DesignFigures figures(design_of(arguments));
   const std::vector<double> ranges_m =
       arguments.ranges_m.empty() ? std::vector<double>{1.0, 2.0, 4.0} : arguments.ranges_m;
   if (arguments.plot) {
     if (std::isnan(figures.near_m()))
       throw Error(ErrorKind::kBadValue, "the laser plane is not in the image: nothing to plot");
-    write_file_atomically(*arguments.plot, design_svg(figures));
-    say(fmt::format("wrote {}", *arguments.plot));
+    write_plot_file(*arguments.plot, design_svg(figures));
   }
   if (arguments.json)
     print_json(design_json(figures, ranges_m));

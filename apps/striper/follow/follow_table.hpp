@@ -8,10 +8,12 @@
 
 #include <striper/core/csv_table.hpp>
 
+#include "options/own_files.hpp"
+
 namespace striper::program {
 
 /// The table of what is found, if one is wanted. It is begun with the first scan: what fails before
-/// leaves an older table as it is.
+/// leaves an older table as it is. @throws Error{kUsage} where the file is there and is none.
 template <typename Line>
 class FollowTable {
  public:
@@ -19,7 +21,9 @@ class FollowTable {
       : file_(std::move(file)), columns_(columns) {}
 
   void begin() {
-    if (file_ && !table_) table_.emplace(*file_, columns_);
+    if (!file_ || table_) return;
+    require_replaceable_table(*file_, columns_);
+    table_.emplace(*file_, columns_);
   }
   void add(const Line& line) {
     if (table_) table_->add(line);

@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <set>
 #include <string>
@@ -13,7 +12,6 @@
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
 #include <striper/core/units.hpp>
-#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/motion/odometer.hpp>
 #include <striper/motion/odometer_csv.hpp>
@@ -24,6 +22,7 @@
 #include "options/option_bounds.hpp"
 #include "options/own_files.hpp"
 #include "options/sink_arguments.hpp"
+#include "program/plot_file.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 #include "run/summary.hpp"
@@ -64,18 +63,6 @@ class WheelMotion {
   bool is_more_ = true;
 };
 
-// Whether any range is there, and any says how good it is.
-void complete(PolarScan& scan, double sigma_m, FollowCounts& counts) {
-  bool is_any = false;
-  bool is_known = false;
-  for (Return& r : scan.returns) {
-    if (!std::isfinite(r.sigma_m)) r.sigma_m = sigma_m;
-    is_any = is_any || std::isfinite(r.range_m);
-    is_known = is_known || std::isfinite(r.sigma_m);
-  }
-  counts.without_sigma += is_any && !is_known ? 1 : 0;
-}
-
 /// Whoever --to names: they hear of a head before its first scan.
 class FollowSinks {
  public:
@@ -112,14 +99,11 @@ class FollowSinks {
   std::set<std::string, std::less<>> heads_;
 };
 
-void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCounts& counts) {
+void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCounts& counts,
+                              const RangeSigmas& sigmas) {
   if (counts.scans == 0)
     throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", arguments.scans));
-  if (counts.without_sigma == counts.scans)
-    throw Error(ErrorKind::kUsage,
-                fmt::format("the ranges of {} come without sigma_m, so no error bar can be told: "
-                            "say how good they are by --sigma M, metres",
-                            arguments.scans));
+  sigmas.require_any(arguments.scans);
   if (counts.without_motion == counts.scans)
     throw Error(ErrorKind::kBadFile,
                 fmt::format("{} says nothing at the times of {}: expected both on one clock, "
@@ -128,9 +112,6 @@ void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCoun
 }
 
 void require_outputs(const FollowArguments& arguments) {
-  if (arguments.plot && std::filesystem::path(*arguments.plot).extension() != ".svg")
-    throw Error(ErrorKind::kUsage,
-                fmt::format("--plot '{}': plots are SVG; name a FILE.svg", *arguments.plot));
   std::vector<std::string> read{SourceUri::parse(arguments.scans).path()};
   for (const auto& file : {arguments.model, arguments.odometer})
     if (file) read.push_back(*file);
@@ -139,12 +120,7 @@ void require_outputs(const FollowArguments& arguments) {
   for (const auto& file : {arguments.output, arguments.plot})
     if (file) written.push_back(*file);
   require_own_files(read, written);
-  if (arguments.plot) {
-    const auto folder = std::filesystem::absolute(*arguments.plot).parent_path();
-    if (!std::filesystem::is_directory(folder))
-      throw Error(ErrorKind::kIo, fmt::format("--plot '{}': there is no folder {}", *arguments.plot,
-                                              folder.string()));
-  }
+  require_plot_file("--plot", arguments.plot);
 }
 
 }  // namespace
@@ -208,9 +184,7 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
   command.add_option("--frames", arguments.frames, "Stop after so many scans")
       ->type_name("N")
       ->check(above_zero());
-  command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
-      ->type_name("M")
-      ->check(between(1e-6, 1.0));
+  add_sigma_option(command, arguments.sigma_m);
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
   return odometer;
 }
@@ -228,13 +202,14 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
   if (arguments.odometer) wheel.emplace(*arguments.odometer, arguments.counts_per_m);
   Progress progress("scans", std::nullopt);
   FollowCounts counts;
+  RangeSigmas sigmas(arguments.sigma_m);
   ScanPace pace;
   PolarScan scan;
   while (counts.scans < arguments.frames && !stop_requested()) {
     const NextStatus status = source->next(scan, std::chrono::milliseconds(100));
     if (status == NextStatus::kTimeout) continue;
     if (status != NextStatus::kFrame) break;
-    complete(scan, arguments.sigma_m, counts);
+    sigmas.complete(scan);
     pace.add(scan);
     const auto motion = wheel ? wheel->at(scan.time.seconds()) : std::nullopt;
     counts.without_motion += wheel && !motion ? 1 : 0;
@@ -245,15 +220,12 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
   sinks.finish();
   say_loss(*source);
   if (const std::string broken = pace.problem(); !broken.empty()) say(broken);
-  refuse_what_says_nothing(arguments, counts);
+  refuse_what_says_nothing(arguments, counts, sigmas);
   return counts;
 }
 
 void write_plot(const FollowArguments& arguments, const std::function<std::string()>& svg) {
-  if (arguments.plot) {
-    write_file_atomically(*arguments.plot, svg());
-    say(fmt::format("wrote {}", *arguments.plot));
-  }
+  if (arguments.plot) write_plot_file(*arguments.plot, svg());
   if (arguments.output) say(fmt::format("wrote {}", *arguments.output));
 }
 

@@ -14,6 +14,7 @@
 #include <striper/scan/polar_scan.hpp>
 #include <striper/stream/scan_bus.hpp>
 
+#include "options/range_sigmas.hpp"
 #include "program/command.hpp"
 
 namespace striper::program {
@@ -26,7 +27,7 @@ struct FollowArguments {
   std::vector<std::string> sinks;
   std::optional<std::string> plot;
   std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
-  double sigma_m = std::numeric_limits<double>::quiet_NaN();
+  double sigma_m = kNoSigma_m;
   std::optional<double> up_deg;
   std::optional<std::string> odometer;
   double speed_m_s = CurbDetectorOptions{}.speed_m_s;  ///< Where there is no odometer.
@@ -44,7 +45,6 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
 
 struct FollowCounts {
   std::uint64_t scans = 0;
-  std::uint64_t without_sigma = 0;   ///< Scans of which no return says how good it is.
   std::uint64_t without_motion = 0;  ///< Scans of which the odometer says nothing.
 };
 

@@ -17,11 +17,12 @@
 #include <striper/compare/scan_comparison.hpp>
 #include <striper/core/error.hpp>
 #include <striper/core/units.hpp>
-#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/scans/open_scans.hpp>
 
 #include "options/option_bounds.hpp"
+#include "options/range_sigmas.hpp"
+#include "program/plot_file.hpp"
 #include "program/program.hpp"
 #include "program/svg_chart.hpp"
 #include "program/terminal.hpp"
@@ -36,7 +37,7 @@ struct CompareArguments {
   std::optional<std::string> reference;
   std::optional<std::string> model;
   int frames = 50;
-  double sigma_m = std::numeric_limits<double>::quiet_NaN();
+  double sigma_m = kNoSigma_m;
   bool repeat = false;
   bool reference_offset = false;
   double reference_quantum_m = 0.0;
@@ -72,9 +73,7 @@ void define(Command& command, CompareArguments& arguments) {
   command.add_option("--frames", arguments.frames, "How many scans of a source that does not end")
       ->type_name("N")
       ->check(above_zero());
-  command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
-      ->type_name("M")
-      ->check(between(0.0, 1.0));
+  add_sigma_option(command, arguments.sigma_m);
   command.add_flag("--repeat", arguments.repeat, "Compare each scan with the next")
       ->excludes(reference);
   command.add_flag("--reference-offset", arguments.reference_offset,
@@ -100,14 +99,13 @@ std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments
                                ? static_cast<std::size_t>(arguments.frames)
                                : std::numeric_limits<std::size_t>::max();
   std::vector<PolarScan> scans;
+  RangeSigmas sigmas(arguments.sigma_m);
   PolarScan scan;
   while (scans.size() < most && !stop_requested()) {
     const NextStatus status = source->next(scan, std::chrono::milliseconds(100));
     if (status == NextStatus::kTimeout) continue;
     if (status != NextStatus::kFrame) break;
-    for (Return& one : scan.returns) {
-      if (!std::isfinite(one.sigma_m)) one.sigma_m = arguments.sigma_m;
-    }
+    sigmas.complete(scan);
     scans.push_back(scan);
   }
   if (stop_requested() && scans.size() < 2) throw Error(ErrorKind::kDevice, "interrupted");
@@ -244,17 +242,16 @@ SvgChart differences_of(const ScanComparison& found) {
 }
 
 ExitCode compare_with_reference(const CompareArguments& arguments) {
+  require_plot_file("--plot", arguments.plot);
   const std::vector<PolarScan> scans = read_scans(arguments.scans, arguments);
   const PolarScan reference = read_scans(*arguments.reference, arguments).front();
   CompareOptions options;
   options.reference_offset = arguments.reference_offset;
   options.reference_quantum_m = arguments.reference_quantum_m;
   const ScanComparison found = compare_scans(scans, reference, options);
-  if (arguments.plot) {
-    write_file_atomically(*arguments.plot, svg_of({plot_of(scans.front(), reference, found.pose),
-                                                   differences_of(found)}));
-    say(fmt::format("wrote {}", *arguments.plot));
-  }
+  if (arguments.plot)
+    write_plot_file(*arguments.plot,
+                    svg_of({plot_of(scans.front(), reference, found.pose), differences_of(found)}));
   if (arguments.json)
     print_json(to_json(found));
   else

@@ -16,7 +16,6 @@
 
 #include <striper/capture/source_uri.hpp>
 #include <striper/core/error.hpp>
-#include <striper/core/whole_file.hpp>
 #include <striper/model/model_yaml.hpp>
 #include <striper/profile/measurement_csv.hpp>
 #include <striper/profile/tools.hpp>
@@ -27,6 +26,8 @@
 #include "measure/measure_plot.hpp"
 #include "options/option_bounds.hpp"
 #include "options/own_files.hpp"
+#include "options/range_sigmas.hpp"
+#include "program/plot_file.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 #include "program/terminal_events.hpp"
@@ -43,7 +44,7 @@ struct MeasureArguments {
   std::optional<std::string> output;
   std::optional<std::string> plot;
   std::uint64_t frames = std::numeric_limits<std::uint64_t>::max();
-  double sigma_m = std::numeric_limits<double>::quiet_NaN();
+  double sigma_m = kNoSigma_m;
   bool json = false;
 };
 
@@ -70,7 +71,12 @@ constexpr const char* kHelp =
     "Each scan gives a line for each row: "
     "frame,time_s,tool,value,sigma,sigma_cal,unit,points,status.\n"
     "sigma is the random error of this scan, and gets smaller by averaging; sigma_cal is the\n"
-    "calibration's, alike in all scans, and does not; it needs a model with a covariance. Where\n"
+    "calibration's, alike in all scans, and does not; it needs a model with a covariance. Where a\n"
+    "surface ends between two columns is known to a column / sqrt(12): that part of the sigma of "
+    "a\n"
+    "width, a gap and a flush stays while the scene stands still. Noise alone makes a "
+    "straightness\n"
+    "of two to three of its sigmas. Where\n"
     "there is no value the status says why: no_line (not straight, or not a circle), few_points,\n"
     "ambiguous (several surfaces there, of similar size), outside (the end that is measured is "
     "not\n"
@@ -113,9 +119,7 @@ void define(Command& command, MeasureArguments& arguments) {
   command.add_option("--frames", arguments.frames, "Stop after so many scans")
       ->type_name("N")
       ->check(above_zero());
-  command.add_option("--sigma", arguments.sigma_m, "Error of ranges that come without one, metres")
-      ->type_name("M")
-      ->check(between(1e-6, 1.0));
+  add_sigma_option(command, arguments.sigma_m);
   command.add_flag("--json", arguments.json, "A summary for programs on the standard output");
   command.footer(kHelp);
 }
@@ -174,6 +178,7 @@ nlohmann::json json_of(const RowSummary& row) {
 // What all scans came to; outlives the sink, which is the bus's.
 struct MeasureResult {
   MeasureLimits limits;
+  RangeSigmas sigmas;
   std::uint64_t scans = 0;
   std::map<std::string, RowSummary> rows;
   std::optional<MeasurePlot> plot;  // Where one is asked for.
@@ -186,7 +191,7 @@ class MeasureSink : public ScanSink {
 
   MeasureSink(const MeasureArguments& arguments, std::shared_ptr<MeasureResult> result,
               EventPort events)
-      : sigma_m_(arguments.sigma_m), result_(std::move(result)), events_(std::move(events)) {
+      : result_(std::move(result)), events_(std::move(events)) {
     for (const std::string& text : arguments.tools) tools_.push_back(parse_measure_tool(text));
     const std::vector<std::string> rows = Measurer(tools_).rows();  // Refuses names that are twice.
     result_->limits.require_rows(rows);
@@ -201,8 +206,7 @@ class MeasureSink : public ScanSink {
 
   void write(const PolarScan& scan) override {
     scan_ = scan;
-    for (Return& r : scan_.returns)
-      if (!std::isfinite(r.sigma_m)) r.sigma_m = sigma_m_;
+    result_->sigmas.complete(scan_);
     if (result_->plot) result_->plot->add(scan_, model_.get());
     for (const Measurement& m : measurer_->measure(scan_)) {
       if (result_->plot) result_->plot->add(m, scan.sequence);
@@ -219,7 +223,6 @@ class MeasureSink : public ScanSink {
   }
 
  private:
-  double sigma_m_;
   std::shared_ptr<MeasureResult> result_;
   EventPort events_;
   std::vector<MeasureTool> tools_;
@@ -275,12 +278,14 @@ void require_outputs(const MeasureArguments& arguments) {
   for (const auto& file : {arguments.output, arguments.plot})
     if (file) written.push_back(*file);
   require_own_files(read, written);
+  if (arguments.output) require_replaceable_table(*arguments.output, measurement_columns());
+  require_plot_file("--plot", arguments.plot);
 }
 
 ExitCode measure(const MeasureArguments& arguments) {
   const TerminalEvents events;
-  const auto result =
-      std::make_shared<MeasureResult>(MeasureResult{MeasureLimits(arguments.limits), 0, {}, {}});
+  const auto result = std::make_shared<MeasureResult>(
+      MeasureResult{MeasureLimits(arguments.limits), RangeSigmas(arguments.sigma_m), 0, {}, {}});
   if (arguments.plot) result->plot.emplace();
   require_outputs(arguments);
   std::shared_ptr<const StriperModel> model;
@@ -297,13 +302,11 @@ ExitCode measure(const MeasureArguments& arguments) {
   if (bus.failure()) std::rethrow_exception(bus.failure());
   if (result->scans == 0)
     throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", arguments.scans));
+  result->sigmas.require_any(arguments.scans);
   say(fmt::format("measured {}", count(result->scans, "scan")));
   say_rows(result->rows);
   for (const std::string& line : result->limits.verdicts()) say(line);
-  if (arguments.plot) {
-    write_file_atomically(*arguments.plot, result->plot->svg());
-    say(fmt::format("wrote {}", *arguments.plot));
-  }
+  if (arguments.plot) write_plot_file(*arguments.plot, result->plot->svg());
   if (arguments.json) print_json(summary_of(*result, events));
   return result->limits.are_kept() ? ExitCode::kDone : ExitCode::kFailed;
 }

@@ -65,8 +65,9 @@ MeasuringRange measuring_range(const StriperModel& model, int laser) {
   MeasuringRange range{kNan, kNan, kNan, kNan};
   for (int across = 0; across < size; ++across) {
     const double here = point(0.5 * (lines - 1), across).range_m();
+    const double before = point(0.5 * (lines - 1), across - 0.5).range_m();
     const double next = point(0.5 * (lines - 1), across + 0.5).range_m();
-    if (!(std::abs(next - here) <= kMostStep * here)) continue;
+    if (!(std::max(std::abs(next - here), std::abs(before - here)) <= kMostStep * here)) continue;
     if (!(here >= range.clearance_m)) {
       range.clearance_m = here;
       range.width_near_m = width(across);

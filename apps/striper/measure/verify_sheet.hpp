@@ -14,7 +14,7 @@ namespace striper::program {
 /// What data sheets of laser profilers say of a model alone.
 struct MeasuringRange {
   double clearance_m;   ///< Nearest range on the middle scan line.
-  double far_m;         ///< Farthest where half a pixel is at most a tenth of the range.
+  double far_m;         ///< Farthest where half a pixel to either side is at most a tenth of it.
   double width_near_m;  ///< Across the image at the nearest,
   double width_far_m;   ///< and at the farthest.
 };

@@ -44,16 +44,4 @@ void add_shape_arguments(Command& command, ShapeArguments& arguments) {
       ->check(above_zero());
 }
 
-bool say_moved(const ShapeCounts& counts) {
-  const std::uint64_t moved = counts.moved;
-  if (moved == 0) return false;
-  const std::uint64_t all = moved + counts.still;
-  say(fmt::format("{} of {} returns moved while they were averaged: refused, status outlier", moved,
-                  all));
-  const bool is_most = 2 * moved > all;
-  if (is_most)
-    say("most of what is seen moves: --average is for a sensor and a scene that stand still");
-  return is_most;
-}
-
 }  // namespace striper::program

@@ -23,8 +23,4 @@ struct ShapeArguments {
 
 void add_shape_arguments(Command& command, ShapeArguments& arguments);
 
-/// Says how many returns were refused because they moved; true where those are most of them: then
-/// the sensor, or all that it sees, does not stand still.
-bool say_moved(const ShapeCounts& counts);
-
 }  // namespace striper::program

@@ -24,6 +24,7 @@
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 #include "program/terminal_events.hpp"
+#include "record/shaped_outputs.hpp"
 #include "run/frame_loop.hpp"
 #include "run/stripe_watch.hpp"
 #include "run/summary.hpp"
@@ -93,7 +94,6 @@ struct Capture {
   ScannerStatus scanner;
   ReturnCounts returns;
   std::vector<SinkReport> sinks;
-  bool is_shaped = false;  // Written are other scans than were made.
 };
 
 bool is_csv(const SinkUri& uri) { return uri.scheme() == "csv"; }
@@ -118,12 +118,14 @@ std::uint64_t lines_of(const SinkUri& uri, const ReturnCounts& returns) {
 }
 
 nlohmann::json summarize(const Capture& done, const StripeWatch& watch,
-                         const std::vector<SinkUri>& outputs, const TerminalEvents& events) {
+                         const std::vector<SinkUri>& outputs, const ShapedOutputs& shaped,
+                         const TerminalEvents& events) {
   nlohmann::json summary = to_json(done.read);
   summary["output"] = outputs.front().text();
   summary["outputs"] = to_json(done.sinks);
-  summary["lines"] = nullptr;
-  if (!done.is_shaped) summary["lines"] = lines_of(outputs.front(), done.returns);
+  summary["lines"] =
+      lines_of(outputs.front(), shaped.are_shaped() ? shaped.returns() : done.returns);
+  summary["shaped"] = shaped.to_json();
   summary["scans"] = done.scanner.counts.scans;
   summary["dark"] = done.scanner.counts.dark;
   summary["refused"] = done.scanner.counts.refused;
@@ -165,27 +167,27 @@ void say_decisions(const ScannerStatus& scanner, const TerminalEvents& events,
   }
 }
 
-void say_output(const SinkUri& uri, const SinkReport& sink, const Capture& done) {
+// @param returns  of the scans that were written.
+void say_output(const SinkUri& uri, const SinkReport& sink, const ReturnCounts& returns) {
   const bool is_whole = is_csv(uri) && sink.state == SinkReport::State::kFinished;
   std::string text = fmt::format("wrote {}", count(sink.written, "scan"));
-  if (done.is_shaped)
-    text += ", averaged, smoothed or resampled as asked";
-  else if (is_whole)
-    text += fmt::format(", {}", count(lines_of(uri, done.returns), "line"));
+  if (is_whole) text += fmt::format(", {}", count(lines_of(uri, returns), "line"));
   text += fmt::format(", to {}", uri.path() == "-" ? "the standard output" : sink.uri);
   if (sink.lost > 0) text += fmt::format("; {} lost", sink.lost);
   say(text);
 }
 
-void say_summary(const Capture& done, const std::vector<SinkUri>& outputs) {
+void say_summary(const Capture& done, const std::vector<SinkUri>& outputs,
+                 const ShapedOutputs& shaped) {
   say(fmt::format("read {}", describe(done.read)));
   if (const std::uint64_t refused = misfits(done); refused > 0) {
     say(fmt::format("refused {}: see above", count(refused, "frame")));
   }
   for (std::size_t i = 0; i < outputs.size(); ++i) {
-    say_output(outputs[i], done.sinks[i], done);
+    say_output(outputs[i], done.sinks[i], shaped.are_shaped() ? shaped.returns() : done.returns);
   }
   say(fmt::format("returns: {}", done.returns.describe()));
+  shaped.say_result();
   if (done.returns.of(ReturnStatus::kBehind) > done.returns.of(ReturnStatus::kOk)) {
     say(
         fmt::format("warning: {} stripes were found where the camera's rays meet the laser's plane "
@@ -299,27 +301,22 @@ ExitCode capture(const CaptureArguments& arguments) {
   if (outputs.front().path() == "-" && ::isatty(STDOUT_FILENO) == 1) show_no_progress();
   const TerminalEvents events = terminal_events(is_one);
   ScanBus bus(events.port());
-  const ShapeOptions shape = arguments.shape.options();
-  const auto shaped = std::make_shared<ShapeCounts>();
-  for (const SinkUri& uri : outputs)
-    bus.add(uri.text(), shaped_sink(open_sink(uri), shape, &uri == &outputs[0] ? shaped : nullptr));
+  const ShapedOutputs shaped(outputs, arguments.shape.options(), bus);
 
   CaptureRun run(arguments, events, bus);
   Capture done = run.run();
   bus.finish();
-  done.sinks = bus.sinks();
-  done.is_shaped = shape.is_any();
+  done.sinks = shaped.reports(bus);
   if (is_one && bus.failure()) std::rethrow_exception(bus.failure());
   require_frames(done.read, arguments.source);
 
-  say_summary(done, outputs);
-  const bool has_moved = say_moved(*shaped);
+  say_summary(done, outputs, shaped);
   say_decisions(done.scanner, events, do_dark_exposures_matter(arguments, done));
   run.watch().conclude();
-  if (arguments.json) print_json(summarize(done, run.watch(), outputs, events));
+  if (arguments.json) print_json(summarize(done, run.watch(), outputs, shaped, events));
   if (done.read.is_lost) leave_threads_behind();
   const bool is_clean = !done.read.has_failed() && misfits(done) == 0 && !bus.failure();
-  if (has_moved) return ExitCode::kUntrustworthy;
+  if (shaped.has_moved()) return ExitCode::kUntrustworthy;
   return is_clean ? ExitCode::kDone : ExitCode::kFailed;
 }
 

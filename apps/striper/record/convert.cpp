@@ -30,6 +30,7 @@
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 #include "program/terminal_events.hpp"
+#include "record/shaped_outputs.hpp"
 #include "run/summary.hpp"
 
 namespace striper::program {
@@ -188,6 +189,8 @@ struct Converted {
   std::uint64_t messages = 0;  // Of recordings that were copied.
   std::vector<SinkReport> sinks;
   std::vector<RecordingDamage> damages;
+  nlohmann::json shaped;  // ShapedOutputs.
+  bool has_moved = false;
   bool is_interrupted = false;
 };
 
@@ -283,8 +286,7 @@ void convert_scans(const ConvertArguments& arguments, const Part& part,
   const TerminalEvents events;
   const auto source = open(arguments, known, events.port());
   ScanBus bus(events.port());
-  const ShapeOptions shape = arguments.shape.options();
-  for (const SinkUri& uri : outputs) bus.add(uri.text(), shaped_sink(open_sink(uri), shape));
+  const ShapedOutputs shaped(outputs, arguments.shape.options(), bus);
   const bool is_counted = known && known->scans > 0;
   ScanConversion(*source, part, bus, done)
       .run(is_counted ? std::optional(known->scans) : std::nullopt);
@@ -296,8 +298,11 @@ void convert_scans(const ConvertArguments& arguments, const Part& part,
                     arguments.start_s || arguments.end_s ? " between --start and --end" : ""));
   }
   bus.finish();
-  done.sinks = bus.sinks();
+  done.sinks = shaped.reports(bus);
+  done.shaped = shaped.to_json();
+  done.has_moved = shaped.has_moved();
   if (bus.failure()) std::rethrow_exception(bus.failure());
+  shaped.say_result();
 }
 
 // The options that are keys of an output's address.
@@ -352,6 +357,7 @@ nlohmann::json summarize(const Converted& done, const ConvertArguments& argument
   nlohmann::json summary{{"input", arguments.scans},     {"outputs", arguments.outputs},
                          {"scans", done.scans},          {"messages", done.messages},
                          {"sinks", to_json(done.sinks)}, {"interrupted", done.is_interrupted}};
+  summary["shaped"] = done.shaped;
   summary["lost"] = nlohmann::json::array();
   for (const RecordingDamage& damage : done.damages) summary["lost"].push_back(damage.reason);
   return summary;
@@ -384,6 +390,7 @@ ExitCode convert(const ConvertArguments& arguments) {
   if (!outputs.empty()) convert_scans(arguments, part, outputs, known, done);
   say_done(done, arguments, copies);
   if (arguments.json) print_json(summarize(done, arguments));
+  if (done.has_moved) return ExitCode::kUntrustworthy;
   return done.is_interrupted ? ExitCode::kFailed : ExitCode::kDone;
 }
 

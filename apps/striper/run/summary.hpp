@@ -22,6 +22,9 @@ namespace striper::program {
 class ReturnCounts {
  public:
   void add(const PolarScan& scan) noexcept;
+  void add(ReturnStatus status, std::uint64_t returns) noexcept {
+    counts_[static_cast<std::size_t>(status)] += returns;
+  }
 
   /// "1912 ok, 3 saturated, 5 no_stripe"; what there is none of is left out.
   std::string describe() const;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -171,6 +172,26 @@ void require_writable(const fs::path& path) {
   const Descriptor file(fd);
   if (fd < 0) fail(path, errno);
   ::unlink(temporary.c_str());
+}
+
+void require_replaceable(const fs::path& path, std::initializer_list<std::string_view> beginnings,
+                         std::string_view kind) {
+  std::error_code ignored;
+  if (path == "-" || !fs::is_regular_file(path, ignored)) return;
+  std::size_t longest = 0;
+  for (const std::string_view one : beginnings) longest = std::max(longest, one.size());
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(longest, '\0');
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(file.gcount()));
+  const auto fits = [&](std::string_view one) {
+    return begin.starts_with(one) || one.starts_with(begin);
+  };
+  if (std::any_of(beginnings.begin(), beginnings.end(), fits)) return;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("'{}' is there and holds no {}: it is not overwritten; remove it, or "
+                          "name another file",
+                          path.string(), kind));
 }
 
 }  // namespace striper

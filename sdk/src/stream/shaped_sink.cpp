@@ -44,6 +44,7 @@ class ShapedSink : public ScanSink {
     if (counts_) {
       counts_->still += averager_.still();
       counts_->moved += averager_.moved();
+      counts_->incomplete += averager_.incomplete();
     }
     sink_->finish();
   }
@@ -54,6 +55,9 @@ class ShapedSink : public ScanSink {
     if (options_.smooth) smoother_of(scan.laser).smooth(scan_);
     if (options_.resample) scan_ = resampled(scan_, *options_.resample, options_.fill_gaps_m);
     sink_->write(scan_);
+    if (!counts_) return;
+    ++counts_->scans;
+    for (const Return& r : scan_.returns) ++counts_->returns[static_cast<std::size_t>(r.status)];
   }
 
   Smoother& smoother_of(int laser) {

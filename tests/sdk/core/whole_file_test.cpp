@@ -2,9 +2,9 @@
 // Proves that a text file is read as it is, to the byte, and that what is none is refused with its
 // name, the reason and what was expected. That a file appears whole under its name, or where the
 // links of its name lead, with the permissions that it has or any new one gets; that pipes are
-// written straight; and that what cannot be written is told of beforehand, in the same words,
-// without a trace. That the old file stays where writing fails is proven on a full disk by
-// end_to_end/command_line_test.py.
+// written straight; that a file of another kind is not replaceable; and that what cannot be written
+// is told of beforehand, in the same words, without a trace. That the old file stays where writing
+// fails is proven on a full disk by end_to_end/command_line_test.py.
 #include <array>
 #include <filesystem>
 #include <iterator>
@@ -103,6 +103,28 @@ TEST_F(AtomicFile, WhatCannotBeWrittenIsToldBeforehand) {
 
 Error refusal(const std::filesystem::path& path) {
   return testing::error_of([&] { read_text_file(path, "a poem"); });
+}
+
+TEST_F(AtomicFile, OnlyWhatIsOfItsKindIsReplaceable) {
+  const auto refused = [](const fs::path& path) {
+    return std::string(testing::error_of([&] {
+                         require_replaceable(path, {"a,b\n", "<svg"}, "plot");
+                       }).what());
+  };
+  for (const char* text : {"", "a,", "a,b\n", "a,b\n1,2\n", "<svg>"}) {
+    write_file_atomically(scratch_ / "ours", text);
+    EXPECT_NO_THROW(require_replaceable(scratch_ / "ours", {"a,b\n", "<svg"}, "plot")) << text;
+  }
+  for (const char* text : {"a,c\n", "model: 1\n", "svg"}) {
+    write_file_atomically(scratch_ / "other", text);
+    EXPECT_EQ(refused(scratch_ / "other"),
+              "'" + (scratch_ / "other").string() +
+                  "' is there and holds no plot: it is not overwritten; remove it, or name another "
+                  "file")
+        << text;
+  }
+  for (const fs::path& path : {scratch_ / "none", scratch_.path(), fs::path("-")})
+    EXPECT_NO_THROW(require_replaceable(path, {"a"}, "plot"));
 }
 
 TEST(TextFile, IsReadToTheByte) {

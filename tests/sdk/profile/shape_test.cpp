@@ -50,6 +50,30 @@ TEST(ScanAverager, GainsTheRootOfItsScansWithTrueBars) {
   EXPECT_EQ(averager.finish(), nullptr);
 }
 
+TEST(ScanAverager, StampsTheMiddleWhateverTheirNumber) {
+  const ProfileStriper striper;
+  PolarScan scan;
+  testing::noisy_scan(striper, wall(striper), scan);
+  ScanAverager averager(4);
+  const auto add = [&](std::uint64_t sequence, std::int64_t monotonic_ns) {
+    scan.sequence = sequence;
+    scan.time.monotonic_ns = monotonic_ns;
+    return averager.add(scan);
+  };
+  const PolarScan* mean = nullptr;
+  for (int k = 0; k < 4; ++k) mean = add(10U + static_cast<std::uint64_t>(k), 1000 * k);
+  ASSERT_NE(mean, nullptr);
+  EXPECT_EQ(mean->sequence, 12U);
+  EXPECT_EQ(mean->time.monotonic_ns, 1500);
+  EXPECT_EQ(averager.incomplete(), 0U);
+  for (int k = 0; k < 3; ++k) add(20U + static_cast<std::uint64_t>(k), 5000 + 1000 * k);
+  mean = averager.finish();
+  ASSERT_NE(mean, nullptr);
+  EXPECT_EQ(mean->sequence, 21U);
+  EXPECT_EQ(mean->time.monotonic_ns, 6000);
+  EXPECT_EQ(averager.incomplete(), 1U);
+}
+
 TEST(ScanAverager, WhatMovesIsRefused) {
   const ProfileStriper striper;
   auto ranges = wall(striper);
@@ -149,9 +173,9 @@ TEST(Resampled, GapsAreFilledOnlyWhenAsked) {
 }
 
 TEST(ResampleGrid, NonsenseIsRefused) {
-  for (const char* text : {"z=1", "x", "x=0", "bearing=-1", "y=1m"})
+  for (const char* text : {"z=1", "x", "x=0", "y=1e-9", "bearing=1e-4", "bearing=-1", "y=1m"})
     EXPECT_NE(std::string(testing::error_of([&] { parse_resample_grid(text); }).what())
-                  .find("expected x=M, y=M (metres) or bearing=DEG, above 0"),
+                  .find("expected x=M or y=M, a step of 1e-5 metres or more, or bearing=DEG"),
               std::string::npos);
   ShapeOptions options;
   options.fill_gaps_m = 0.1;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -23,5 +24,14 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view c
 /// work whose result is to be written there. Leaves no trace. Not foreseen: a disk that fills up
 /// later, somebody else's file in a directory like /tmp, where only owners may replace theirs.
 void require_writable(const std::filesystem::path& path);
+
+/// Throws where a file is there that is not of the kind that is to replace it: a model or a picture
+/// whose name was given by mistake. An empty file may be replaced, one that begins with one of
+/// `beginnings`, and one that is all of it a part of such a beginning, as a full disk leaves it;
+/// so may what is no regular file. Thread-safe.
+/// @param kind  for the message: "scans", "a plot".
+/// @throws Error{kUsage} naming the file and what to do.
+void require_replaceable(const std::filesystem::path& path,
+                         std::initializer_list<std::string_view> beginnings, std::string_view kind);
 
 }  // namespace striper

@@ -17,7 +17,9 @@ namespace striper {
 /// which these must be half at least; sigma_m and row sigma shrink with the root of their number,
 /// sigma_cal_m does not. What moves is refused: a return that scatters by more than its sigmas
 /// allow (chi2 beyond dof + 8 sqrt(2 dof), one still one in 1e4 of two scans) is kOutlier, with the
-/// values of the middle scan. No allocation after the first scans. Not thread-safe.
+/// values of the middle scan (of the first, where scans end before so many). A mean has the middle
+/// one's sequence and the mean of their times. No allocation after the first scans. Not
+/// thread-safe.
 class ScanAverager {
  public:
   /// @param scans  how many make one, 1 to 10000. @throws Error{kBadValue}.
@@ -30,6 +32,7 @@ class ScanAverager {
   /// The means of what is left over, one after the other; null at the end.
   const PolarScan* finish();
 
+  std::uint64_t incomplete() const noexcept { return incomplete_; }  ///< Means of fewer scans.
   std::uint64_t still() const noexcept { return still_; }  ///< Returns that were averaged.
   std::uint64_t moved() const noexcept { return moved_; }  ///< And those that were refused.
 
@@ -45,15 +48,20 @@ class ScanAverager {
   };
   struct Group {
     int scans = 0;
-    PolarScan mean;  // Of the scan in the middle, until the sums are put into it.
+    std::vector<std::uint64_t> sequences;
+    FrameTime first;
+    double since_first_ns = 0.0;  // Summed.
+    PolarScan mean;               // Of the scan in the middle, until the sums are put into it.
     std::vector<Sums> sums;
   };
   void take(const Return& r, Sums& sums) const;
   const PolarScan* conclude(Group& group);
+  static void begin(Group& group, const PolarScan& scan);
   void put(const Sums& sums, int scans, Return& r);
 
   int scans_;
   std::map<std::pair<int, int>, Group> groups_;
+  std::uint64_t incomplete_ = 0;
   std::uint64_t still_ = 0;
   std::uint64_t moved_ = 0;
 };

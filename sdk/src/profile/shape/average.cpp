@@ -42,12 +42,21 @@ void ScanAverager::take(const Return& r, Sums& sums) const {
   sums.confidence += static_cast<double>(r.confidence);
 }
 
+void ScanAverager::begin(Group& group, const PolarScan& scan) {
+  group.sums.clear();
+  group.sequences.clear();
+  group.first = scan.time;
+  group.since_first_ns = 0.0;
+}
+
 const PolarScan* ScanAverager::add(const PolarScan& scan) {
   Group& group = groups_[{scan.laser, static_cast<int>(scan.field)}];
-  if (group.scans == 0) group.sums.clear();
+  if (group.scans == 0) begin(group, scan);
   group.sums.resize(std::max(group.sums.size(), scan.returns.size()));
   for (std::size_t i = 0; i < scan.returns.size(); ++i) take(scan.returns[i], group.sums[i]);
   if (group.scans == scans_ / 2 || group.scans == 0) group.mean = scan;
+  group.sequences.push_back(scan.sequence);
+  group.since_first_ns += static_cast<double>(scan.time.monotonic_ns - group.first.monotonic_ns);
   ++group.scans;
   return group.scans == scans_ ? conclude(group) : nullptr;
 }
@@ -59,6 +68,10 @@ const PolarScan* ScanAverager::finish() {
 }
 
 const PolarScan* ScanAverager::conclude(Group& group) {
+  group.mean.sequence = group.sequences[group.sequences.size() / 2];
+  group.mean.time = group.first;
+  group.mean.time.monotonic_ns += std::llround(group.since_first_ns / group.scans);
+  incomplete_ += group.scans < scans_ ? 1 : 0;
   group.mean.returns.resize(group.sums.size());
   for (std::size_t i = 0; i < group.sums.size(); ++i)
     put(group.sums[i], group.scans, group.mean.returns[i]);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -68,7 +69,10 @@ void add_between(const Pair& pair, const ResampleGrid& grid, std::vector<Return>
   const double from = place_of(*pair.a, grid.axis) / grid.step;
   const double to = place_of(*pair.b, grid.axis) / grid.step;
   const double sense = to > from ? 1.0 : -1.0;
-  for (double k = std::ceil(sense * from); k < sense * to; k += 1.0) {
+  const double first = std::ceil(sense * from);
+  const double steps = std::max(std::ceil(sense * to) - first, 0.0);
+  for (std::uint64_t step = 0; static_cast<double>(step) < steps; ++step) {
+    const double k = first + static_cast<double>(step);
     const double part = (sense * k - from) / (to - from);
     Return r = between(*pair.a, *pair.b, part);
     if (grid.axis == ResampleGrid::Axis::kBearing) {  // The chord's own bearing differs a little.
@@ -126,11 +130,14 @@ ResampleGrid parse_resample_grid(std::string_view text) {
   const auto [end, error] =
       std::from_chars(number.data(), number.data() + number.size(), grid.step);
   const bool is_number = error == std::errc{} && end == number.data() + number.size();
+  // A hundredth of what the finest laser profilers resolve; what is finer fills the memory.
+  const double least = axis == "bearing" ? 1e-3 : 1e-5;
   const bool is_axis = axis == "x" || axis == "y" || axis == "bearing";
-  if (!is_axis || !is_number || !(grid.step > 0.0) || !std::isfinite(grid.step))
-    throw Error(
-        ErrorKind::kUsage,
-        fmt::format("resample '{}': expected x=M, y=M (metres) or bearing=DEG, above 0", text));
+  if (!is_axis || !is_number || !(grid.step >= least) || !std::isfinite(grid.step))
+    throw Error(ErrorKind::kUsage,
+                fmt::format("resample '{}': expected x=M or y=M, a step of 1e-5 metres or more, or "
+                            "bearing=DEG, of 1e-3 degrees or more",
+                            text));
   grid.axis = axis == "x"   ? ResampleGrid::Axis::kX
               : axis == "y" ? ResampleGrid::Axis::kY
                             : ResampleGrid::Axis::kBearing;

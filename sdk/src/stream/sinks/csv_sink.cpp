@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
-#include <fstream>
-#include <system_error>
-
-#include <fmt/format.h>
-
-#include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/stream/sinks/csv_sink.hpp>
 
 #include "scan/scan_table.hpp"
@@ -46,18 +40,7 @@ struct CsvSink::Table : ScanWriter {
 };
 
 void require_replaceable_by_scans(const std::string& path) {
-  std::error_code ignored;
-  if (path == "-" || !std::filesystem::is_regular_file(path, ignored)) return;
-  const std::string header = header_line();
-  std::ifstream file(path, std::ios::binary);
-  std::string begin(header.size(), '\0');
-  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  begin.resize(static_cast<std::size_t>(file.gcount()));
-  if (header.starts_with(begin)) return;  // Scans, or as much of their header as a disk could hold.
-  throw Error(ErrorKind::kUsage,
-              fmt::format("'{}' is there and holds no scans: it is not overwritten; remove it, or "
-                          "name another file",
-                          path));
+  require_replaceable(path, {header_line()}, "scans");
 }
 
 CsvSink::CsvSink(const std::string& path, const CsvOptions& options)

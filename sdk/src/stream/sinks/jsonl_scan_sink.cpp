@@ -9,10 +9,10 @@
 #include <fmt/format.h>
 
 #include <striper/core/append_file.hpp>
+#include <striper/core/whole_file.hpp>
 
 #include "scan/scan_columns.hpp"
 #include "stream/sinks/built_in.hpp"
-#include "stream/sinks/replaceable.hpp"
 
 namespace striper {
 namespace {
@@ -158,7 +158,7 @@ class JsonlScanSink : public ScanSink {
   using ScanSink::write;
 
   explicit JsonlScanSink(std::string path) : path_(std::move(path)) {
-    detail::require_replaceable(path_, {kScanBegins, kEventBegins, kCurbsBegin, kObjectsBegin});
+    require_replaceable(path_, {kScanBegins, kEventBegins, kCurbsBegin, kObjectsBegin}, "scans");
   }
 
   void open(const HeadInfo& /*head*/) override {
@@ -200,6 +200,7 @@ class JsonlScanSink : public ScanSink {
 
 }  // namespace
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): as all that make sinks.
 std::unique_ptr<ScanSink> detail::make_jsonl_sink(SinkUri uri) {
   uri.refuse_unused("nothing");
   return std::make_unique<JsonlScanSink>(uri.path());

@@ -2,10 +2,10 @@
 #include <utility>
 
 #include <striper/core/error.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/stream/mcap_recording.hpp>
 
 #include "stream/sinks/built_in.hpp"
-#include "stream/sinks/replaceable.hpp"
 
 namespace striper {
 namespace {
@@ -18,7 +18,7 @@ class McapScanSink : public ScanSink {
     if (path.empty() || path == "-") {
       throw Error(ErrorKind::kUsage, "a recording goes to a file: mcap:FILE");
     }
-    detail::require_replaceable(path, {"\x89MCAP"});
+    require_replaceable(path, {"\x89MCAP"}, "scans");
   }
 
   SinkNeeds needs() const override {

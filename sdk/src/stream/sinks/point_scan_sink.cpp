@@ -12,11 +12,11 @@
 
 #include <striper/core/error.hpp>
 #include <striper/core/frame.hpp>
+#include <striper/core/whole_file.hpp>
 #include <striper/wire/point_file.hpp>
 #include <striper/wire/return_code.hpp>
 
 #include "stream/sinks/built_in.hpp"
-#include "stream/sinks/replaceable.hpp"
 #include "stream/sinks/scan_motion.hpp"
 
 namespace striper {
@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kFlushEvery{1};
 
 // The points of one head, in its frame.
-class PointScanSink : public ScanSink {
+class PointScanSink final : public ScanSink {
  public:
   using ScanSink::write;
 
@@ -39,7 +39,7 @@ class PointScanSink : public ScanSink {
     if (path_.empty() || path_ == "-") {
       throw Error(ErrorKind::kUsage, "points go to a file: its front is written last");
     }
-    detail::require_replaceable(path_, {"ply\n", "# .PCD", "VERSION", "LASF"});
+    require_replaceable(path_, {"ply\n", "# .PCD", "VERSION", "LASF"}, "scans");
   }
 
   ~PointScanSink() override { finish_quietly(); }
