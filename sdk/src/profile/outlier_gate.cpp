@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+
+#include <Eigen/LU>
 
 namespace striper::detail {
 namespace {
@@ -73,7 +76,8 @@ void OutlierGate::mark_suspects(const InverseRanges& ranges) {
   std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
     return suspicion_[a] != suspicion_[b] ? suspicion_[a] > suspicion_[b] : a < b;
   });
-  for (const std::size_t i : order_) marked_[i] = is_predicted(ranges, i) ? 0 : 1;
+  for (const std::size_t i : order_)
+    marked_[i] = is_predicted(ranges, i) || is_on_curve(ranges, i) ? 0 : 1;
 }
 
 // How far an element lies off the straight line between its two neighbours, squared, over its
@@ -140,6 +144,17 @@ OutlierGate::Opinion OutlierGate::opinion_of_solid(const InverseRanges& ranges, 
   return Opinion::kNone;
 }
 
+// Where a surface turns away all returns are off their neighbours' lines, and on one curve.
+bool OutlierGate::is_on_curve(const InverseRanges& ranges, std::size_t i) const noexcept {
+  for (const std::size_t before : {kOfCurve / 2, kOfCurve, std::size_t{0}}) {
+    const Nearest few = nearest(i, before, kOfCurve - before);
+    const bool is_curved =
+        few.count == kOfCurve && opinion_of_all(ranges, i, few, kGateSigmas) == Opinion::kNone;
+    if (is_curved && opinion_of_curve(ranges, i, few) == Opinion::kFits) return true;
+  }
+  return false;
+}
+
 OutlierGate::Nearest OutlierGate::nearest(std::size_t i, std::size_t before,
                                           std::size_t after) const noexcept {
   Nearest few;
@@ -164,6 +179,35 @@ OutlierGate::Opinion OutlierGate::opinion_of_all(const InverseRanges& ranges, st
   LineSums sums;
   for (std::size_t k = 0; k < few.count; ++k) ranges.add_rotated(sums, few.at[k], i);
   return opinion_of(sums, ranges, i, gate_sigmas);
+}
+
+// By a parabola through neighbours, in the direction from element i.
+OutlierGate::Opinion OutlierGate::opinion_of_curve(const InverseRanges& ranges, std::size_t i,
+                                                   const Nearest& few) noexcept {
+  double reach = 0.0;
+  for (std::size_t k = 0; k < few.count; ++k)
+    reach = std::max(reach, std::abs(ranges.turn(i, few.at[k])));
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  double squares = 0.0;
+  for (std::size_t k = 0; k < few.count; ++k) {
+    const std::size_t j = few.at[k];
+    const double along = ranges.turn(i, j) / reach;
+    const Eigen::Vector3d terms(1.0, along, along * along);
+    const double beside = ranges.q[j] - ranges.q[i];
+    normal += ranges.weight[j] * terms * terms.transpose();
+    right += ranges.weight[j] * beside * terms;
+    squares += ranges.weight[j] * beside * beside;
+  }
+  const Eigen::Matrix3d covariance = normal.inverse();
+  const Eigen::Vector3d fit = covariance * right;
+  const double chi2 = squares - right.dot(fit);
+  const auto dof = static_cast<double>(few.count) - 3.0;
+  if (!(chi2 < kWorstOfOne + kWorstOfMore * (dof - 1.0))) return Opinion::kNone;
+  const double own = 1.0 / ranges.weight[i];
+  const double variance = own + std::min(covariance(0, 0), kMostPredictionVariance * own);
+  return fit[0] * fit[0] < kGateSigmas * kGateSigmas * variance ? Opinion::kFits
+                                                                : Opinion::kRefuses;
 }
 
 // What a line through neighbours, in coordinates about element i, says of this element.
