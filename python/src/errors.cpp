@@ -32,6 +32,7 @@ const char* word_of(ErrorKind kind) {
 
 PyObject* error_class = nullptr;  // Lives as long as the interpreter.
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): as pybind11 calls it.
 void translate(std::exception_ptr thrown) {
   try {
     if (thrown) std::rethrow_exception(thrown);

@@ -56,6 +56,7 @@ SharedScan smoothed(const PolarScan& scan, const py::object& model, double false
 
 std::vector<MeasureTool> tools_of(const std::vector<std::string>& texts) {
   std::vector<MeasureTool> tools;
+  tools.reserve(texts.size());
   for (const std::string& text : texts) tools.push_back(parse_measure_tool(text));
   return tools;
 }

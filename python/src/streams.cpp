@@ -32,7 +32,7 @@ class ScanStream {
   const HeadInfo& info() const noexcept { return info_; }
 
   SharedScan next(std::optional<double> timeout_s, NextStatus& status) {
-    const SharedScan scan = pool_.take();
+    SharedScan scan = pool_.take();
     const auto next = [&](std::chrono::milliseconds time) { return source_->next(*scan, time); };
     status = wait_for_next(next, timeout_s);
     return scan;

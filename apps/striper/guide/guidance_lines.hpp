@@ -15,7 +15,7 @@ namespace striper::program {
 /// and numbers of lateral.csv, guns.csv, seen.csv and faults.csv, `{"table":"switch",
 /// "gun":NAME,"is_on":true,"time_s":T}` when a signal changes, and last `{"table":"safe",
 /// "time_s":T,"volts":V}`: guns off, the safe voltage. As `AppendFile` in what is thrown.
-class GuidanceLines : public GuidanceOutput {
+class GuidanceLines final : public GuidanceOutput {
  public:
   /// @param path "-" is the standard output.
   GuidanceLines(const GuidanceConfig& config, const std::string& path);

@@ -114,6 +114,7 @@ CommandOption* Command::add_word(const std::string& names,
 CommandOption* Command::get_option(const std::string& name) { return own(app_.get_option(name)); }
 
 // What an argument may be.
+// NOLINTBEGIN(bugprone-macro-parentheses): a type has none.
 #define STRIPER_ARGUMENT(Value) \
   template CommandOption* Command::add_option(const std::string&, Value&, const std::string&)
 STRIPER_ARGUMENT(std::string);
@@ -129,5 +130,6 @@ STRIPER_ARGUMENT(std::vector<double>);
 STRIPER_ARGUMENT(std::vector<int>);
 STRIPER_ARGUMENT(std::vector<std::vector<std::string>>);
 #undef STRIPER_ARGUMENT
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace striper::program

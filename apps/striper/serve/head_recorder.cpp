@@ -53,7 +53,7 @@ std::filesystem::path HeadRecorder::begin(double seconds) {
   }
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
-  const std::filesystem::path path = folder_ / file_name(head_);
+  std::filesystem::path path = folder_ / file_name(head_);
   if (std::filesystem::exists(path)) {
     throw Error(ErrorKind::kUnsupported, fmt::format("'{}' is of this very second", path.string()));
   }

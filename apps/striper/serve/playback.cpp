@@ -51,7 +51,7 @@ struct Playback::Played {
   HeadDesk desk;
 };
 
-Playback::Playback(EventPort events) : events_(events.of_head(std::string(kHead))) {}
+Playback::Playback(const EventPort& events) : events_(events.of_head(std::string(kHead))) {}
 Playback::~Playback() { stop(); }
 
 void Playback::play(const std::filesystem::path& file, const ScannerArguments& arguments,

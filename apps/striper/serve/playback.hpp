@@ -26,7 +26,7 @@ class Playback {
   static constexpr std::string_view kHead = "playback";
   using Screens = std::vector<std::pair<std::string, SharedSink>>;  // By their addresses.
 
-  explicit Playback(EventPort events);
+  explicit Playback(const EventPort& events);
   ~Playback();
 
   /// Plays a file from its start, in place of what is played. @param arguments how it is scanned.

@@ -102,7 +102,7 @@ ControlRow SimulatedControls::pose_row(std::size_t object, const std::string& na
             *kept = v;
             wanted_.T_world_object[object] = pose_of(v);
           })};
-}
+}  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): the row's functions share it.
 
 // The table: a control of the simulator is a row here.
 std::vector<ControlRow> SimulatedControls::rows(const Scene& scene) {

@@ -206,6 +206,7 @@ bool read_candump_line(std::string_view line, HeardFrame& heard) noexcept {
   return true;
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): as all that open an address.
 std::unique_ptr<CanListener> open_can_listener(CanUri uri, const std::vector<std::uint32_t>& ids) {
   uri.refuse_unused("id, start, size, order");
   if (uri.scheme() == "can") return std::make_unique<SocketListener>(uri.path(), ids);

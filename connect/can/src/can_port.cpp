@@ -93,6 +93,7 @@ void CanPort::count(int error) noexcept {
   if (error != 0) last_error_ = error;
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): as all that open an address.
 std::unique_ptr<CanPort> open_can_port(CanUri uri) {
   uri.refuse_unused("id");
   if (uri.scheme() == kBus) return std::make_unique<CanSocket>(uri.path());

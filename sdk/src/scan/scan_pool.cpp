@@ -68,7 +68,7 @@ template <typename T, typename Pool>
 struct BlockAllocator {
   using value_type = T;
   template <typename U>
-  struct rebind {
+  struct rebind {  // NOLINT(readability-identifier-naming): what an allocator has to be.
     using other = BlockAllocator<U, Pool>;
   };
 

@@ -35,7 +35,7 @@ std::string source_beside(const fs::path& rig, const std::string& source) {
 // A turn and a shift: the last row and the rotation's orthogonality are looked at.
 Eigen::Matrix4d read_pose(const YamlField& field) {
   constexpr double kOff = 1e-6;
-  const Eigen::Matrix4d pose = field.matrix(4, 4, "a pose, head to rig");
+  Eigen::Matrix4d pose = field.matrix(4, 4, "a pose, head to rig");
   const Eigen::Matrix3d turn = pose.topLeftCorner<3, 3>();
   const bool is_pose = (turn * turn.transpose() - Eigen::Matrix3d::Identity()).norm() < kOff &&
                        turn.row(0).cross(turn.row(1)).dot(turn.row(2)) > 0.0 &&

@@ -269,7 +269,7 @@ bool ScanBus::is_any_open() const {
 
 std::exception_ptr ScanBus::failure() const {
   for (const auto lanes = impl_->lanes(); const auto& lane : *lanes) {
-    if (const std::exception_ptr failure = lane->failure()) return failure;
+    if (std::exception_ptr failure = lane->failure()) return failure;
   }
   return nullptr;
 }

@@ -17,15 +17,13 @@ namespace striper::wire {
 bool has_compression(McapCompression compression) noexcept {
   switch (compression) {
     case McapCompression::kNone:
-      return true;
 #ifdef STRIPER_WITH_ZSTD
     case McapCompression::kZstd:
-      return true;
 #endif
 #ifdef STRIPER_WITH_LZ4
     case McapCompression::kLz4:
-      return true;
 #endif
+      return true;
     default:
       return false;
   }

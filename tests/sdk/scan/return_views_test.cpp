@@ -51,7 +51,9 @@ TEST(ReturnColumn, IsWalkedAsAnyArray) {
   EXPECT_EQ(u_px.end() - it, 5);
   EXPECT_LT(it, u_px.end());
   EXPECT_EQ(u_px[2], 2.0);
+#ifndef __clang__  // Version 14 cannot compile the views of libstdc++.
   EXPECT_EQ(std::ranges::max(u_px | std::views::take(4)), 3.0);
+#endif
 }
 
 TEST(OkReturns, AreThoseOfStatusOkInOrder) {

@@ -61,10 +61,10 @@ void write_all(const std::string& uri, const HeadInfo& head, const Scans& scans)
   sink->finish();
 }
 
-// NaN is NaN, and every other number the same bits.
+// NaN is NaN, and every other number the same with its sign.
 template <typename Number>
 bool is_same(Number a, Number b) {
-  return (std::isnan(a) && std::isnan(b)) || std::memcmp(&a, &b, sizeof a) == 0;
+  return (std::isnan(a) && std::isnan(b)) || (a == b && std::signbit(a) == std::signbit(b));
 }
 
 void expect_same(const Return& a, const Return& b) {

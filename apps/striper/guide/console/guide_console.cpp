@@ -155,7 +155,7 @@ void GuideConsole::ask_number(const std::string& old, const std::string& prompt,
   ask({{old}, prompt, {}, [set, done](GuideConsole& c, const std::string& text) -> Refusal {
          const auto number = number_of(text);
          if (!number) return fmt::format("'{}' is no number", text);
-         const Refusal refusal = (c.parameters_.*set)(*number);
+         Refusal refusal = (c.parameters_.*set)(*number);
          if (!refusal) c.settle({}, fmt::format("{} is {}", done, text));
          return refusal;
        }});
@@ -172,7 +172,7 @@ void GuideConsole::ask_distance() {
          const auto number = number_of(std::string_view(text).substr(is_factor ? 1 : 0));
          if (!number) return fmt::format("'{}' is no number", text);
          if (is_factor) {
-           const Refusal refusal = c.parameters_.set_odometer(*number);
+           Refusal refusal = c.parameters_.set_odometer(*number);
            if (!refusal) c.settle({}, fmt::format("odometer CF is {} clks/ft", *number));
            return refusal;
          }
@@ -286,7 +286,7 @@ void GuideConsole::start_calibrating(double distance_ft) {
 
 Refusal GuideConsole::end_calibrating() {
   mode_ = ConsoleMode::kMenu;
-  const Refusal refusal =
+  Refusal refusal =
       parameters_.calibrate_odometer(run_.counts() - calibration_counts_, calibration_ft_);
   settle(refusal, fmt::format("odometer CF is {:.3f} clks/ft", parameters_.counts_per_ft()));
   return refusal;

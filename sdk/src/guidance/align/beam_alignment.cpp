@@ -24,8 +24,10 @@ constexpr std::array<std::string_view, 6> kWords{"no_tape", "not_seen", "zero",
 // Between two sights so far apart in time nothing is known of a beam.
 constexpr double kGap_s = 0.1;
 
+// NOLINTBEGIN(bugprone-macro-parentheses): a lambda.
 #define STRIPER_CELL(member) \
   [](auto& r) -> auto& { return r.member; }
+// NOLINTEND(bugprone-macro-parentheses)
 
 constexpr std::array kTapeColumns{
     csv_column<TapeReading>("time_s", STRIPER_CELL(time_s), CsvNeed::kRequired),

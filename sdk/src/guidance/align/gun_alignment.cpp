@@ -23,8 +23,10 @@ constexpr double kMisfit = 3.0;
 constexpr double kPriorDelay_s = 1.0;
 constexpr double kPriorPlace_m = 10.0;
 
+// NOLINTBEGIN(bugprone-macro-parentheses): a lambda.
 #define STRIPER_CELL(member) \
   [](auto& r) -> auto& { return r.member; }
+// NOLINTEND(bugprone-macro-parentheses)
 
 constexpr std::array kStates{CsvWord<bool>{true, "ON"}, CsvWord<bool>{false, "OFF"}};
 constexpr std::array kVoltsColumns{

@@ -27,6 +27,7 @@ bool sweep_of_scan(const PolarScan& scan, const GuidanceBeam& beam, BeamSweep& s
   }
   if (spots.size() < 2) return false;
   std::vector<double> values;
+  values.reserve(spots.size());
   for (const Spot& spot : spots) values.push_back(spot.intensity);
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

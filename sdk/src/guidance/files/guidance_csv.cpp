@@ -29,8 +29,10 @@ constexpr std::array kFaultWords{CsvWord<GuidanceFault>{GuidanceFault::kNoStripe
                                  CsvWord<GuidanceFault>{GuidanceFault::kTime, "time"},
                                  CsvWord<GuidanceFault>{GuidanceFault::kQueueFull, "queue_full"}};
 
+// NOLINTBEGIN(bugprone-macro-parentheses): a lambda.
 #define STRIPER_CELL(member) \
   [](auto& r) -> auto& { return r.member; }
+// NOLINTEND(bugprone-macro-parentheses)
 
 constexpr std::array kLateralColumns{
     csv_column<LateralLine>("time_s", STRIPER_CELL(time_s), CsvNeed::kRequired),

@@ -81,6 +81,7 @@ EnclosedArea enclosed_area(const InverseRanges& ranges, const std::vector<Patch>
   const ScanLine line =
       is_chord ? chord_of(ranges, elements) : fit_patch(ranges, patches[0].elements).line;
   std::vector<Beside> row;
+  row.reserve(elements.size());
   for (const std::size_t i : elements) row.push_back(beside(ranges, i, line));
   EnclosedArea area;
   Vector by_line = Vector::Zero();

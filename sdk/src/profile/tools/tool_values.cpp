@@ -168,6 +168,7 @@ bool trim(const InverseRanges& ranges, const CircleFit& circle,
           std::vector<std::size_t>& elements) {
   constexpr double kGateSigmas = 5.0;
   std::vector<double> sigmas;
+  sigmas.reserve(elements.size());
   for (const std::size_t i : elements) sigmas.push_back(misfit(ranges, i, circle));
   std::vector<double> sorted = sigmas;
   const double gate = kGateSigmas * std::max(1.0, kSigmaOfMedianAbsolute * upper_median(sorted));

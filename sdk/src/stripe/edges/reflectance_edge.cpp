@@ -306,6 +306,7 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
     const double sigma = static_cast<double>(stripe.sigma_px[i]) * per_step;
     if (verdict(stripe.status[i]) == Verdict::kMissing || !(sigma > 0.0)) continue;
     const double position = (stripe.across_px[i] - across.offset) * per_step;
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings): above 0; lround is a call for each scan line.
     const int at = static_cast<int>(position + 0.5);
     const int line = stripe.line[i];
     const double own =
