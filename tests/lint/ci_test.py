@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Proves what continuous integration promises: its order, that what fails fails the run, that the time cuts without
 failing, that what was left out is named. `.ci/run` runs in scratch repositories beside a test.sh that is written here.
-Does not prove that the stages themselves are right.
+That the stage `tidy` looks at every source once, each time from another one on, and fails at a finding, with tools
+that are written here. Does not prove that the other stages are right.
 
 usage: ci_test.py SOURCE_DIR
 """
+import json
 import os
 import pathlib
 import shutil
@@ -171,6 +173,51 @@ class Run(Repository):
     def test_a_test_that_was_being_tried_again_at_the_cut_does_not(self):
         run, _ = self.cut_in("    Start 7: a.bad\n1/9 Test #7: a.bad ...***Timeout    1.00 sec\n    Start 7: a.bad")
         self.assertEqual(run.returncode, 0, run.stdout)
+
+
+class Tidy(Repository):
+    SOURCES = [f"src/s{k}.cpp" for k in range(16)]
+
+    def setUp(self):
+        super().setUp()
+        (self.root / "tests/lint").mkdir(parents=True)
+        shutil.copy(SOURCE_DIR / "tests/lint/tidy.sh", self.root / "tests/lint/tidy.sh")
+        for source in self.SOURCES:
+            self.commit(source)
+        entries = [{"file": str(self.root / source)} for source in self.SOURCES]
+        self.write("build/compile_commands.json", json.dumps(entries))
+        # clang-tidy complains of a source that says so; ninja knows of one header and makes it.
+        self.tool("clang-tidy", 'echo "${@: -1}" >> looked\n! grep -q finding "${@: -1}"\n')
+        self.tool("ninja", "echo generated.h\n")
+
+    def tool(self, name, text):
+        self.write("tools/" + name, "#!/usr/bin/env bash\n" + text)
+        (self.root / "tools" / name).chmod(0o755)
+
+    def look(self):
+        """The exit code, and the sources in the order in which they were looked at."""
+        environment = dict(os.environ, PATH=f"{self.root / 'tools'}:{os.environ['PATH']}",
+                           CMAKE_BUILD_PARALLEL_LEVEL="1")
+        (self.root / "looked").unlink(missing_ok=True)
+        run = subprocess.run(["tests/lint/tidy.sh", "build"], cwd=self.root, env=environment, capture_output=True)
+        return run.returncode, (self.root / "looked").read_text().split()
+
+    def test_every_source_once_from_another_one_on(self):
+        begins = []
+        for _ in range(8):
+            code, looked = self.look()
+            self.assertEqual(code, 0)
+            self.assertEqual(sorted(looked), sorted(self.SOURCES))
+            begins.append(looked[0])
+            for _ in range(8):
+                self.commit("README.md")
+        self.assertEqual(len(set(begins)), 8)
+
+    def test_a_finding_fails_and_ends_it(self):
+        code, looked = self.look()
+        (self.root / looked[3]).write_text("finding")
+        code, looked = self.look()
+        self.assertEqual((code, len(looked)), (1, 4))
 
 
 if __name__ == "__main__":

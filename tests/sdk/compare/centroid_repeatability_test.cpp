@@ -29,10 +29,11 @@ using testing::uniform;
 // The centroid of a stripe in drawn noise.
 double drawn_centroid(double sigma_px, double phase_px, double snr) {
   constexpr int kPixels = 25;
+  constexpr int kMiddle = kPixels / 2;
   std::vector<double> values(kPixels);
   const double height = sigma_px * std::sqrt(0.5 * std::numbers::pi);
   for (int k = 0; k < kPixels; ++k) {
-    const double off = k - kPixels / 2 - phase_px;
+    const double off = k - kMiddle - phase_px;
     const double scale = sigma_px * std::numbers::sqrt2;
     values[static_cast<std::size_t>(k)] =
         height * (std::erf((off + 0.5) / scale) - std::erf((off - 0.5) / scale)) + normal() / snr;
