@@ -124,20 +124,28 @@ class Curb(InScratch):
         text = street_csv(lambda t: CURB, 5)
         table = self.write("street.csv", text)
         kept = self.write("kept.csv", "of before\n")
+        tables = {command: self.path(command + ".csv") for command in ("curb", "objects")}
+        for command, file in tables.items():
+            striper(command, table, "-o", file)
+        lines = self.path("kept.jsonl")
+        striper("convert", table, "-o", lines)
+        with open(lines, encoding="utf-8") as file:
+            recording = file.read()
+        found = {file: open(file, encoding="utf-8").read() for file in tables.values()}
         for command in (["curb", "-o", table], ["objects", "-o", table], ["curb", "-o", self.path("x.csv"), "--to", "jsonl:" + table],
                         ["measure", "--tool", "a:line", "-o", table], ["convert", "-o", table]):
             done = striper(command[0], table, *command[1:], code=2)
             self.assertIn("is read: name another file", done.stderr)
         for more, code in ((["--to", "foo:bar"], 2), (["-m", self.path("no.yaml")], 1), (["--plot", self.path("x.png")], 2)):
             for command in ("curb", "objects"):
-                striper(command, table, "-o", kept, *more, code=code)
-        striper("curb", self.path("none.csv"), "-o", kept, code=1)
+                striper(command, table, "-o", tables[command], *more, code=code)
+        striper("curb", self.path("none.csv"), "-o", tables["curb"], code=1)
         done = striper("curb", table, "-o", self.path("same.svg"), "--plot", self.path("same.svg"), code=2)
         self.assertIn("written twice", done.stderr)
         for command in ("curb", "objects"):
-            done = striper(command, table, "-o", kept, code=2)
+            done = striper(command, table, "-o", kept, "--to", "jsonl:" + lines, code=2)
             self.assertIn("holds no table of this kind: it is not overwritten", done.stderr)
-        for file, before in ((table, text), (kept, "of before\n")):
+        for file, before in ((table, text), (kept, "of before\n"), (lines, recording), *found.items()):
             with open(file, encoding="utf-8") as now:
                 self.assertEqual(now.read(), before)
 

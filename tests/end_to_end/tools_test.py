@@ -104,8 +104,12 @@ class Tools(Scene):
         self.assertEqual((row["tool"], row["status"], row["points"]), ("wall.line.distance", "ok", "81"))
         self.assertAlmostEqual(float(row["value"]), 2.0, 6)
         self.assertEqual(row["sigma_cal"], "")
-        none = striper("measure", table, "--tool", "wall:line", code=2)
+        kept = self.path("kept.csv")
+        striper("measure", table, "--tool", "wall:line", "--sigma", "0.002", "-o", kept)
+        before = self.bytes_of(kept)
+        none = striper("measure", table, "--tool", "wall:line", "-o", kept, code=2)
         self.assertIn("say how good they are by --sigma M", none.stderr)
+        self.assertEqual(self.bytes_of(kept), before)
 
     @staticmethod
     def bytes_of(path):
@@ -183,7 +187,7 @@ class Shape(Scene):
         """The counts are of the scans that were written, by capture and by convert."""
         source = ("capture", self.source, "--model", self.model)
         raw = self.path("raw.csv")
-        striper(*source, "-o", raw)
+        striper(*source, "-o", raw, "--missing")
         for command in (source, ("convert", raw, "-m", self.model)):
             table = self.path("mean.csv")
             done = striper(*command, "--average", "2", "--smooth", "line", "-o", table, "--doubtful", "--json")
@@ -199,6 +203,14 @@ class Shape(Scene):
             self.assertIn("1 mean of fewer scans than --average asks for", done.stderr)
             self.assertRegex(done.stderr, "wrote 2 scans" + (f", {len(rows)} lines" if command is source else ""))
 
+    def test_tables_without_their_missing_columns_are_not_averaged(self):
+        """Rows of ok returns alone are of other columns in each scan."""
+        lines = [f"{frame},{frame},{0.01 * k},2,0.001,{k},7" for frame in (0, 1) for k in range(40) if k != 9 + frame]
+        table = self.write("ok.csv", "frame,time_s,bearing_rad,range_m,sigma_m,u_px,v_px\n" + "\n".join(lines) + "\n")
+        done = striper("convert", table, "--average", "2", "-o", self.path("mean.csv"), code=None)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("write them with --missing", done.stderr)
+
     def test_a_scene_that_moves_is_refused(self):
         moving = self.path("moving")
         for k, x in enumerate((1.8, 2.0)):
@@ -211,7 +223,7 @@ class Shape(Scene):
         done = striper("capture", "images:" + moving, "--model", self.model, "--average", "2", "-o",
                        self.path("moved.csv"), code=3)
         self.assertIn("most of what is seen moves", done.stderr)
-        striper("capture", "images:" + moving, "--model", self.model, "-o", self.path("raw.csv"))
+        striper("capture", "images:" + moving, "--model", self.model, "-o", self.path("raw.csv"), "--missing")
         done = striper("convert", self.path("raw.csv"), "--average", "2", "-o", self.path("moved.csv"), code=3)
         self.assertIn("most of what is seen moves", done.stderr)
 

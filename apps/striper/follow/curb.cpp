@@ -183,6 +183,7 @@ nlohmann::json json_of(const FollowCounts& counts, const CurbResult& result,
 
 ExitCode curb(const CurbArguments& arguments) {
   const TerminalEvents events;
+  require_files(arguments.follow);
   CurbRun run(arguments);
   const FollowCounts counts =
       follow_scans(arguments.follow, events.port(),

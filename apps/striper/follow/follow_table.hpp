@@ -18,12 +18,12 @@ template <typename Line>
 class FollowTable {
  public:
   FollowTable(std::optional<std::string> file, std::span<const CsvColumn<Line>> columns)
-      : file_(std::move(file)), columns_(columns) {}
+      : file_(std::move(file)), columns_(columns) {
+    if (file_) require_replaceable_table(*file_, columns_);
+  }
 
   void begin() {
-    if (!file_ || table_) return;
-    require_replaceable_table(*file_, columns_);
-    table_.emplace(*file_, columns_);
+    if (file_ && !table_) table_.emplace(*file_, columns_);
   }
   void add(const Line& line) {
     if (table_) table_->add(line);

@@ -238,6 +238,7 @@ nlohmann::json json_of(const FollowCounts& counts, const ObjectsResult& result,
 
 ExitCode objects(const ObjectsArguments& arguments) {
   const TerminalEvents events;
+  require_files(arguments.follow);
   ObjectsRun run(arguments);
   const FollowCounts counts =
       follow_scans(arguments.follow, events.port(),

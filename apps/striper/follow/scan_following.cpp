@@ -99,11 +99,9 @@ class FollowSinks {
   std::set<std::string, std::less<>> heads_;
 };
 
-void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCounts& counts,
-                              const RangeSigmas& sigmas) {
+void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCounts& counts) {
   if (counts.scans == 0)
     throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", arguments.scans));
-  sigmas.require_any(arguments.scans);
   if (counts.without_motion == counts.scans)
     throw Error(ErrorKind::kBadFile,
                 fmt::format("{} says nothing at the times of {}: expected both on one clock, "
@@ -111,7 +109,9 @@ void refuse_what_says_nothing(const FollowArguments& arguments, const FollowCoun
                             arguments.odometer.value_or(""), arguments.scans));
 }
 
-void require_outputs(const FollowArguments& arguments) {
+}  // namespace
+
+void require_files(const FollowArguments& arguments) {
   std::vector<std::string> read{SourceUri::parse(arguments.scans).path()};
   for (const auto& file : {arguments.model, arguments.odometer})
     if (file) read.push_back(*file);
@@ -122,8 +122,6 @@ void require_outputs(const FollowArguments& arguments) {
   require_own_files(read, written);
   require_plot_file("--plot", arguments.plot);
 }
-
-}  // namespace
 
 std::optional<double> FollowArguments::up_rad() const {
   return up_deg ? std::optional(*up_deg * kDegree) : std::nullopt;
@@ -191,7 +189,6 @@ CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments
 
 FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& events,
                           const std::function<void(const FollowedScan&)>& take) {
-  require_outputs(arguments);
   FollowSinks sinks(arguments.sinks, events);
   std::shared_ptr<const StriperModel> model;
   if (arguments.model) {
@@ -210,6 +207,7 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
     if (status == NextStatus::kTimeout) continue;
     if (status != NextStatus::kFrame) break;
     sigmas.complete(scan);
+    sigmas.require_any(arguments.scans);
     pace.add(scan);
     const auto motion = wheel ? wheel->at(scan.time.seconds()) : std::nullopt;
     counts.without_motion += wheel && !motion ? 1 : 0;
@@ -220,7 +218,7 @@ FollowCounts follow_scans(const FollowArguments& arguments, const EventPort& eve
   sinks.finish();
   say_loss(*source);
   if (const std::string broken = pace.problem(); !broken.empty()) say(broken);
-  refuse_what_says_nothing(arguments, counts, sigmas);
+  refuse_what_says_nothing(arguments, counts);
   return counts;
 }
 

@@ -43,6 +43,10 @@ struct FollowArguments {
 /// `--odometer`, `--counts-per-m`, `--json`. @return the option `--odometer`, for what needs it.
 CommandOption* add_follow_arguments(Command& command, FollowArguments& arguments);
 
+/// Refuses files that are read, written twice or of another kind, before anything is opened.
+/// @throws Error naming the file.
+void require_files(const FollowArguments& arguments);
+
 struct FollowCounts {
   std::uint64_t scans = 0;
   std::uint64_t without_motion = 0;  ///< Scans of which the odometer says nothing.

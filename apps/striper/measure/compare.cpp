@@ -84,7 +84,8 @@ void define(Command& command, CompareArguments& arguments) {
       ->type_name("M")
       ->check(between(0.0, 1.0));
   command.add_option("--plot", arguments.plot, "Both from above, and the differences")
-      ->type_name("FILE.svg");
+      ->type_name("FILE.svg")
+      ->excludes("--repeat");
   command.add_flag("--json", arguments.json, "For programs, on the standard output");
   command.footer(kExamples);
 }

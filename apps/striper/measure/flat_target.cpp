@@ -87,7 +87,7 @@ void FlatTarget::add(const PolarScan& scan) {
   squares_m2_ += flat.squares_m2;
   squares_sigmas_ += flat.squares_sigmas;
   if (std::isfinite(flat.distance_m)) distances_m_.push_back(flat.distance_m);
-  sigma_cal_m_ = flat.sigma_cal_m;
+  if (std::isfinite(flat.sigma_cal_m)) sigma_cal_m_ = flat.sigma_cal_m;
   compare_with_last(scan);
 }
 
@@ -157,7 +157,7 @@ void FlatTarget::say_bias(double bias_m) const {
 
 // The paper's figure: how far the stripe of a column moves between two scans of a still target.
 void FlatTarget::compare_with_last(const PolarScan& scan) {
-  std::vector<double>& last = last_px_[static_cast<int>(scan.field)];
+  std::vector<double>& last = last_px_[{scan.laser, static_cast<int>(scan.field)}];
   const bool comparable = last.size() == scan.returns.size();
   std::vector<double> now;
   now.reserve(scan.returns.size());

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -54,7 +55,7 @@ class FlatTarget {
   double change_px_ = 0.0;
   double sigma_cal_m_ = NAN;
   std::vector<double> distances_m_;
-  std::map<int, std::vector<double>> last_px_;  // By field.
+  std::map<std::pair<int, int>, std::vector<double>> last_px_;  // By laser and field.
 };
 
 }  // namespace striper::program

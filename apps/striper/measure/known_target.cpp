@@ -20,9 +20,9 @@ std::string why(MeasureStatus status) {
     case MeasureStatus::kNoLine:
       return "not of that shape";
     case MeasureStatus::kFewPoints:
-      return "too few returns";
+      return "fewer surfaces, or returns on them, than it takes";
     case MeasureStatus::kAmbiguous:
-      return "several surfaces that it may be, or too little of it seen";
+      return "no shape that tells it, or several surfaces that it may be";
     case MeasureStatus::kOutside:
       return "its end is not in view";
   }

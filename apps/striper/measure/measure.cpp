@@ -191,12 +191,14 @@ class MeasureSink : public ScanSink {
 
   MeasureSink(const MeasureArguments& arguments, std::shared_ptr<MeasureResult> result,
               EventPort events)
-      : result_(std::move(result)), events_(std::move(events)) {
+      : scans_(arguments.scans),
+        output_(arguments.output.value_or("-")),
+        is_table_(arguments.output || !arguments.json),
+        result_(std::move(result)),
+        events_(std::move(events)) {
     for (const std::string& text : arguments.tools) tools_.push_back(parse_measure_tool(text));
     const std::vector<std::string> rows = Measurer(tools_).rows();  // Refuses names that are twice.
     result_->limits.require_rows(rows);
-    if (arguments.output || !arguments.json)
-      table_.emplace(arguments.output.value_or("-"), measurement_columns());
   }
 
   void open(const HeadInfo& head) override {
@@ -207,6 +209,8 @@ class MeasureSink : public ScanSink {
   void write(const PolarScan& scan) override {
     scan_ = scan;
     result_->sigmas.complete(scan_);
+    result_->sigmas.require_any(scans_);
+    if (is_table_ && !table_) table_.emplace(output_, measurement_columns());
     if (result_->plot) result_->plot->add(scan_, model_.get());
     for (const Measurement& m : measurer_->measure(scan_)) {
       if (result_->plot) result_->plot->add(m, scan.sequence);
@@ -223,6 +227,9 @@ class MeasureSink : public ScanSink {
   }
 
  private:
+  std::string scans_;
+  std::string output_;
+  bool is_table_;  // Begun with the first scan.
   std::shared_ptr<MeasureResult> result_;
   EventPort events_;
   std::vector<MeasureTool> tools_;
@@ -283,7 +290,7 @@ void require_outputs(const MeasureArguments& arguments) {
 }
 
 ExitCode measure(const MeasureArguments& arguments) {
-  const TerminalEvents events;
+  const TerminalEvents events({"sink_failed"});  // The error says all.
   const auto result = std::make_shared<MeasureResult>(
       MeasureResult{MeasureLimits(arguments.limits), RangeSigmas(arguments.sigma_m), 0, {}, {}});
   if (arguments.plot) result->plot.emplace();
@@ -302,7 +309,6 @@ ExitCode measure(const MeasureArguments& arguments) {
   if (bus.failure()) std::rethrow_exception(bus.failure());
   if (result->scans == 0)
     throw Error(ErrorKind::kBadFile, fmt::format("{} has no scans", arguments.scans));
-  result->sigmas.require_any(arguments.scans);
   say(fmt::format("measured {}", count(result->scans, "scan")));
   say_rows(result->rows);
   for (const std::string& line : result->limits.verdicts()) say(line);

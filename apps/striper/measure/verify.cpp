@@ -253,6 +253,7 @@ ExitCode verify(const VerifyArguments& arguments) {
   const nlohmann::json of_distances = say_linearity(distances.known);
   std::vector<std::string> failures = target ? target->failures() : flat.failures(arguments.flat);
   failures.insert(failures.end(), distances.failures.begin(), distances.failures.end());
+  if (read.is_lost) failures.emplace_back("the source was lost before the end");
   if (target)
     say(target->line());
   else
@@ -268,7 +269,7 @@ ExitCode verify(const VerifyArguments& arguments) {
     json["failures"] = failures;
     print_json(json);
   }
-  return failures.empty() && !read.is_lost ? ExitCode::kDone : ExitCode::kFailed;
+  return failures.empty() ? ExitCode::kDone : ExitCode::kFailed;
 }
 
 }  // namespace

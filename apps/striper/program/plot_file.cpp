@@ -17,8 +17,7 @@ void require_plot_file(std::string_view option, const std::optional<std::string>
   if (!path) return;
   const std::filesystem::path file = *path;
   std::error_code ignored;
-  if (std::filesystem::is_character_file(file, ignored) || std::filesystem::is_fifo(file, ignored))
-    return;
+  if (file.native().starts_with("/dev/") || std::filesystem::is_fifo(file, ignored)) return;
   if (std::filesystem::is_directory(file, ignored) || file.extension() != ".svg")
     throw Error(ErrorKind::kUsage,
                 fmt::format("{} '{}': what is written is SVG; name a FILE.svg", option, *path));

@@ -177,10 +177,17 @@ void require_writable(const fs::path& path) {
 void require_replaceable(const fs::path& path, std::initializer_list<std::string_view> beginnings,
                          std::string_view kind) {
   std::error_code ignored;
-  if (path == "-" || !fs::is_regular_file(path, ignored)) return;
+  const bool is_stream = path == "-" || path.native().starts_with("/dev/");
+  if (is_stream || !fs::is_regular_file(path, ignored)) return;
   std::size_t longest = 0;
   for (const std::string_view one : beginnings) longest = std::max(longest, one.size());
   std::ifstream file(path, std::ios::binary);
+  if (!file.is_open())
+    throw Error(
+        ErrorKind::kUsage,
+        fmt::format("'{}' is there and cannot be read, so it is not overwritten; remove it, "
+                    "or name another file",
+                    path.string()));
   std::string begin(longest, '\0');
   file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
   begin.resize(static_cast<std::size_t>(file.gcount()));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
+#include <string>
 #include <utility>
 
 #include <striper/core/error.hpp>
@@ -25,8 +26,7 @@ class ShapedSink : public ScanSink {
   void event(const Event& event) override { sink_->event(event); }
 
   void open(const HeadInfo& head) override {
-    model_ = head.model;
-    smoothers_.clear();
+    models_[head.head] = head.model;
     sink_->open(head);
   }
 
@@ -52,7 +52,7 @@ class ShapedSink : public ScanSink {
  private:
   void write_shaped(const PolarScan& scan) {
     scan_ = scan;
-    if (options_.smooth) smoother_of(scan.laser).smooth(scan_);
+    if (options_.smooth) smoother_of(scan).smooth(scan_);
     if (options_.resample) scan_ = resampled(scan_, *options_.resample, options_.fill_gaps_m);
     sink_->write(scan_);
     if (!counts_) return;
@@ -60,18 +60,20 @@ class ShapedSink : public ScanSink {
     for (const Return& r : scan_.returns) ++counts_->returns[static_cast<std::size_t>(r.status)];
   }
 
-  Smoother& smoother_of(int laser) {
-    const auto found = smoothers_.find(laser);
+  Smoother& smoother_of(const PolarScan& scan) {
+    const std::pair plane(std::string(scan.head()), scan.laser);
+    const auto found = smoothers_.find(plane);
     if (found != smoothers_.end()) return found->second;
-    return smoothers_.emplace(laser, Smoother(options_for(model_.get(), laser))).first->second;
+    const StriperModel* const model = models_[plane.first].get();
+    return smoothers_.emplace(plane, Smoother(options_for(model, scan.laser))).first->second;
   }
 
   std::unique_ptr<ScanSink> sink_;
   ShapeOptions options_;
   std::shared_ptr<ShapeCounts> counts_;
   ScanAverager averager_;
-  std::shared_ptr<const StriperModel> model_;
-  std::map<int, Smoother> smoothers_;
+  std::map<std::string, std::shared_ptr<const StriperModel>> models_;  // By head.
+  std::map<std::pair<std::string, int>, Smoother> smoothers_;          // By head and laser.
   PolarScan scan_;
 };
 

@@ -2,6 +2,7 @@
 // Proves that averaging gains what independent scans give, with true bars, and refuses what moves;
 // that resampling puts returns on the grid, on the surface, and fills gaps only when asked.
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -72,6 +73,21 @@ TEST(ScanAverager, StampsTheMiddleWhateverTheirNumber) {
   EXPECT_EQ(mean->sequence, 21U);
   EXPECT_EQ(mean->time.monotonic_ns, 6000);
   EXPECT_EQ(averager.incomplete(), 1U);
+}
+
+TEST(ScanAverager, HeadsAreApartAndOtherScanLinesRefused) {
+  const ProfileStriper striper;
+  PolarScan scan;
+  testing::noisy_scan(striper, wall(striper), scan);
+  ScanAverager averager(2);
+  EXPECT_EQ(averager.add(scan), nullptr);
+  PolarScan right = scan;
+  ScanFrame frame;
+  frame.head = "right";
+  right.frame = std::make_shared<const ScanFrame>(frame);
+  EXPECT_EQ(averager.add(right), nullptr);
+  scan.returns.erase(scan.returns.begin() + 5);
+  EXPECT_EQ(testing::error_of([&] { averager.add(scan); }).kind(), ErrorKind::kUsage);
 }
 
 TEST(ScanAverager, WhatMovesIsRefused) {

@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <utility>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include <striper/scan/polar_scan.hpp>
@@ -25,7 +26,9 @@ class ScanAverager {
   /// @param scans  how many make one, 1 to 10000. @throws Error{kBadValue}.
   explicit ScanAverager(int scans);
 
-  /// Takes a scan; each laser and field is averaged for itself.
+  /// Takes a scan; each head, laser and field is averaged for itself.
+  /// @throws Error{kUsage} where a scan's returns are of other scan lines than those of the first:
+  /// tables of the ok returns alone.
   /// @return the mean where this was the last of its scans, else null; valid until the next call.
   const PolarScan* add(const PolarScan& scan);
 
@@ -60,7 +63,7 @@ class ScanAverager {
   void put(const Sums& sums, int scans, Return& r);
 
   int scans_;
-  std::map<std::pair<int, int>, Group> groups_;
+  std::map<std::tuple<std::string, int, int>, Group> groups_;
   std::uint64_t incomplete_ = 0;
   std::uint64_t still_ = 0;
   std::uint64_t moved_ = 0;

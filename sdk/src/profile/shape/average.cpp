@@ -14,6 +14,26 @@ namespace {
 // thousands of returns none that stands still should be refused.
 constexpr double kMoves = 8.0;
 constexpr int kMostScans = 10000;
+constexpr double kSameLine_px = 0.25;  // Half of what fields are apart.
+
+// The pixel along the stripe; NaN where it is not known.
+double along_px(const PolarScan& scan, const Return& r) {
+  return scan.axis == StripeAxis::kColumns ? r.u_px : r.v_px;
+}
+
+// Returns are matched by their place in the scan.
+void require_same_lines(const PolarScan& first, const PolarScan& scan) {
+  bool is_same = first.returns.size() == scan.returns.size();
+  for (std::size_t i = 0; is_same && i < scan.returns.size(); ++i) {
+    const double apart = along_px(first, first.returns[i]) - along_px(scan, scan.returns[i]);
+    is_same = !(std::abs(apart) > kSameLine_px);
+  }
+  if (is_same) return;
+  throw Error(ErrorKind::kUsage,
+              fmt::format("scans {} and {} have returns of different columns or rows: to average "
+                          "tables, write them with --missing",
+                          first.sequence, scan.sequence));
+}
 
 }  // namespace
 
@@ -50,8 +70,11 @@ void ScanAverager::begin(Group& group, const PolarScan& scan) {
 }
 
 const PolarScan* ScanAverager::add(const PolarScan& scan) {
-  Group& group = groups_[{scan.laser, static_cast<int>(scan.field)}];
-  if (group.scans == 0) begin(group, scan);
+  Group& group = groups_[{std::string(scan.head()), scan.laser, static_cast<int>(scan.field)}];
+  if (group.scans == 0)
+    begin(group, scan);
+  else
+    require_same_lines(group.mean, scan);
   group.sums.resize(std::max(group.sums.size(), scan.returns.size()));
   for (std::size_t i = 0; i < scan.returns.size(); ++i) take(scan.returns[i], group.sums[i]);
   if (group.scans == scans_ / 2 || group.scans == 0) group.mean = scan;

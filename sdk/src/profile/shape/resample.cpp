@@ -58,6 +58,8 @@ Return between(const Return& a, const Return& b, double part) {
 }
 
 // The returns between which a grid is looked for, with their places in the scan.
+constexpr double kMostPlaces = 1e6;  // Between two returns: 200 MB.
+
 struct Pair {
   const Return* a;
   const Return* b;
@@ -71,6 +73,10 @@ void add_between(const Pair& pair, const ResampleGrid& grid, std::vector<Return>
   const double sense = to > from ? 1.0 : -1.0;
   const double first = std::ceil(sense * from);
   const double steps = std::max(std::ceil(sense * to) - first, 0.0);
+  if (steps > kMostPlaces)
+    throw Error(ErrorKind::kUsage,
+                "resample: the step is too small for the scan: between two of "
+                "its returns it has more than a million places");
   for (std::uint64_t step = 0; static_cast<double>(step) < steps; ++step) {
     const double k = first + static_cast<double>(step);
     const double part = (sense * k - from) / (to - from);
