@@ -2,6 +2,7 @@
 // Proves, on exact geometry plus the noise of docs/accuracy.md, that circular pieces are found
 // where they are asked for, from outside and from inside, with true error bars, and that straight
 // ones stay straight. Surfaces that are nearly circles are not here.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -247,6 +248,35 @@ TEST(BendPenalty, IsTheTailOfChi2) {
     const double tail = std::erfc(std::sqrt(0.5 * detail::bend_penalty(rate)));
     EXPECT_NEAR(tail / rate, 1.0, 0.1) << rate;
   }
+}
+
+// Where a ball or a pipe turns away no return is on a straight line with its neighbours.
+TEST(OutlierGate, KeepsTheLimbOfAPipeAndDropsWhatIsNotOnIt) {
+  const ProfileStriper striper;
+  constexpr int kScans = 40;
+  const auto pipe = testing::exact_ranges(striper, [](double b) {
+    return range_of_circle(b, {1.4, 0.0}, 0.25);
+  });
+  const auto first = std::find_if(pipe.begin(), pipe.end(), [](double r) { return r > 0.0; });
+  const auto off = static_cast<std::size_t>(first - pipe.begin()) + 40;
+  int returns = 0;
+  int lost = 0;
+  int dropped = 0;
+  for (int k = 0; k < kScans; ++k) {
+    PolarScan scan;
+    testing::noisy_scan(striper, pipe, scan);
+    scan.returns[off] =
+        testing::return_at(striper, off, pipe[off] + 30.0 * scan.returns[off].sigma_m);
+    Segmentation found;
+    Segmenter(SegmentOptions{}).segment(scan, found);
+    for (const Return& r : scan.returns) returns += r.status == ReturnStatus::kOk ? 1 : 0;
+    const bool is_dropped = std::binary_search(found.outliers.begin(), found.outliers.end(), off);
+    dropped += is_dropped ? 1 : 0;
+    lost += static_cast<int>(found.outliers.size()) - (is_dropped ? 1 : 0);
+  }
+  EXPECT_GT(returns, 100 * kScans);
+  EXPECT_EQ(dropped, kScans);
+  EXPECT_LT(lost, 4 * kScans) << "a few at each end, where the profile is steepest";
 }
 
 }  // namespace
