@@ -131,7 +131,10 @@ class Curb(InScratch):
         striper("convert", table, "-o", lines)
         with open(lines, encoding="utf-8") as file:
             recording = file.read()
-        found = {file: open(file, encoding="utf-8").read() for file in tables.values()}
+        found = {}
+        for name in tables.values():
+            with open(name, encoding="utf-8") as file:
+                found[name] = file.read()
         for command in (["curb", "-o", table], ["objects", "-o", table], ["curb", "-o", self.path("x.csv"), "--to", "jsonl:" + table],
                         ["measure", "--tool", "a:line", "-o", table], ["convert", "-o", table]):
             done = striper(command[0], table, *command[1:], code=2)

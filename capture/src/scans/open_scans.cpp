@@ -138,7 +138,7 @@ bool is_recording(std::string_view uri) {
 
 std::unique_ptr<ScanSource> open_scans(std::string_view uri,
                                        const std::shared_ptr<const StriperModel>& model,
-                                       // NOLINTNEXTLINE(performance-unnecessary-value-param)
+                                       // NOLINTNEXTLINE(performance-unnecessary-value-param): public.
                                        std::optional<ScannerOptions> options,
                                        const EventPort& events) {
   if (const auto path = file_of(uri, "csv")) return read_csv_scans(*path, model);

@@ -130,7 +130,7 @@ void add_checks(const EyeSafetyInput& input, EyeSafetyReport& report) {
 
 std::vector<std::string> not_checked(const EyeSafetyInput& input) {
   std::vector<std::string> open = {
-      // NOLINTNEXTLINE(bugprone-suspicious-missing-comma)
+      // NOLINTNEXTLINE(bugprone-suspicious-missing-comma): one sentence on two lines.
       "The limits come from two public codes that agree and from memory (3R, 3B and photochemical "
       "limits from memory alone), not from the standard's text: check them before relying on them.",
       "Single faults: what the laser emits when its driver, its trigger or its optics fail.",

@@ -26,7 +26,7 @@ class OutlierGate {
   enum class Opinion { kNone, kFits, kRefuses };
 
   static constexpr std::size_t kNearest = 4;
-  static constexpr std::size_t kOfCurve = 6;
+  static constexpr std::size_t kOfCurve = 6;  // Four or five keep as many of a limb.
   struct Nearest {
     std::array<std::size_t, kOfCurve> at{};
     std::size_t count = 0;

@@ -27,6 +27,7 @@ class ShapedSink : public ScanSink {
 
   void open(const HeadInfo& head) override {
     models_[head.head] = head.model;
+    std::erase_if(smoothers_, [&](const auto& one) { return one.first.first == head.head; });
     sink_->open(head);
   }
 

@@ -38,8 +38,8 @@ struct FrameTime {
 
   /// The time whose `seconds` these are, to the last bit where there is one: what was written from
   /// a time reads back to the same text. From 1e8 s on (1973) it is since 1970, before that since
-  /// the first frame. Zero beyond 4.6e9 s (the year 2115) to
-  /// either side, so that 64 bits of nanoseconds hold the difference of any two.
+  /// the first frame. Zero beyond 4.6e9 s (the year 2115) to either side, so that
+  /// 64 bits of nanoseconds hold the difference of any two.
   static FrameTime at_seconds(double seconds) noexcept;
 };
 

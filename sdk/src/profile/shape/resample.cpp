@@ -57,9 +57,9 @@ Return between(const Return& a, const Return& b, double part) {
   return r;
 }
 
-// The returns between which a grid is looked for, with their places in the scan.
 constexpr double kMostPlaces = 1e6;  // Between two returns: 200 MB.
 
+// The returns between which a grid is looked for, with their places in the scan.
 struct Pair {
   const Return* a;
   const Return* b;
