@@ -136,11 +136,10 @@ bool is_recording(std::string_view uri) {
 
 }  // namespace
 
-std::unique_ptr<ScanSource> open_scans(std::string_view uri,
-                                       const std::shared_ptr<const StriperModel>& model,
-                                       // NOLINTNEXTLINE(performance-unnecessary-value-param): public.
-                                       std::optional<ScannerOptions> options,
-                                       const EventPort& events) {
+std::unique_ptr<ScanSource> open_scans(
+    std::string_view uri, const std::shared_ptr<const StriperModel>& model,
+    // NOLINTNEXTLINE(performance-unnecessary-value-param): public.
+    std::optional<ScannerOptions> options, const EventPort& events) {
   if (const auto path = file_of(uri, "csv")) return read_csv_scans(*path, model);
   if (const auto path = file_of(uri, "jsonl")) return read_jsonl_scans(*path, model);
   if (is_recording(uri)) return open_recording(uri, model, options, events);
