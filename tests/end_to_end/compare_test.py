@@ -82,14 +82,28 @@ class Compare(InScratch):
                  for sigma_m in (0.0005, 0.01)]
         self.assertGreater(found[0]["pull_sd"], 1.5 * found[1]["pull_sd"])
 
+    def test_asks_for_errors_and_pixels_that_are_not_there(self):
+        reference = self.seen_from_elsewhere(0.001)
+        for scans in ((self.scans, reference), (reference, self.scans)):
+            self.assertIn(f"{reference} come without sigma_m", striper("compare", *scans, code=2).stderr)
+        self.assertIn("do not say their pixels", striper("compare", "--repeat", self.without_pixels(), code=2).stderr)
+
+    def without_pixels(self):
+        columns = "frame", "time_s", "bearing_rad", "range_m", "sigma_m"
+        with open(self.scans, newline="") as file:
+            lines = [",".join(row[name] for name in columns) for row in csv.DictReader(file)]
+        return self.write("bare.csv", "\n".join([",".join(columns), *lines]) + "\n")
+
     def test_refuses_what_cannot_be_compared(self):
         one_wall = "frame,time_s,bearing_rad,range_m\n" + "".join(
             f"0,0,{0.01 * n},{2 / math.cos(0.01 * n)}\n" for n in range(-80, 81))
-        self.assertIn("stands", striper("compare", self.scans, self.write("wall.csv", one_wall), code=3).stderr)
+        self.assertIn("stands", striper("compare", self.scans, self.write("wall.csv", one_wall), "--sigma", 0.001,
+                                       code=3).stderr)
         box = "frame,time_s,bearing_rad,range_m\n" + "".join(
             f"0,0,{0.01 * n},{min(3 / math.cos(0.01 * n), 1.5 / max(abs(math.sin(0.01 * n)), 1e-9))}\n"
             for n in range(-150, 151))
-        self.assertIn("do not agree", striper("compare", self.scans, self.write("box.csv", box), code=3).stderr)
+        self.assertIn("do not agree", striper("compare", self.scans, self.write("box.csv", box), "--sigma", 0.001,
+                                             code=3).stderr)
         self.assertIn("REFERENCE", striper("compare", self.scans, code=2).stderr)
         self.assertIn("nothing.csv", striper("compare", self.scans, self.path("nothing.csv"), code=None).stderr)
         refused = striper("compare", self.scans, self.scans, "--reference-quantum", "nan", code=2)

@@ -286,7 +286,9 @@ class Verify(InScratch):
         none = self.verify(self.wall(1.5), "--step", "0.3", code=1)
         self.assertIn("failed: the step is found in 0 of 6 scans (6: ", none.stderr)
         self.assertEqual(len(json.loads(none.stdout)["failures"]), 1)
-        self.assertIn("--distance", self.verify(step, "--step", "0.3", "--distance", "2", code=2).stderr)
+        self.assertNotIn("fill", json.loads(self.verify(step, "--step", "0.3").stdout))
+        for flat in (("--distance", "2"), ("--min-fill", "0.5"), ("--max-ratio", "3")):
+            self.assertIn(flat[0], self.verify(step, "--step", "0.3", *flat, code=2).stderr)
         alone = self.simulate("pipe", head + pipe.replace("radius_m: 0.1", "radius_m: 0.2"), 2)
         # Where a surface turns away the stripe lies 0.1 mm off, which the bars of two scans do not have.
         target = json.loads(self.verify(alone, "--radius", "0.2", code=None).stdout)["target"]

@@ -85,7 +85,7 @@ void RealScore::add(const PolarScan& scan, const RealImage& image) {
   for (std::size_t i = 0; i < scan.returns.size(); ++i) {
     const Return& r = scan.returns[i];
     const bool is_ok = r.status == ReturnStatus::kOk;
-    const double at = scan.axis == StripeAxis::kColumns ? r.v_px : r.u_px;
+    const double at = r.across_px(scan.axis);
     const auto stripe = image.stripe_at(static_cast<int>(i));
     const bool has_none = image.is_empty_at(static_cast<int>(i));
     const bool is_right = is_ok && stripe && std::abs(at - *stripe) <= kRightPx;

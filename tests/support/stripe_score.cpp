@@ -15,9 +15,6 @@ constexpr int kMixedLines = 4;  // As Scene::edge_distance_px.
 double across(const TrueReturn& truth, StripeAxis axis) {
   return axis == StripeAxis::kColumns ? truth.v_px : truth.u_px;
 }
-double across(const Return& r, StripeAxis axis) {
-  return axis == StripeAxis::kColumns ? r.v_px : r.u_px;
-}
 
 template <typename Visit>
 void for_each_true(const TrueLine& line, const Visit& visit) {
@@ -134,7 +131,7 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
     }
     if (!r.has_values()) continue;
     r.confidence = scan.returns[i].confidence;
-    r.across_px = across(scan.returns[i], scan.axis);
+    r.across_px = scan.returns[i].across_px(scan.axis);
     r.sigma_px = scan.returns[i].row_sigma_px;
     const JudgedPosition position = judge_position(truth, r.line, r.across_px, r.sigma_px);
     r.error_px = position.error_px;

@@ -57,7 +57,8 @@ constexpr const char* kExamples =
     "  striper compare --repeat v4l2:/dev/video0 --model striper.yaml --frames 100\n\n"
     "Scans are a recording (CONVENTIONS.md), or what a source gives with --model; of a CSV only "
     "frame,\n"
-    "time_s, bearing_rad and range_m must be there. The reference's first scan is taken. It may\n"
+    "time_s, bearing_rad and range_m must be there; without sigma_m say --sigma, or how a\n"
+    "reference rounds, and --repeat needs the pixels. The reference's first scan is taken. It may\n"
     "stand 0.6 m and 20 degrees away.\n"
     "Exit code 3 where what both see does not determine that.";
 
@@ -91,7 +92,8 @@ void define(Command& command, CompareArguments& arguments) {
 }
 
 // All of a recording, or so many of what does not end.
-std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments& arguments) {
+std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments& arguments,
+                                  RangeSigmas& sigmas) {
   const TerminalEvents events;
   std::shared_ptr<const StriperModel> model;
   if (arguments.model) model = std::make_shared<StriperModel>(load_model(*arguments.model));
@@ -100,7 +102,6 @@ std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments
                                ? static_cast<std::size_t>(arguments.frames)
                                : std::numeric_limits<std::size_t>::max();
   std::vector<PolarScan> scans;
-  RangeSigmas sigmas(arguments.sigma_m);
   PolarScan scan;
   while (scans.size() < most && !stop_requested()) {
     const NextStatus status = source->next(scan, std::chrono::milliseconds(100));
@@ -244,8 +245,13 @@ SvgChart differences_of(const ScanComparison& found) {
 
 ExitCode compare_with_reference(const CompareArguments& arguments) {
   require_plot_file("--plot", arguments.plot);
-  const std::vector<PolarScan> scans = read_scans(arguments.scans, arguments);
-  const PolarScan reference = read_scans(*arguments.reference, arguments).front();
+  RangeSigmas own(arguments.sigma_m);
+  const std::vector<PolarScan> scans = read_scans(arguments.scans, arguments, own);
+  own.require_any(arguments.scans);
+  RangeSigmas others(arguments.sigma_m);
+  const PolarScan reference = read_scans(*arguments.reference, arguments, others).front();
+  // One that rounds is told by its step.
+  if (!(arguments.reference_quantum_m > 0.0)) others.require_any(*arguments.reference);
   CompareOptions options;
   options.reference_offset = arguments.reference_offset;
   options.reference_quantum_m = arguments.reference_quantum_m;
@@ -272,7 +278,8 @@ nlohmann::json centroid_snrs() {
 }
 
 ExitCode compare_repeats(const CompareArguments& arguments) {
-  const ScanRepeatability found = repeatability(read_scans(arguments.scans, arguments));
+  RangeSigmas sigmas(arguments.sigma_m);
+  const ScanRepeatability found = repeatability(read_scans(arguments.scans, arguments, sigmas));
   if (arguments.json)
     print_json({{"mean_change_px", found.mean_change_px},
                 {"mean_change_m", found.mean_change_m},

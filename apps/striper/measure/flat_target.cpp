@@ -163,8 +163,7 @@ void FlatTarget::compare_with_last(const PolarScan& scan) {
   now.reserve(scan.returns.size());
   for (std::size_t i = 0; i < scan.returns.size(); ++i) {
     const Return& r = scan.returns[i];
-    const double across = scan.axis == StripeAxis::kColumns ? r.v_px : r.u_px;
-    now.push_back(r.status == ReturnStatus::kOk ? across : NAN);
+    now.push_back(r.status == ReturnStatus::kOk ? r.across_px(scan.axis) : NAN);
     if (!comparable || !std::isfinite(now[i]) || !std::isfinite(last[i])) continue;
     change_px_ += std::abs(now[i] - last[i]);
     ++changes_;

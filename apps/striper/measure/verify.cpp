@@ -78,17 +78,18 @@ void define(Command& command, VerifyArguments& arguments) {
                       "True distance of the target from the scan origin, square to it, metres")
           ->type_name("M")
           ->check(above_zero());
-  command
-      .add_option("--min-fill", arguments.flat.least_fill,
-                  fmt::format("Least part of the scan lines with a return; default {}",
-                              arguments.flat.least_fill))
-      ->type_name("PART");
-  command
-      .add_option(
-          "--max-ratio", arguments.flat.most_ratio,
-          fmt::format("Most scatter, in predicted sigmas; default {}", arguments.flat.most_ratio))
-      ->type_name("RATIO")
-      ->check(above_zero());
+  auto* const fill =
+      command
+          .add_option("--min-fill", arguments.flat.least_fill,
+                      fmt::format("Least part of the scan lines with a return; default {}",
+                                  arguments.flat.least_fill))
+          ->type_name("PART");
+  auto* const ratio = command
+                          .add_option("--max-ratio", arguments.flat.most_ratio,
+                                      fmt::format("Most scatter, in predicted sigmas; default {}",
+                                                  arguments.flat.most_ratio))
+                          ->type_name("RATIO")
+                          ->check(above_zero());
   command
       .add_option("--at", arguments.at,
                   "The same target at another known distance, in frames of its own, held against "
@@ -99,15 +100,16 @@ void define(Command& command, VerifyArguments& arguments) {
                          .add_option("--step", arguments.step_m,
                                      "The target is a step of so many metres (surfaces alongside)")
                          ->type_name("M")
-                         ->check(above_zero())
-                         ->excludes(distance);
-  command
-      .add_option("--radius", arguments.radius_m,
-                  "The target is a cylinder of so many metres' radius; nothing else in view")
-      ->type_name("M")
-      ->check(above_zero())
-      ->excludes(step)
-      ->excludes(distance);
+                         ->check(above_zero());
+  auto* const radius =
+      command
+          .add_option("--radius", arguments.radius_m,
+                      "The target is a cylinder of so many metres' radius; nothing else in view")
+          ->type_name("M")
+          ->check(above_zero())
+          ->excludes(step);
+  for (auto* const target : {step, radius})
+    target->excludes(distance)->excludes(fill)->excludes(ratio);  // Of a flat target.
   command.add_flag("--json", arguments.json, "The figures for programs");
   command.footer(std::string(kSourceHelp) + "\n\n" + kExamples);
 }
@@ -260,7 +262,7 @@ ExitCode verify(const VerifyArguments& arguments) {
     flat.say_result(arguments.flat);
   say(verdict_of(failures));
   if (arguments.json) {
-    nlohmann::json json = flat.to_json(arguments.flat);
+    nlohmann::json json = target ? nlohmann::json::object() : flat.to_json(arguments.flat);
     json["sheet"] = figures;
     json["linearity"] = of_distances;
     json["target"] = nullptr;

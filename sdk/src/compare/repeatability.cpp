@@ -9,32 +9,28 @@
 namespace striper {
 namespace {
 
-// Where a return is across the stripe.
-double across_px(const PolarScan& scan, const Return& one) {
-  return scan.axis == StripeAxis::kColumns ? one.v_px : one.u_px;
-}
-
-// And along it: the scan line.
-double along_px(const PolarScan& scan, const Return& one) {
-  return scan.axis == StripeAxis::kColumns ? one.u_px : one.v_px;
-}
-
 bool is_good(const Return& one) {
   return one.status == ReturnStatus::kOk && std::isfinite(one.range_m);
 }
 
 struct Sums {
   int changes = 0;
+  int without_pixel = 0;
   double change_px = 0.0;
   double change_m = 0.0;
   double pixel_m = 0.0;
 };
 
-void add(const PolarScan& scan, const Return& a, const Return& b, Sums& sums) {
+void add(StripeAxis axis, const Return& a, const Return& b, Sums& sums) {
   const double pixel_m = a.range_far_m - a.range_near_m;  // Half a pixel to either side.
-  if (!is_good(a) || !is_good(b) || !std::isfinite(pixel_m)) return;
+  if (!is_good(a) || !is_good(b)) return;
+  const double change_px = std::abs(a.across_px(axis) - b.across_px(axis));
+  if (!std::isfinite(pixel_m) || !std::isfinite(change_px)) {
+    ++sums.without_pixel;
+    return;
+  }
   ++sums.changes;
-  sums.change_px += std::abs(across_px(scan, a) - across_px(scan, b));
+  sums.change_px += change_px;
   sums.change_m += std::abs(a.range_m - b.range_m);
   sums.pixel_m += pixel_m;
 }
@@ -42,13 +38,14 @@ void add(const PolarScan& scan, const Return& a, const Return& b, Sums& sums) {
 // Of the same scan line each, in their order: scans may have some without a return, or leave
 // them out.
 void add(const PolarScan& before, const PolarScan& after, Sums& sums) {
+  const StripeAxis axis = before.axis;
   auto b = after.returns.begin();
   for (const Return& a : before.returns) {
-    const double line = along_px(before, a);
-    while (b != after.returns.end() && along_px(after, *b) < line) ++b;
+    const double line = a.along_px(axis);
+    while (b != after.returns.end() && b->along_px(axis) < line) ++b;
     if (b == after.returns.end()) return;
-    if (along_px(after, *b) > line) continue;
-    add(before, a, *b, sums);
+    if (b->along_px(axis) > line) continue;
+    add(axis, a, *b, sums);
     ++b;
   }
 }
@@ -63,6 +60,10 @@ ScanRepeatability repeatability(std::span<const PolarScan> scans) {
     if (before != nullptr) add(*before, scan, sums);
     before = &scan;
   }
+  if (sums.changes == 0 && sums.without_pixel > 0)
+    throw Error(ErrorKind::kBadValue,
+                "the returns do not say their pixels (u_px, v_px, range_near_m, range_far_m), in "
+                "which repeatability is told");
   if (sums.changes == 0)
     throw Error(ErrorKind::kBadValue,
                 "no column has a range in two scans that follow each other: nothing to compare");

@@ -350,6 +350,20 @@ std::vector<Point> points_of(std::span<const PolarScan> scans, ReturnStatus stat
   return points;
 }
 
+// How well a pose is known follows from how well its returns are.
+void require_sigmas(std::span<const PolarScan> scans) {
+  bool is_any = false;
+  for (const PolarScan& scan : scans) {
+    for (const Return& one : scan.ok()) {
+      if (std::isfinite(one.sigma_m)) return;
+      is_any = is_any || std::isfinite(one.range_m);
+    }
+  }
+  if (!is_any) return;
+  throw Error(ErrorKind::kBadValue,
+              "none of the scans' ok returns has a sigma_m, so no error bar can be told");
+}
+
 int returns_of(std::span<const PolarScan> scans) {
   int count = 0;
   for (const PolarScan& scan : scans) count += static_cast<int>(scan.returns.size());
@@ -443,6 +457,7 @@ ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& 
   constexpr std::size_t kCoarsePoints = 200;
   ScanComparison comparison;
   const ReferenceLines lines(reference, options);
+  require_sigmas(scans);
   const std::vector<Point> points = points_of(scans, ReturnStatus::kOk);
   comparison.dropped.status = returns_of(scans) - static_cast<int>(points.size());
   const Matcher fine(points, lines, options);

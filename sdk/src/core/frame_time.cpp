@@ -9,7 +9,6 @@ namespace {
 
 // Three years: no source without a clock has run as long, and no clock is of 1973.
 constexpr double kSince1970_s = 1e8;
-constexpr double kMost_s = 4.6e9;  // Half of what 64 bits of nanoseconds hold.
 
 }  // namespace
 
@@ -17,7 +16,7 @@ constexpr double kMost_s = 4.6e9;  // Half of what 64 bits of nanoseconds hold.
 // seconds are those of the nearest doubles: one of these gave the text.
 FrameTime FrameTime::at_seconds(double seconds) noexcept {
   FrameTime time;
-  if (!(std::abs(seconds) <= kMost_s)) return time;
+  if (!(std::abs(seconds) <= kMostSeconds)) return time;
   if (seconds >= kSince1970_s) time.utc_offset_ns = 0;
   const double infinity = std::numeric_limits<double>::infinity();
   const double nearest_ns = std::round(seconds * 1e9);

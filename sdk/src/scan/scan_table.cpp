@@ -38,9 +38,7 @@ std::string expected_cell(const StatusCell<Value>&) {
   return expected_one_of(words.data(), words.size());
 }
 
-// Times are 64 bits of nanoseconds, with as much to spare for an offset; a laser is one of 64, as
-// in a pattern.
-constexpr double kMostSeconds = 4e9;
+// A laser is one of 64, as in a pattern.
 constexpr int kLastLaser = 63;
 
 // A number of the return, by its place in `kScanColumns`.
@@ -64,7 +62,7 @@ constexpr auto make_columns(std::index_sequence<kIndices...> /*numbers*/) {
       csv_column<ScanRow>(
           "time_s",
           [](auto& r) {
-            return CsvBetween{r.time_s, -kMostSeconds, kMostSeconds};
+            return CsvBetween{r.time_s, -FrameTime::kMostSeconds, FrameTime::kMostSeconds};
           },
           CsvNeed::kRequired),
       csv_column<ScanRow>("laser",

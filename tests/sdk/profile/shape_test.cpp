@@ -13,7 +13,9 @@
 #include <striper/stream/shaped_sink.hpp>
 
 #include "support/error_of.hpp"
+#include "support/models.hpp"
 #include "support/profile_scans.hpp"
+#include "support/sinks.hpp"
 
 namespace striper {
 namespace {
@@ -186,6 +188,54 @@ TEST(Resampled, GapsAreFilledOnlyWhenAsked) {
   for (const Return& r : resampled(scan, grid, 1.0).returns)
     deep += r.status == ReturnStatus::kFilled && r.sigma_m > 0.1 ? 1 : 0;
   EXPECT_GT(deep, 0);
+}
+
+TEST(Resampled, TablesOfOkReturnsHaveTheSameHoles) {
+  const ResampleGrid grid = parse_resample_grid("y=0.002");
+  PolarScan scan = board(320, 323);
+  const std::size_t with_all = resampled(scan, grid).returns.size();
+  std::erase_if(scan.returns, [](const Return& r) { return r.status != ReturnStatus::kOk; });
+  ASSERT_EQ(scan.returns.size(), 637U);
+  EXPECT_EQ(resampled(scan, grid).returns.size(), with_all);
+  for (Return& r : scan.returns) r.u_px = Return::kNone;  // Nothing says that there is a hole.
+  EXPECT_GT(resampled(scan, grid).returns.size(), with_all);
+  // Half of the pixels: the pitch is two.
+  PolarScan binned = board(0, 0);
+  for (std::size_t i = 0; i < binned.returns.size(); ++i)
+    if (i % 2 == 1) binned.returns[i].status = ReturnStatus::kNoStripe;
+  std::erase_if(binned.returns, [](const Return& r) { return r.status != ReturnStatus::kOk; });
+  EXPECT_GT(resampled(binned, grid).returns.size(), 800U);
+}
+
+// What comes out of a scan that is smoothed by the models with which its head was opened, one after
+// another.
+PolarScan smoothed_by(const std::vector<StriperModel>& models, const PolarScan& scan) {
+  PolarScan last;
+  ShapeOptions options;
+  options.smooth = true;
+  const auto sink = shaped_sink(
+      std::make_unique<testing::SinkThat>([&](const PolarScan& shaped) { last = shaped; }),
+      options);
+  for (const StriperModel& model : models) {
+    sink->open(head_info(kDefaultHead, {}, std::make_shared<StriperModel>(model), model.axis));
+    sink->write(scan);
+  }
+  return last;
+}
+
+TEST(ShapedSink, HeadThatOpensAgainIsSmoothedByItsNewModel) {
+  const ProfileStriper striper;
+  PolarScan scan;
+  testing::reseed(7);
+  testing::noisy_scan(striper, wall(striper), scan);
+  const StriperModel straight = testing::paper_model();
+  const StriperModel tilted = testing::typical_model();
+  const PolarScan anew = smoothed_by({straight, tilted}, scan);
+  const PolarScan alone = smoothed_by({tilted}, scan);
+  const PolarScan before = smoothed_by({straight}, scan);
+  ASSERT_EQ(anew.returns.size(), alone.returns.size());
+  EXPECT_EQ(anew.returns[320].range_m, alone.returns[320].range_m);
+  EXPECT_NE(anew.returns[320].range_m, before.returns[320].range_m);
 }
 
 TEST(ResampleGrid, NonsenseIsRefused) {

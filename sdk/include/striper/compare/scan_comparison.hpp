@@ -114,7 +114,8 @@ struct ScanComparison {
 /// neighbours share their errors. Cost: about 15 ms for two scans of 640 returns.
 /// Thread-safe.
 /// @param scans of the striper, in one frame. @param reference one scan, in its own frame.
-/// @throws Error{kBadValue} as the options, Error{kUntrustworthy} where fewer than 30 pairs are
+/// @throws Error{kBadValue} as the options, and where no ok return of `scans` has a sigma_m;
+/// Error{kUntrustworthy} where fewer than 30 pairs are
 /// found, the walls do not determine the pose, or too few returns lie on what the reference shows.
 ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& reference,
                              const CompareOptions& options = {});
@@ -130,7 +131,8 @@ struct ScanRepeatability {
 
 /// Compares each scan with the next (of the same laser and field), column by column. Of normal
 /// errors the mean change is 2 / sqrt(pi) sigma.
-/// @throws Error{kBadValue} where no column is good in two scans that follow each other.
+/// @throws Error{kBadValue} where no column is good in two scans that follow each other,
+/// or its returns do not say their pixels.
 ScanRepeatability repeatability(std::span<const PolarScan> scans);
 
 }  // namespace striper

@@ -36,10 +36,13 @@ struct FrameTime {
             std::chrono::nanoseconds(monotonic_ns + *utc_offset_ns)));
   }
 
+  /// Half of what 64 bits of nanoseconds hold, so that they hold the difference of any two: the
+  /// year 2115. What is beyond is in other units.
+  static constexpr double kMostSeconds = 4.6e9;
+
   /// The time whose `seconds` these are, to the last bit where there is one: what was written from
   /// a time reads back to the same text. From 1e8 s on (1973) it is since 1970, before that since
-  /// the first frame. Zero beyond 4.6e9 s (the year 2115) to either side, so that
-  /// 64 bits of nanoseconds hold the difference of any two.
+  /// the first frame. Zero beyond `kMostSeconds` to either side.
   static FrameTime at_seconds(double seconds) noexcept;
 };
 

@@ -24,10 +24,12 @@ ResampleGrid parse_resample_grid(std::string_view text);
 /// passes a place of the grid there is one, its sigmas those of both. In the order of the scan; a
 /// surface that passes a place twice is there twice.
 ///
-/// There is nothing between returns that are not neighbours: where a column between them has none,
-/// or where they are farther apart than three times what their own neighbours are (an edge). Only
-/// with `fill_gaps_m` such a gap, if it is at most so long, is filled: kFilled, and its sigma has
-/// the depth of the gap over sqrt(12), for the surface is anywhere in between.
+/// There is nothing between returns that are not neighbours: where a scan line between them has
+/// none, or where they are farther apart than three times what their own neighbours are (an edge).
+/// Scan lines that a table of ok returns leaves out are known by the pixels of those it has;
+/// without pixels its returns are all neighbours. Only with `fill_gaps_m` a gap, if it is at most
+/// so long, is filled: kFilled, and its sigma has the depth of the gap over sqrt(12), for the
+/// surface is anywhere in between.
 PolarScan resampled(const PolarScan& scan, const ResampleGrid& grid,
                     std::optional<double> fill_gaps_m = std::nullopt);
 

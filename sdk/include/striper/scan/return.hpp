@@ -4,6 +4,7 @@
 #include <limits>
 
 #include <striper/core/return_status.hpp>
+#include <striper/core/stripe_axis.hpp>
 
 namespace striper {
 
@@ -37,6 +38,16 @@ struct Return {
   float confidence = static_cast<float>(kNone);  ///< 0 to 1.
 
   ReturnStatus status = ReturnStatus::kNoStripe;
+
+  /// The pixel along the stripe, which says the scan line.
+  double along_px(StripeAxis axis) const noexcept {
+    return axis == StripeAxis::kColumns ? u_px : v_px;
+  }
+
+  /// The pixel across the stripe, which says the range.
+  double across_px(StripeAxis axis) const noexcept {
+    return axis == StripeAxis::kColumns ? v_px : u_px;
+  }
 };
 
 }  // namespace striper

@@ -16,16 +16,12 @@ constexpr double kMoves = 8.0;
 constexpr int kMostScans = 10000;
 constexpr double kSameLine_px = 0.25;  // Half of what fields are apart.
 
-// The pixel along the stripe; NaN where it is not known.
-double along_px(const PolarScan& scan, const Return& r) {
-  return scan.axis == StripeAxis::kColumns ? r.u_px : r.v_px;
-}
-
 // Returns are matched by their place in the scan.
 void require_same_lines(const PolarScan& first, const PolarScan& scan) {
   bool is_same = first.returns.size() == scan.returns.size();
   for (std::size_t i = 0; is_same && i < scan.returns.size(); ++i) {
-    const double apart = along_px(first, first.returns[i]) - along_px(scan, scan.returns[i]);
+    const double apart =
+        first.returns[i].along_px(first.axis) - scan.returns[i].along_px(scan.axis);
     is_same = !(std::abs(apart) > kSameLine_px);
   }
   if (is_same) return;

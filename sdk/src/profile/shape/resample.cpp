@@ -2,8 +2,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -25,10 +29,6 @@ double place_of(const Return& r, ResampleGrid::Axis axis) {
     default:
       return r.bearing_rad;
   }
-}
-
-double distance_m(const Return& a, const Return& b) {
-  return std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
 }
 
 template <typename Number>
@@ -56,6 +56,61 @@ Return between(const Return& a, const Return& b, double part) {
   r.confidence = mix(a.confidence, b.confidence, part);
   return r;
 }
+
+// The returns of a scan that have a surface, and which of them are neighbours. A scan of all scan
+// lines says by place what is between two of them; a table of the ok ones alone says it by their
+// pixels.
+class Neighbours {
+ public:
+  explicit Neighbours(const PolarScan& scan) : scan_(scan) {
+    for (std::size_t i = 0; i < scan.returns.size(); ++i)
+      if (scan.returns[i].status == ReturnStatus::kOk && scan.returns[i].range_m > 0.0)
+        good_.push_back(i);
+    find_pitch();
+  }
+
+  std::size_t size() const { return good_.size(); }
+  const Return& at(std::size_t k) const { return scan_.returns[good_[k]]; }
+
+  // Whether no scan line is between k and the next.
+  bool are_neighbours(std::size_t k) const {
+    if (good_[k + 1] != good_[k] + 1) return false;
+    return !pitch_px_ || apart_px(k) < kSameLines * *pitch_px_;
+  }
+
+  double distance_m(std::size_t k) const {
+    return std::hypot(at(k + 1).x_m - at(k).x_m, at(k + 1).y_m - at(k).y_m);
+  }
+
+  // How far apart neighbours k and k + 1 are; 0 where they are none.
+  double spacing_m(std::size_t k) const {
+    return k + 1 < size() && are_neighbours(k) ? distance_m(k) : 0.0;
+  }
+
+ private:
+  static constexpr double kSameLines = 1.5;
+  static constexpr double kPitchError = 0.02;  // Tables round pixels to hundredths.
+
+  double apart_px(std::size_t k) const {
+    return std::abs(at(k + 1).along_px(scan_.axis) - at(k).along_px(scan_.axis));
+  }
+
+  // What all are whole multiples of; none in a scan that was resampled, or has no pixels.
+  void find_pitch() {
+    double pitch_px = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k + 1 < size(); ++k) pitch_px = std::min(pitch_px, apart_px(k));
+    bool is_pitch = pitch_px > kPitchError && std::isfinite(pitch_px);
+    for (std::size_t k = 0; is_pitch && k + 1 < size(); ++k) {
+      const double pitches = apart_px(k) / pitch_px;
+      is_pitch = std::abs(pitches - std::round(pitches)) * pitch_px < kPitchError;
+    }
+    if (is_pitch) pitch_px_ = pitch_px;
+  }
+
+  const PolarScan& scan_;
+  std::vector<std::size_t> good_;
+  std::optional<double> pitch_px_;
+};
 
 constexpr double kMostPlaces = 1e6;  // Between two returns: 200 MB.
 
@@ -105,24 +160,17 @@ PolarScan resampled(const PolarScan& scan, const ResampleGrid& grid,
                     std::optional<double> fill_gaps_m) {
   PolarScan out = scan;
   out.returns.clear();
-  std::vector<std::size_t> good;
-  for (std::size_t i = 0; i < scan.returns.size(); ++i)
-    if (scan.returns[i].status == ReturnStatus::kOk && scan.returns[i].range_m > 0.0)
-      good.push_back(i);
-  const auto at = [&](std::size_t k) -> const Return& { return scan.returns[good[k]]; };
-  // How far apart neighbours k and k + 1 are; 0 where they are none.
-  const auto spacing = [&](std::size_t k) {
-    if (k + 1 >= good.size() || good[k + 1] != good[k] + 1) return 0.0;
-    return distance_m(at(k), at(k + 1));
-  };
+  const Neighbours good(scan);
   for (std::size_t k = 0; k + 1 < good.size(); ++k) {
-    const double apart = distance_m(at(k), at(k + 1));
-    const double usual = std::max(k > 0 ? spacing(k - 1) : 0.0, spacing(k + 1));
-    const double noise = kEdgeSigmas * std::max(at(k).sigma_m, at(k + 1).sigma_m);
+    const Return& a = good.at(k);
+    const Return& b = good.at(k + 1);
+    const double apart = good.distance_m(k);
+    const double usual = std::max(k > 0 ? good.spacing_m(k - 1) : 0.0, good.spacing_m(k + 1));
+    const double noise = kEdgeSigmas * std::max(a.sigma_m, b.sigma_m);
     const bool is_edge = apart > kEdgeSpacings * usual + (std::isfinite(noise) ? noise : 0.0);
-    const bool is_gap = good[k + 1] != good[k] + 1 || (usual > 0.0 && is_edge);
+    const bool is_gap = !good.are_neighbours(k) || (usual > 0.0 && is_edge);
     if (is_gap && !(fill_gaps_m && apart <= *fill_gaps_m)) continue;
-    add_between({&at(k), &at(k + 1), is_gap}, grid, out.returns);
+    add_between({&a, &b, is_gap}, grid, out.returns);
   }
   return out;
 }

@@ -39,7 +39,7 @@ struct LaserGeometry {
 bool is_inside(const StriperModel* model, const PolarScan& scan, const Return& r) {
   if (model == nullptr) return false;
   const bool is_columns = scan.axis == StripeAxis::kColumns;
-  const double at = is_columns ? r.u_px : r.v_px;
+  const double at = r.along_px(scan.axis);
   const int size = is_columns ? model->camera.width() : model->camera.height();
   constexpr double kBorder = 1.5;  // A spacing, and what a binned column may be off.
   return at > kBorder && at < size - 1 - kBorder;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -116,9 +117,9 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
     }
     if (key_ != "time_s") return true;
     double seconds = 0.0;
-    has_time_ = detail::read_number(text, seconds);
+    has_time_ = detail::read_number(text, seconds) && std::abs(seconds) <= FrameTime::kMostSeconds;
     scan_->time = FrameTime::at_seconds(seconds);
-    return has_time_ || fail(text, "seconds");
+    return has_time_ || fail(text, fmt::format("seconds, {:g} at most", FrameTime::kMostSeconds));
   }
 
   bool status(std::string_view text) {
