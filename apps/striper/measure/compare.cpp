@@ -57,8 +57,9 @@ constexpr const char* kExamples =
     "  striper compare --repeat v4l2:/dev/video0 --model striper.yaml --frames 100\n\n"
     "Scans are a recording (CONVENTIONS.md), or what a source gives with --model; of a CSV only "
     "frame,\n"
-    "time_s, bearing_rad and range_m must be there; without sigma_m say --sigma, or how a\n"
-    "reference rounds, and --repeat needs the pixels. The reference's first scan is taken. It may\n"
+    "time_s, bearing_rad and range_m must be there; where either has no sigma_m say --sigma, or\n"
+    "how the reference rounds; --repeat needs the pixels. The reference's first scan is taken. It "
+    "may\n"
     "stand 0.6 m and 20 degrees away.\n"
     "Exit code 3 where what both see does not determine that.";
 
@@ -74,16 +75,20 @@ void define(Command& command, CompareArguments& arguments) {
   command.add_option("--frames", arguments.frames, "How many scans of a source that does not end")
       ->type_name("N")
       ->check(above_zero());
-  add_sigma_option(command, arguments.sigma_m);
-  command.add_flag("--repeat", arguments.repeat, "Compare each scan with the next")
-      ->excludes(reference);
-  command.add_flag("--reference-offset", arguments.reference_offset,
-                   "The reference's ranges may all be off by the same amount: estimate it");
+  auto* const repeat =
+      command.add_flag("--repeat", arguments.repeat, "Compare each scan with the next")
+          ->excludes(reference);
+  add_sigma_option(command, arguments.sigma_m)->excludes(repeat);
+  command
+      .add_flag("--reference-offset", arguments.reference_offset,
+                "The reference's ranges may all be off by the same amount: estimate it")
+      ->excludes(repeat);
   command
       .add_option("--reference-quantum", arguments.reference_quantum_m,
                   "The step in which the reference rounds its ranges, metres")
       ->type_name("M")
-      ->check(between(0.0, 1.0));
+      ->check(between(0.0, 1.0))
+      ->excludes(repeat);
   command.add_option("--plot", arguments.plot, "Both from above, and the differences")
       ->type_name("FILE.svg")
       ->excludes("--repeat");
@@ -92,8 +97,7 @@ void define(Command& command, CompareArguments& arguments) {
 }
 
 // All of a recording, or so many of what does not end.
-std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments& arguments,
-                                  RangeSigmas& sigmas) {
+std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments& arguments) {
   const TerminalEvents events;
   std::shared_ptr<const StriperModel> model;
   if (arguments.model) model = std::make_shared<StriperModel>(load_model(*arguments.model));
@@ -107,7 +111,6 @@ std::vector<PolarScan> read_scans(const std::string& uri, const CompareArguments
     const NextStatus status = source->next(scan, std::chrono::milliseconds(100));
     if (status == NextStatus::kTimeout) continue;
     if (status != NextStatus::kFrame) break;
-    sigmas.complete(scan);
     scans.push_back(scan);
   }
   if (stop_requested() && scans.size() < 2) throw Error(ErrorKind::kDevice, "interrupted");
@@ -243,15 +246,23 @@ SvgChart differences_of(const ScanComparison& found) {
   return chart;
 }
 
+// The first scan, with sigmas unless it rounds, which then is its error.
+PolarScan read_reference(const CompareArguments& arguments) {
+  PolarScan reference = read_scans(*arguments.reference, arguments).front();
+  RangeSigmas sigmas(arguments.sigma_m);
+  sigmas.complete(reference);
+  if (!(arguments.reference_quantum_m > 0.0))
+    sigmas.require_any(*arguments.reference, ", or how they are rounded by --reference-quantum M");
+  return reference;
+}
+
 ExitCode compare_with_reference(const CompareArguments& arguments) {
   require_plot_file("--plot", arguments.plot);
-  RangeSigmas own(arguments.sigma_m);
-  const std::vector<PolarScan> scans = read_scans(arguments.scans, arguments, own);
-  own.require_any(arguments.scans);
-  RangeSigmas others(arguments.sigma_m);
-  const PolarScan reference = read_scans(*arguments.reference, arguments, others).front();
-  // One that rounds is told by its step.
-  if (!(arguments.reference_quantum_m > 0.0)) others.require_any(*arguments.reference);
+  std::vector<PolarScan> scans = read_scans(arguments.scans, arguments);
+  RangeSigmas sigmas(arguments.sigma_m);
+  for (PolarScan& scan : scans) sigmas.complete(scan);
+  sigmas.require_any(arguments.scans);
+  const PolarScan reference = read_reference(arguments);
   CompareOptions options;
   options.reference_offset = arguments.reference_offset;
   options.reference_quantum_m = arguments.reference_quantum_m;
@@ -278,8 +289,7 @@ nlohmann::json centroid_snrs() {
 }
 
 ExitCode compare_repeats(const CompareArguments& arguments) {
-  RangeSigmas sigmas(arguments.sigma_m);
-  const ScanRepeatability found = repeatability(read_scans(arguments.scans, arguments, sigmas));
+  const ScanRepeatability found = repeatability(read_scans(arguments.scans, arguments));
   if (arguments.json)
     print_json({{"mean_change_px", found.mean_change_px},
                 {"mean_change_m", found.mean_change_m},

@@ -21,19 +21,21 @@ void RangeSigmas::complete(PolarScan& scan) {
   bool is_any = false;
   bool is_known = false;
   for (Return& r : scan.returns) {
-    if (!std::isfinite(r.sigma_m)) r.sigma_m = sigma_m_;
-    is_any = is_any || std::isfinite(r.range_m);
+    const bool is_own = r.sigma_m > 0.0 && std::isfinite(r.sigma_m);
+    if (!is_own) r.sigma_m = sigma_m_;
+    if (r.status != ReturnStatus::kOk || !std::isfinite(r.range_m)) continue;
+    is_any = true;
     is_known = is_known || std::isfinite(r.sigma_m);
   }
   if (is_any) ++(is_known ? known_ : unknown_);
 }
 
-void RangeSigmas::require_any(const std::string& scans) const {
+void RangeSigmas::require_any(const std::string& scans, std::string_view or_else) const {
   if (known_ > 0 || unknown_ == 0) return;
   throw Error(ErrorKind::kUsage,
               fmt::format("the ranges of {} come without sigma_m, so no error bar can be told: "
-                          "say how good they are by --sigma M, metres",
-                          scans));
+                          "say how good they are by --sigma M, metres{}",
+                          scans, or_else));
 }
 
 }  // namespace striper::program

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include <striper/scan/polar_scan.hpp>
 
@@ -16,7 +17,8 @@ CommandOption* add_sigma_option(Command& command, double& sigma_m);
 
 inline constexpr double kNoSigma_m = std::numeric_limits<double>::quiet_NaN();
 
-/// Gives ranges that come without a sigma that of `--sigma`, and knows whether any had one.
+/// Gives ranges that come without a sigma, or none above 0, that of `--sigma`, and knows whether
+/// any had one.
 class RangeSigmas {
  public:
   /// @param sigma_m  NaN where --sigma was not given.
@@ -25,14 +27,15 @@ class RangeSigmas {
   void complete(PolarScan& scan);
 
   /// @param scans  where they came from, for the message.
-  /// @throws Error{kUsage} naming --sigma, where there were ranges and no scan had one with a
+  /// @param or_else  what may be said instead, a clause for the message.
+  /// @throws Error{kUsage} naming --sigma, where there were ok ranges and no scan had one with a
   /// sigma.
-  void require_any(const std::string& scans) const;
+  void require_any(const std::string& scans, std::string_view or_else = {}) const;
 
  private:
   double sigma_m_;
-  std::uint64_t known_ = 0;    // Scans of which a return says how good it is.
-  std::uint64_t unknown_ = 0;  // Scans with ranges, none of which does.
+  std::uint64_t known_ = 0;    // Scans of which an ok return says how good it is.
+  std::uint64_t unknown_ = 0;  // Scans with ok returns, none of which does.
 };
 
 }  // namespace striper::program

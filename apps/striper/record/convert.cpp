@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // striper convert: scans from one kind of file to others; a damaged recording to a whole one.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -25,6 +26,7 @@
 
 #include "options/option_bounds.hpp"
 #include "options/own_files.hpp"
+#include "options/range_sigmas.hpp"
 #include "options/shape_arguments.hpp"
 #include "options/sink_arguments.hpp"
 #include "program/program.hpp"
@@ -46,6 +48,7 @@ struct ConvertArguments {
   std::optional<double> end_s;
   std::string head;
   ShapeArguments shape;
+  double sigma_m = kNoSigma_m;
   std::optional<double> speed_m_s;
   std::optional<std::string> odometer;
   std::optional<double> counts_per_m;
@@ -69,7 +72,9 @@ constexpr const char* kExamples =
     "  striper convert drive.mcap -o road.ply --odometer odometer.csv --counts-per-m 1200\n"
     "      points for a viewer, the striper moved between scans\n"
     "  striper convert scans.csv -o smooth.csv -o points.las --smooth line\n"
-    "      one pass, several files\n\n"
+    "      one pass, several files\n"
+    "  striper convert scans.csv -o profile.csv --resample y=0.001 --fill-gaps 0.02 --doubtful\n"
+    "      a return every millimetre; a table of ok returns alone needs its pixels for its gaps\n\n"
     "From .mcap to .mcap all messages are copied, frames too, unless scans are averaged, smoothed\n"
     "or resampled. --start and --end count from the first scan, or message, in seconds. The exit\n"
     "code is 0 where anything was saved of a damaged file: what was lost is said.";
@@ -123,6 +128,7 @@ void define(Command& command, ConvertArguments& arguments) {
       ->check(at_least(0.0));
   command.add_option("--head", arguments.head, "This head of several alone")->type_name("H");
   add_shape_arguments(command, arguments.shape);
+  add_sigma_option(command, arguments.sigma_m);
   define_motion(command, arguments);
   command.add_flag("--doubtful", arguments.doubtful,
                    "Also write returns that are not to be trusted");
@@ -231,8 +237,9 @@ std::unique_ptr<ScanSource> open(const ConvertArguments& arguments,
 /// Gives the wanted scans of a source to a bus.
 class ScanConversion {
  public:
-  ScanConversion(ScanSource& source, const Part& part, ScanBus& bus, Converted& done)
-      : source_(source), part_(part), bus_(bus), done_(done) {}
+  ScanConversion(const ConvertArguments& arguments, ScanSource& source, const Part& part,
+                 ScanBus& bus, Converted& done)
+      : arguments_(arguments), source_(source), part_(part), bus_(bus), done_(done) {}
 
   // @param total of the file's scans, where it is known.
   void run(std::optional<std::uint64_t> total) {
@@ -267,11 +274,22 @@ class ScanConversion {
     if (!begin_s_) begin_s_ = time_s;
     if (!part_.has(time_s - *begin_s_) || !part_.has_head(scan->head())) return true;
     if (heads_.emplace(scan->head()).second) bus_.open(source_.info_of(scan->head()));
+    complete_sigmas(*scan);
     bus_.write(std::shared_ptr<const PolarScan>(std::move(scan)));
     ++done_.scans;
     return true;
   }
 
+  // Surfaces are found by how good their ranges are. Scans that are not touched keep their bits.
+  void complete_sigmas(PolarScan& scan) {
+    const bool is_smoothed = arguments_.shape.options().smooth;
+    if (!is_smoothed && std::isnan(arguments_.sigma_m)) return;
+    sigmas_.complete(scan);
+    if (is_smoothed) sigmas_.require_any(arguments_.scans);
+  }
+
+  const ConvertArguments& arguments_;
+  RangeSigmas sigmas_{arguments_.sigma_m};
   ScanSource& source_;
   const Part& part_;
   ScanBus& bus_;
@@ -288,7 +306,7 @@ void convert_scans(const ConvertArguments& arguments, const Part& part,
   ScanBus bus(events.port());
   const ShapedOutputs shaped(outputs, arguments.shape.options(), bus);
   const bool is_counted = known && known->scans > 0;
-  ScanConversion(*source, part, bus, done)
+  ScanConversion(arguments, *source, part, bus, done)
       .run(is_counted ? std::optional(known->scans) : std::nullopt);
   if (done.scans == 0 && !done.is_interrupted) {
     throw Error(

@@ -35,18 +35,19 @@ void add(StripeAxis axis, const Return& a, const Return& b, Sums& sums) {
   sums.pixel_m += pixel_m;
 }
 
-// Of the same scan line each, in their order: scans may have some without a return, or leave
-// them out.
+// Of the same scan line each: scans may have some without a return, or leave them out.
 void add(const PolarScan& before, const PolarScan& after, Sums& sums) {
   const StripeAxis axis = before.axis;
-  auto b = after.returns.begin();
+  std::map<double, const Return*> lines;
+  for (const Return& b : after.returns) {
+    if (std::isfinite(b.along_px(axis)))
+      lines.emplace(b.along_px(axis), &b);
+    else
+      sums.without_pixel += is_good(b) ? 1 : 0;
+  }
   for (const Return& a : before.returns) {
-    const double line = a.along_px(axis);
-    while (b != after.returns.end() && b->along_px(axis) < line) ++b;
-    if (b == after.returns.end()) return;
-    if (b->along_px(axis) > line) continue;
-    add(axis, a, *b, sums);
-    ++b;
+    const auto b = lines.find(a.along_px(axis));
+    if (b != lines.end()) add(axis, a, *b->second, sums);
   }
 }
 

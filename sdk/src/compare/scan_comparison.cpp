@@ -335,33 +335,19 @@ void add_pulls(ScanComparison& comparison) {
 
 Point point_of(const Return& one) {
   const double calibration_m = std::isfinite(one.sigma_cal_m) ? one.sigma_cal_m : 0.0;
-  const double random_m = std::isfinite(one.sigma_m) ? one.sigma_m : 0.0;
   return {one.range_m * Eigen::Vector2d(std::cos(one.bearing_rad), std::sin(one.bearing_rad)),
-          std::max(1e-5, std::hypot(random_m, calibration_m))};
+          std::max(1e-5, std::hypot(one.sigma_m, calibration_m))};
 }
 
 std::vector<Point> points_of(std::span<const PolarScan> scans, ReturnStatus status) {
   std::vector<Point> points;
   for (const PolarScan& scan : scans) {
     for (const Return& one : scan.returns) {
-      if (one.status == status && std::isfinite(one.range_m)) points.push_back(point_of(one));
+      if (one.status == status && std::isfinite(one.range_m) && std::isfinite(one.sigma_m))
+        points.push_back(point_of(one));
     }
   }
   return points;
-}
-
-// How well a pose is known follows from how well its returns are.
-void require_sigmas(std::span<const PolarScan> scans) {
-  bool is_any = false;
-  for (const PolarScan& scan : scans) {
-    for (const Return& one : scan.ok()) {
-      if (std::isfinite(one.sigma_m)) return;
-      is_any = is_any || std::isfinite(one.range_m);
-    }
-  }
-  if (!is_any) return;
-  throw Error(ErrorKind::kBadValue,
-              "none of the scans' ok returns has a sigma_m, so no error bar can be told");
 }
 
 int returns_of(std::span<const PolarScan> scans) {
@@ -457,8 +443,9 @@ ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& 
   constexpr std::size_t kCoarsePoints = 200;
   ScanComparison comparison;
   const ReferenceLines lines(reference, options);
-  require_sigmas(scans);
   const std::vector<Point> points = points_of(scans, ReturnStatus::kOk);
+  if (points.empty())
+    throw Error(ErrorKind::kBadValue, "none of the scans' ok returns has both range_m and sigma_m");
   comparison.dropped.status = returns_of(scans) - static_cast<int>(points.size());
   const Matcher fine(points, lines, options);
   const Fit fit = search(Matcher(thinned(points, kCoarsePoints), lines, options), fine);

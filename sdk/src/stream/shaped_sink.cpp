@@ -82,7 +82,8 @@ class ShapedSink : public ScanSink {
 
 void ShapeOptions::validate() const {
   if (fill_gaps_m && !resample)
-    throw Error(ErrorKind::kUsage, "gaps are filled where a scan is resampled: say to what");
+    throw Error(ErrorKind::kUsage,
+                "gaps are filled where a scan is resampled: say to what by resample (--resample)");
 }
 
 std::unique_ptr<ScanSink> shaped_sink(std::unique_ptr<ScanSink> sink, const ShapeOptions& options,

@@ -335,6 +335,24 @@ TEST(Repeatability, ComparesTheSameColumnsWhereSomeAreLeftOut) {
   const ScanRepeatability result = repeatability(scans);
   EXPECT_GT(result.changes, 5 * 65);
   EXPECT_EQ(result.mean_change_m, 0.0);
+  for (PolarScan& scan : scans) std::reverse(scan.returns.begin(), scan.returns.end());
+  EXPECT_EQ(repeatability(scans).changes, result.changes);
+}
+
+TEST(Repeatability, NeedsThePixelsOfItsReturns) {
+  for (double Return::*const missing :
+       {&Return::u_px, &Return::v_px, &Return::range_near_m, &Return::range_far_m}) {
+    Return one = make_return(0.0, 1.0, 0.01);
+    one.u_px = 3.0;
+    one.v_px = 240.0;
+    one.range_near_m = 0.99;
+    one.range_far_m = 1.01;
+    std::vector<PolarScan> scans(2);
+    scans[0].returns = scans[1].returns = {one};
+    EXPECT_EQ(repeatability(scans).changes, 1);
+    scans[0].returns[0].*missing = scans[1].returns[0].*missing = Return::kNone;
+    EXPECT_THAT(error_of([&] { repeatability(scans); }).what(), HasSubstr("their pixels"));
+  }
 }
 
 TEST(Repeatability, NeedsTwoScansOfALaser) {

@@ -3,6 +3,8 @@
 // that resampling puts returns on the grid, on the surface, and fills gaps only when asked.
 #include <cmath>
 #include <memory>
+#include <numbers>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -207,6 +209,61 @@ TEST(Resampled, TablesOfOkReturnsHaveTheSameHoles) {
   EXPECT_GT(resampled(binned, grid).returns.size(), 800U);
 }
 
+// A return on a bearing of its own, of a scan line.
+Return point(double u_px, double bearing_rad, double range_m) {
+  Return r;
+  r.u_px = u_px;
+  r.v_px = 100.3;
+  r.bearing_rad = bearing_rad;
+  r.range_m = range_m;
+  r.sigma_m = 5e-4;
+  r.x_m = range_m * std::cos(bearing_rad);
+  r.y_m = range_m * std::sin(bearing_rad);
+  r.status = ReturnStatus::kOk;
+  return r;
+}
+
+TEST(Resampled, NothingIsBetweenASpikeOrAPairAndWhatIsBehind) {
+  const ResampleGrid grid = parse_resample_grid("y=0.0005");
+  PolarScan spike = board(0, 0);
+  spike.returns[320] = testing::return_at(ProfileStriper{}, 320, 1.0);
+  for (const Return& r : resampled(spike, grid).returns) EXPECT_GT(r.range_m, 1.4);
+  PolarScan pair;
+  pair.returns = {point(250, 0.01, 2.0), point(251, 0.008, 1.0)};
+  EXPECT_TRUE(resampled(pair, grid).returns.empty());
+  PolarScan sparse;
+  sparse.returns = {point(20, 0.4, 2.0), point(300, 0.0, 2.0), point(580, -0.4, 2.0)};
+  EXPECT_TRUE(resampled(sparse, grid).returns.empty());
+}
+
+TEST(Resampled, BearingsGoOnBeyondHalfATurn) {
+  PolarScan ring;
+  for (int i = 0; i < 360; ++i)
+    ring.returns.push_back(
+        point(i, std::remainder(i * std::numbers::pi / 180.0, 2.0 * std::numbers::pi), 2.0));
+  const PolarScan out = resampled(ring, parse_resample_grid("bearing=0.5"));
+  EXPECT_EQ(out.returns.size(), 719U);
+  for (const Return& r : out.returns) EXPECT_NEAR(r.range_m, 2.0, 1e-3);
+}
+
+TEST(Resampled, OnceMoreChangesNothing) {
+  const ResampleGrid grid = parse_resample_grid("y=0.002");
+  const PolarScan once = resampled(board(320, 323), grid);
+  const PolarScan twice = resampled(once, grid);
+  ASSERT_EQ(twice.returns.size(), once.returns.size());
+  for (std::size_t i = 0; i < once.returns.size(); ++i)
+    EXPECT_NEAR(twice.returns[i].range_m, once.returns[i].range_m, 1e-9);
+}
+
+TEST(Resampled, SeveralReturnsOfAScanLineAreRefused) {
+  PolarScan scan = board(0, 0);
+  scan.returns[11].u_px = scan.returns[10].u_px;
+  EXPECT_NE(std::string(
+                testing::error_of([&] { resampled(scan, parse_resample_grid("y=0.002")); }).what())
+                .find("several returns in one scan line (pixel 10)"),
+            std::string::npos);
+}
+
 // What comes out of a scan that is smoothed by the models with which its head was opened, one after
 // another.
 PolarScan smoothed_by(const std::vector<StriperModel>& models, const PolarScan& scan) {
@@ -246,7 +303,7 @@ TEST(ResampleGrid, NonsenseIsRefused) {
   ShapeOptions options;
   options.fill_gaps_m = 0.1;
   EXPECT_STREQ(testing::error_of([&] { options.validate(); }).what(),
-               "gaps are filled where a scan is resampled: say to what");
+               "gaps are filled where a scan is resampled: say to what by resample (--resample)");
 }
 
 }  // namespace

@@ -227,7 +227,7 @@ TEST(JsonlScans, WhatIsWrongIsNamedWithItsPlace) {
               HasSubstr("status is 'fine'"));
   for (const std::string text : {"1764200000000", "-1e300", "null"})  // Milliseconds, nonsense.
     EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":" + text + ",\"status\":[\"ok\"]}\n"),
-                HasSubstr("expected seconds, 4.6e+09 at most"));
+                HasSubstr("expected seconds, 4.6e+09 at most (not milliseconds)"));
   EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"ok\"],\"u_px\":[1,2]}\n"),
               HasSubstr("u_px is '2 elements' - expected 1"));
   EXPECT_THAT(problem("{\"sequence\":1,\"time_s\":0,\"status\":[\"ok\"],\"bearing_rad\":[27.5]}\n"),

@@ -114,7 +114,8 @@ struct ScanComparison {
 /// neighbours share their errors. Cost: about 15 ms for two scans of 640 returns.
 /// Thread-safe.
 /// @param scans of the striper, in one frame. @param reference one scan, in its own frame.
-/// @throws Error{kBadValue} as the options, and where no ok return of `scans` has a sigma_m;
+/// @throws Error{kBadValue} as the options, and where no ok return of `scans` has range_m
+/// and sigma_m (others are left out);
 /// Error{kUntrustworthy} where fewer than 30 pairs are
 /// found, the walls do not determine the pose, or too few returns lie on what the reference shows.
 ScanComparison compare_scans(std::span<const PolarScan> scans, const PolarScan& reference,

@@ -25,11 +25,13 @@ ResampleGrid parse_resample_grid(std::string_view text);
 /// surface that passes a place twice is there twice.
 ///
 /// There is nothing between returns that are not neighbours: where a scan line between them has
-/// none, or where they are farther apart than three times what their own neighbours are (an edge).
-/// Scan lines that a table of ok returns leaves out are known by the pixels of those it has;
-/// without pixels its returns are all neighbours. Only with `fill_gaps_m` a gap, if it is at most
-/// so long, is filled: kFilled, and its sigma has the depth of the gap over sqrt(12), for the
-/// surface is anywhere in between.
+/// none, or where they are farther apart than three times what is usual there (an edge). Scan lines
+/// that a table of ok returns leaves out are known by the pixels of those it has; where it has none
+/// all its returns are neighbours. Only with `fill_gaps_m` a gap, if it is at most so long, is
+/// filled: kFilled, and its sigma has the depth of the gap over sqrt(12), for the surface is
+/// anywhere in between.
+/// @throws Error{kUsage} where a scan line has several returns, or a million places are between
+/// two.
 PolarScan resampled(const PolarScan& scan, const ResampleGrid& grid,
                     std::optional<double> fill_gaps_m = std::nullopt);
 

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <numbers>
-#include <optional>
 #include <vector>
 
 #include <fmt/format.h>
@@ -14,11 +12,14 @@
 #include <striper/core/error.hpp>
 #include <striper/profile/resample.hpp>
 
+#include "profile/shape/scan_neighbours.hpp"
+
 namespace striper {
 namespace {
 
-constexpr double kEdgeSpacings = 3.0;
-constexpr double kEdgeSigmas = 8.0;  // Noise alone makes no edge.
+constexpr double kMostPlaces = 1e6;  // Between two returns: 200 MB.
+// Of a step, by which a return misses a place on which it was put.
+constexpr double kOnPlace = 1e-6;
 
 double place_of(const Return& r, ResampleGrid::Axis axis) {
   switch (axis) {
@@ -57,95 +58,57 @@ Return between(const Return& a, const Return& b, double part) {
   return r;
 }
 
-// The returns of a scan that have a surface, and which of them are neighbours. A scan of all scan
-// lines says by place what is between two of them; a table of the ok ones alone says it by their
-// pixels.
-class Neighbours {
- public:
-  explicit Neighbours(const PolarScan& scan) : scan_(scan) {
-    for (std::size_t i = 0; i < scan.returns.size(); ++i)
-      if (scan.returns[i].status == ReturnStatus::kOk && scan.returns[i].range_m > 0.0)
-        good_.push_back(i);
-    find_pitch();
-  }
-
-  std::size_t size() const { return good_.size(); }
-  const Return& at(std::size_t k) const { return scan_.returns[good_[k]]; }
-
-  // Whether no scan line is between k and the next.
-  bool are_neighbours(std::size_t k) const {
-    if (good_[k + 1] != good_[k] + 1) return false;
-    return !pitch_px_ || apart_px(k) < kSameLines * *pitch_px_;
-  }
-
-  double distance_m(std::size_t k) const {
-    return std::hypot(at(k + 1).x_m - at(k).x_m, at(k + 1).y_m - at(k).y_m);
-  }
-
-  // How far apart neighbours k and k + 1 are; 0 where they are none.
-  double spacing_m(std::size_t k) const {
-    return k + 1 < size() && are_neighbours(k) ? distance_m(k) : 0.0;
-  }
-
- private:
-  static constexpr double kSameLines = 1.5;
-  static constexpr double kPitchError = 0.02;  // Tables round pixels to hundredths.
-
-  double apart_px(std::size_t k) const {
-    return std::abs(at(k + 1).along_px(scan_.axis) - at(k).along_px(scan_.axis));
-  }
-
-  // What all are whole multiples of; none in a scan that was resampled, or has no pixels.
-  void find_pitch() {
-    double pitch_px = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k + 1 < size(); ++k) pitch_px = std::min(pitch_px, apart_px(k));
-    bool is_pitch = pitch_px > kPitchError && std::isfinite(pitch_px);
-    for (std::size_t k = 0; is_pitch && k + 1 < size(); ++k) {
-      const double pitches = apart_px(k) / pitch_px;
-      is_pitch = std::abs(pitches - std::round(pitches)) * pitch_px < kPitchError;
-    }
-    if (is_pitch) pitch_px_ = pitch_px;
-  }
-
-  const PolarScan& scan_;
-  std::vector<std::size_t> good_;
-  std::optional<double> pitch_px_;
-};
-
-constexpr double kMostPlaces = 1e6;  // Between two returns: 200 MB.
-
-// The returns between which a grid is looked for, with their places in the scan.
+// Two returns between which places of a grid are looked for, and what is between them.
 struct Pair {
   const Return* a;
   const Return* b;
   bool is_gap;
+  bool is_last;  // Nothing goes on from b.
 };
 
-// Places of the grid in [a, b), in the direction of the scan.
+// Their places, in steps; bearings the short way round.
+struct Places {
+  double from;
+  double to;
+};
+
+Places places_of(const Pair& pair, const ResampleGrid& grid) {
+  Places places{place_of(*pair.a, grid.axis), place_of(*pair.b, grid.axis)};
+  if (grid.axis == ResampleGrid::Axis::kBearing)
+    places.to = places.from + std::remainder(places.to - places.from, 2.0 * std::numbers::pi);
+  return {places.from / grid.step, places.to / grid.step};
+}
+
+// Where the ray of a bearing meets the line through both: the chord's own bearing differs a little.
+void move_to_bearing(const Pair& pair, double bearing_rad, Return& r) {
+  const Return& a = *pair.a;
+  const Return& b = *pair.b;
+  const double across =
+      std::cos(bearing_rad) * (b.y_m - a.y_m) - std::sin(bearing_rad) * (b.x_m - a.x_m);
+  r.range_m = (a.x_m * b.y_m - a.y_m * b.x_m) / across;
+  r.bearing_rad = std::remainder(bearing_rad, 2.0 * std::numbers::pi);
+  r.x_m = r.range_m * std::cos(bearing_rad);
+  r.y_m = r.range_m * std::sin(bearing_rad);
+}
+
+// Places of the grid in [a, b), in the direction of the scan; that of b too where nothing goes on.
 void add_between(const Pair& pair, const ResampleGrid& grid, std::vector<Return>& out) {
-  const double from = place_of(*pair.a, grid.axis) / grid.step;
-  const double to = place_of(*pair.b, grid.axis) / grid.step;
+  const auto [from, to] = places_of(pair, grid);
   const double sense = to > from ? 1.0 : -1.0;
-  const double first = std::ceil(sense * from);
-  const double steps = std::max(std::ceil(sense * to) - first, 0.0);
+  const double first = std::ceil(sense * from - kOnPlace);
+  const double end =
+      pair.is_last ? std::floor(sense * to + kOnPlace) + 1.0 : std::ceil(sense * to - kOnPlace);
+  const double steps = std::max(end - first, 0.0);
   if (steps > kMostPlaces)
     throw Error(ErrorKind::kUsage,
                 "resample: the step is too small for the scan: between two of "
                 "its returns it has more than a million places");
   for (std::uint64_t step = 0; static_cast<double>(step) < steps; ++step) {
-    const double k = first + static_cast<double>(step);
-    const double part = (sense * k - from) / (to - from);
+    const double place = sense * (first + static_cast<double>(step));
+    const double part = to == from ? 0.0 : std::clamp((place - from) / (to - from), 0.0, 1.0);
     Return r = between(*pair.a, *pair.b, part);
-    if (grid.axis == ResampleGrid::Axis::kBearing) {  // The chord's own bearing differs a little.
-      const double bearing = sense * k * grid.step;
-      const double cross = pair.a->x_m * pair.b->y_m - pair.a->y_m * pair.b->x_m;
-      const double across = std::cos(bearing) * (pair.b->y_m - pair.a->y_m) -
-                            std::sin(bearing) * (pair.b->x_m - pair.a->x_m);
-      r.range_m = cross / across;
-      r.bearing_rad = bearing;
-      r.x_m = r.range_m * std::cos(bearing);
-      r.y_m = r.range_m * std::sin(bearing);
-    }
+    if (grid.axis == ResampleGrid::Axis::kBearing && to != from)
+      move_to_bearing(pair, place * grid.step, r);
     if (pair.is_gap) {
       r.status = ReturnStatus::kFilled;
       r.sigma_m = std::hypot(r.sigma_m, (pair.b->range_m - pair.a->range_m) / std::sqrt(12.0));
@@ -160,17 +123,15 @@ PolarScan resampled(const PolarScan& scan, const ResampleGrid& grid,
                     std::optional<double> fill_gaps_m) {
   PolarScan out = scan;
   out.returns.clear();
-  const Neighbours good(scan);
+  const detail::ScanNeighbours good(scan);
+  const auto is_used = [&](std::size_t k) {
+    if (k + 1 >= good.size()) return false;
+    return !good.is_gap(k) || (fill_gaps_m && good.distance_m(k) <= *fill_gaps_m);
+  };
   for (std::size_t k = 0; k + 1 < good.size(); ++k) {
-    const Return& a = good.at(k);
-    const Return& b = good.at(k + 1);
-    const double apart = good.distance_m(k);
-    const double usual = std::max(k > 0 ? good.spacing_m(k - 1) : 0.0, good.spacing_m(k + 1));
-    const double noise = kEdgeSigmas * std::max(a.sigma_m, b.sigma_m);
-    const bool is_edge = apart > kEdgeSpacings * usual + (std::isfinite(noise) ? noise : 0.0);
-    const bool is_gap = !good.are_neighbours(k) || (usual > 0.0 && is_edge);
-    if (is_gap && !(fill_gaps_m && apart <= *fill_gaps_m)) continue;
-    add_between({&a, &b, is_gap}, grid, out.returns);
+    if (is_used(k))
+      add_between({&good.at(k), &good.at(k + 1), good.is_gap(k), !is_used(k + 1)}, grid,
+                  out.returns);
   }
   return out;
 }

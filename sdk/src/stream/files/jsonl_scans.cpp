@@ -37,6 +37,12 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
   const std::string& problem() const noexcept { return problem_; }
   const std::string& head() const noexcept { return head_; }
   const std::string& frame_id() const noexcept { return frame_id_; }
+  /// What is wrong with the time of a scan; other lines may have any.
+  std::string problem_of_time() const {
+    if (bad_time_.empty()) return {};
+    return fmt::format("time_s is {} - expected seconds, {:g} at most (not milliseconds)",
+                       bad_time_, FrameTime::kMostSeconds);
+  }
   /// What a scan has to say, and that its arrays are as long as each other.
   bool is_whole() const noexcept {
     return has_sequence_ && has_time_ && has_status_ && rows_ == scan_->returns.size();
@@ -117,9 +123,11 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
     }
     if (key_ != "time_s") return true;
     double seconds = 0.0;
-    has_time_ = detail::read_number(text, seconds) && std::abs(seconds) <= FrameTime::kMostSeconds;
+    const bool is_number = detail::read_number(text, seconds);
+    has_time_ = is_number && std::abs(seconds) <= FrameTime::kMostSeconds;
     scan_->time = FrameTime::at_seconds(seconds);
-    return has_time_ || fail(text, fmt::format("seconds, {:g} at most", FrameTime::kMostSeconds));
+    if (!has_time_) bad_time_ = is_number ? text : "no number";
+    return true;
   }
 
   bool status(std::string_view text) {
@@ -142,6 +150,7 @@ class LineHandler : public nlohmann::json_sax<nlohmann::json> {
   std::string head_{kDefaultHead};
   std::string frame_id_;
   std::string problem_;
+  std::string bad_time_;
 };
 
 class JsonlScans : public ScanSource {
@@ -179,6 +188,8 @@ class JsonlScans : public ScanSource {
       handler_.begin(scan);
       const bool is_read = nlohmann::json::sax_parse(text_, &handler_);
       if (handler_.is_no_scan()) continue;
+      if (const std::string wrong = handler_.problem_of_time(); is_read && !wrong.empty())
+        reader_.fail(wrong);
       const bool is_good = is_read && handler_.is_whole();
       is_cut_ = !is_good && !reader_.is_ended();
       if (is_cut_) return false;  // Its writer was killed.
