@@ -9,6 +9,7 @@
 #include <random>
 
 #include <fmt/format.h>
+#include <opencv2/core/utility.hpp>
 
 namespace striper::bench {
 namespace {
@@ -74,6 +75,12 @@ struct Sums {
     hessian += other.hessian;
   }
   double gain(double prior) const { return gradient * gradient / (hessian + prior); }
+};
+
+struct Question {
+  std::size_t kind = 0;
+  std::size_t bin = 0;
+  double gain = -1.0;
 };
 
 class Booster {
@@ -161,21 +168,31 @@ class Booster {
 
   // Of which evidence and beyond which bin, asked of all leaves that there are.
   std::pair<std::size_t, std::size_t> best_question(std::size_t leaves) {
-    std::pair<std::size_t, std::size_t> best{0, 0};
-    double best_gain = -1.0;
+    std::vector<std::size_t> asked;
     for (std::size_t kind = 0; kind < examples_.kinds; ++kind) {
-      const std::size_t questions = data_.limits[kind].size();
-      if (questions == 0 || dice_() % 4 == 0) continue;
-      const std::vector<double> gains = gains_of(kind, leaves);
-      const auto highest = std::max_element(gains.begin(), gains.end());
-      if (!(*highest > best_gain)) continue;
-      best_gain = *highest;
-      best = {kind, static_cast<std::size_t>(highest - gains.begin())};
+      if (!data_.limits[kind].empty() && dice_() % 4 != 0) asked.push_back(kind);
     }
-    return best;
+    std::vector<Question> questions(asked.size());
+    cv::parallel_for_(cv::Range(0, static_cast<int>(asked.size())), [&](const cv::Range& range) {
+      for (int i = range.start; i < range.end; ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        questions[at] = best_question_of(asked[at], leaves);
+      }
+    });
+    Question best;
+    for (const Question& question : questions) {
+      if (question.gain > best.gain) best = question;
+    }
+    return {best.kind, best.bin};
   }
 
-  std::vector<double> gains_of(std::size_t kind, std::size_t leaves) {
+  Question best_question_of(std::size_t kind, std::size_t leaves) const {
+    const std::vector<double> gains = gains_of(kind, leaves);
+    const auto highest = std::max_element(gains.begin(), gains.end());
+    return {kind, static_cast<std::size_t>(highest - gains.begin()), *highest};
+  }
+
+  std::vector<double> gains_of(std::size_t kind, std::size_t leaves) const {
     std::vector<Sums> sums(leaves * kBins);
     const std::vector<std::uint8_t>& bins = data_.bins[kind];
     for (const std::uint32_t i : sample_) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "stripe/select/choice_trees.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 
 namespace striper::bench {
 
@@ -40,8 +40,8 @@ struct BoostedTrees {
 /// half of the examples and three quarters of the evidence. Minutes; prints the loss.
 BoostedTrees boost(const Examples& examples, const BoostOptions& options);
 
-/// Writes what sdk/src/stripe/select/choice_trees.cpp includes. @param name First, Second or
-/// Scatter.
+/// Writes what sdk/src/stripe/select/forests/choice_trees.cpp includes. @param name First, Second
+/// or Scatter.
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path);
 
 }  // namespace striper::bench

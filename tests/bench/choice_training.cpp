@@ -1,31 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns what tells the stripe from the background: makes the trees of
-// sdk/src/stripe/select/choice_trees.cpp.
+// sdk/src/stripe/select/forests/choice_trees.cpp. train_choice.sh says of what the present ones
+// were made.
 //
-//     choice_training rows OUT rooms|off|sessions FIRST COUNT FRAMES [known|unknown] [turned]
+//     choice_training rows OUT rooms|off|sessions FIRST COUNT FRAMES WORDS...
 //     choice_training real OUT PART PARTS [each]
-//     choice_training fit first|second|scatter OUT.inc TREES RATE REAL ROWS...
+//     choice_training fit first|second|third|scatter OUT.inc TREES RATE REAL ROWS...
 //
-// `rows` writes what every candidate of random scenes shows, and whether it is the stripe; with
-// `unknown` the model does not say how wide the stripe is; `turned` searches along the other axis,
-// where there is none. `real` writes each PARTS-th of the real images, from number PART; the
-// images with an even number are for development, the others held out; with `each`, a new
-// scanner sees each image. REAL is the weight of what
-// files with "real" in their name hold.
+// `rows` writes what every candidate of random scenes shows, and whether it is the stripe. Words:
+// `unknown`, there is no model that says how wide and high the stripe is and where it can be;
+// `turned`, it searches along the other axis, where there is none; `green` or `red`, a colour
+// camera's difference; `jpeg`, compressed as cameras on USB do. `real` writes each PARTS-th of the
+// real images, from number PART; the images with an even number are for development, the others
+// held out; with `each`, a new scanner sees each image. REAL is the weight of what files with
+// "real" in their name hold.
 //
-// The first forest says what is within 2.5 pixels or 1.2 widths of a stripe; the second one, what
-// is right as `ok` has it; the scatter forest, how much more than reckoned the position of a stripe
-// scatters. The rows of each must be written by a program that has those before it in it, and of
-// other scenes; those of scatter, by one whose scatter forest says nothing (fit with 1 tree at rate
-// 0); and the second one's, last, by one with all of it.
-//
-// So were the present ones made, of images 1 for each room:
-//     first: rooms 1000 90, 1100 50 unknown, turned 1000 30, 1060 30 unknown; sessions 1000 12;
-//         real 0 4; fit first first_forest.inc 200 .2 2
-//     scatter: rooms 3000 110, 3200 40 unknown; sessions 3000 16;
-//         fit scatter scatter_forest.inc 80 .25 1
-//     second: rooms 2000 200, 2200 90 unknown, turned 2000 40, 2260 40 unknown; sessions 2000 30;
-//         real 2 4; fit second second_forest.inc 400 .15 3
+// The first forest says what is within 2.5 pixels or 1.2 widths of a stripe; the second and the
+// third, what is right as `ok` has it; the scatter forest, how much more than reckoned the position
+// of a stripe scatters. The rows of each must be written by a program that has those before it in
+// it, and of other scenes; those of scatter, by one whose scatter forest says nothing (fit with 1
+// tree at rate 0).
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -34,6 +28,7 @@
 #include <functional>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,6 +40,7 @@
 
 #include "boosted_trees.hpp"
 #include "stripe/profile_extractor.hpp"
+#include "stripe/select/weighed_candidates.hpp"
 #include "support/choice_trial.hpp"
 #include "support/real_stripe.hpp"
 
@@ -58,8 +54,8 @@ using testing::RealImage;
 
 constexpr double kNearPx = 2.5;
 constexpr double kNearWidths = 1.2;
-// What the first forest says less of is not looked at again.
-constexpr float kHopeless = -5.0F;
+// What a forest says less of is not looked at again.
+constexpr float kHopeless = detail::WeighedCandidates::kHopeless;
 // As little that its error is not looked at, of what was chosen.
 constexpr float kHopelessChosen = -2.0F;
 // Errors of more than ten sigmas are another thing than the stripe.
@@ -136,7 +132,9 @@ void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
   testing::TrialCamera camera(trial);
   const ScannerOptions options = camera.options();
   ExtractOptions stripe_options = training_options(options.stripe);
-  if (!is_turned) stripe_options.expected = {expect_stripe(camera.model(), 0, options.scan)};
+  if (!is_turned && trial.knows_stripe) {
+    stripe_options.expected = {expect_stripe(camera.model(), 0, options.scan)};
+  }
   detail::ProfileExtractor extractor(stripe_options);
   AmbientStage stage(options.ambient);
   Stripe stripe;
@@ -155,16 +153,24 @@ void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
   }
 }
 
+void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
+  const std::set<std::string> words{"unknown", "turned", "jpeg", "green", "red"};
+  if (!words.contains(word)) throw Error(ErrorKind::kUsage, "rows: " + word + " - no word");
+  if (word == "unknown") trial.knows_stripe = false;
+  if (word == "turned") is_turned = true;
+  if (word == "jpeg") trial.is_compressed = true;
+  if (word == "green") trial.channel = Channel::kGreenMinusRed;
+  if (word == "red") trial.channel = Channel::kRedMinusGreen;
+  if (word == "green" || word == "red") trial.colour = word;
+}
+
 void write_rows(const std::vector<std::string>& words) {
   RowFile file(words.at(1));
   ChoiceTrial trial{.kind = words.at(2)};
   const std::uint64_t first = std::stoull(words.at(3));
   trial.frames = std::stoi(words.at(5));
   bool is_turned = false;
-  for (std::size_t i = 6; i < words.size(); ++i) {
-    if (words[i] == "unknown") trial.knows_stripe = false;
-    if (words[i] == "turned") is_turned = true;
-  }
+  for (std::size_t i = 6; i < words.size(); ++i) add_word(words[i], trial, is_turned);
   for (trial.seed = first; trial.seed < first + std::stoull(words.at(4)); ++trial.seed) {
     write_trial(trial, is_turned, file);
   }
@@ -222,19 +228,21 @@ void write_real(const std::vector<std::string>& words) {
   }
 }
 
-enum class Learnt { kNear, kRight, kScatter };
+enum class Learnt { kNear, kRight, kScatter, kRightAtLast };
 
 Learnt learnt_by(const std::string& word) {
   if (word == "first") return Learnt::kNear;
   if (word == "second") return Learnt::kRight;
   if (word == "scatter") return Learnt::kScatter;
-  throw Error(ErrorKind::kUsage, "fit " + word + " - expected first, second or scatter");
+  if (word == "third") return Learnt::kRightAtLast;
+  throw Error(ErrorKind::kUsage, "fit " + word + " - expected first, second, third or scatter");
 }
 
 bool is_learnt_from(const Row& row, Learnt learnt) {
   const float first = row.evidence.of[Evidence::kFirst];
   if (row.is_known == 0) return false;
   if (learnt == Learnt::kRight) return first >= kHopeless;
+  if (learnt == Learnt::kRightAtLast) return row.evidence.of[Evidence::kSecond] >= kHopeless;
   if (learnt != Learnt::kScatter) return true;
   return row.is_near != 0 && row.sigma_px > 0.0F && first >= kHopelessChosen;
 }
@@ -251,10 +259,13 @@ void add_example(const Row& row, Learnt learnt, float weight, bench::Examples& e
 bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt,
                             float real_weight) {
   bench::Examples examples;
-  examples.kinds = learnt == Learnt::kNear ? Evidence::kFirstKinds : Evidence::kCount;
+  examples.kinds = learnt == Learnt::kNear          ? Evidence::kFirstKinds
+                   : learnt == Learnt::kRightAtLast ? Evidence::kCount
+                                                    : Evidence::kSecondKinds;
   std::size_t sparse = 0;
   for (const std::string& path : paths) {
-    const bool is_real = path.find("real") != std::string::npos;
+    const bool is_real =
+        std::filesystem::path(path).filename().string().find("real") != std::string::npos;
     std::ifstream file(path, std::ios::binary);
     for (Row row; file.read(reinterpret_cast<char*>(&row), sizeof row);) {
       if (!is_learnt_from(row, learnt)) continue;
@@ -268,13 +279,14 @@ bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt
 }
 
 void fit(const std::vector<std::string>& words) {
+  cv::setNumThreads(-1);
   const Learnt learnt = learnt_by(words.at(1));
   const bench::Examples examples =
       examples_of({words.begin() + 6, words.end()}, learnt, std::stof(words.at(5)));
   std::cout << examples.evidence.size() << " candidates\n";
   const bench::BoostOptions options{.trees = std::stoi(words.at(3)),
                                     .rate = std::stod(words.at(4))};
-  constexpr std::array kNames{"First", "Second", "Scatter"};
+  constexpr std::array kNames{"First", "Second", "Scatter", "Third"};
   bench::write_trees(bench::boost(examples, options), kNames[static_cast<std::size_t>(learnt)],
                      words.at(2));
 }

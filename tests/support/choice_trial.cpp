@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/choice_trial.hpp"
 
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+
 #include <striper/pipeline/scanner.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
@@ -24,6 +29,15 @@ Scene scene_of(const ChoiceTrial& trial) {
 std::string colour_of(const ChoiceTrial& trial) {
   constexpr const char* kInTurn[] = {"grey", "red", "green"};
   return trial.colour == "mixed" ? kInTurn[trial.seed % 3] : trial.colour;
+}
+
+// To a quality of 70 to 95, and back.
+void compress(std::uint64_t seed, cv::Mat& image) {
+  if (image.depth() != CV_8U) return;
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", image, bytes,
+               {cv::IMWRITE_JPEG_QUALITY, 70 + static_cast<int>(seed * 7 % 26)});
+  image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
 }
 
 }  // namespace
@@ -78,6 +92,7 @@ ScannerOptions TrialCamera::options() const {
 
 Frame TrialCamera::render(std::uint64_t number) {
   Frame frame = parts_->colour ? parts_->colour->render(number) : parts_->simulator.render(number);
+  if (parts_->trial.is_compressed) compress(parts_->trial.seed, frame.image);
   frame.illumination = Illumination::unknown();
   return frame;
 }

@@ -32,6 +32,7 @@ struct ChoiceTrial {
   bool knows_stripe = true;  ///< The model says what the stripe looks like.
   /// `grey`; `red` or `green`: a colour camera and such a laser; `mixed`: by the seed.
   std::string colour = "grey";
+  bool is_compressed = false;        ///< By JPEG, as cameras on USB do; 8 bits alone.
   std::optional<Channel> channel{};  ///< Instead of the laser's own.
 };
 

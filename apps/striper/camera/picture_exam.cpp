@@ -26,9 +26,9 @@ constexpr double kNextLine_px =
     3.0;  // A stripe is no further from where it was one scan line before.
 constexpr double kOtherAxis = 0.2;  // So much more goes on along the other axis.
 // What goes on from side to side there, and hardly at all here, is the stripe: a step in the ground
-// turns a tenth of one that runs along rows.
+// turns a quarter of one that runs along rows.
 constexpr double kFromSideToSide = 0.9;
-constexpr double kHardly = 0.25;
+constexpr double kHardly = 0.4;
 
 double part(std::uint64_t of, std::uint64_t all) {
   return static_cast<double>(of) / static_cast<double>(std::max<std::uint64_t>(all, 1));

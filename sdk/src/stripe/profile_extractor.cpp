@@ -82,7 +82,7 @@ void ProfileExtractor::try_widths(const FrameAtHand& at_hand, WidthTracker& widt
   for (const double tried : kTriedWidths) {
     width.set(tried);
     finder_.find(at_hand, part_, width.model());
-    choose(at_hand, width);
+    choice_.survey(finder_.candidates(), context_of(at_hand, width), threshold());
     const float merit = choice_.merit();
     if (!(merit > best)) continue;
     best = merit;
@@ -97,18 +97,25 @@ bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
          !options_.each_line_by_itself && !choice_.is_plain();
 }
 
+ChoiceContext ProfileExtractor::context_of(const FrameAtHand& at_hand,
+                                           const WidthTracker& width) const {
+  return {.width = width.model(),
+          .is_width_known = options_.stripe_sigma_px || width.is_trusted(),
+          .is_by_itself = options_.each_line_by_itself,
+          .is_hidden = finder_.is_hidden(),
+          .is_subtracted = is_background_subtracted(at_hand.frame),
+          .black_dn = static_cast<float>(at_hand.noise.model.black_level_dn),
+          .frame = &at_hand.frame,
+          .axis = options_.axis,
+          .expected = expected_of(options_, at_hand.frame.laser)};
+}
+
+float ProfileExtractor::threshold() const {
+  return static_cast<float>(finder_.detection().threshold());
+}
+
 void ProfileExtractor::choose(const FrameAtHand& at_hand, const WidthTracker& width) {
-  const ChoiceContext context{.width = width.model(),
-                              .is_width_known = options_.stripe_sigma_px || width.is_trusted(),
-                              .is_by_itself = options_.each_line_by_itself,
-                              .is_hidden = finder_.is_hidden(),
-                              .is_subtracted = is_background_subtracted(at_hand.frame),
-                              .black_dn = static_cast<float>(at_hand.noise.model.black_level_dn),
-                              .frame = &at_hand.frame,
-                              .axis = options_.axis,
-                              .expected = expected_of(options_, at_hand.frame.laser)};
-  choice_.choose(finder_.candidates(), context,
-                 static_cast<float>(finder_.detection().threshold()));
+  choice_.choose(finder_.candidates(), context_of(at_hand, width), threshold());
 }
 
 }  // namespace striper::detail

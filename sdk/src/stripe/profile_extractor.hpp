@@ -47,6 +47,8 @@ class ProfileExtractor : public StripeExtractor {
   void find_and_choose(const FrameAtHand& at_hand, WidthTracker& width);
   void try_widths(const FrameAtHand& at_hand, WidthTracker& width);
   void choose(const FrameAtHand& at_hand, const WidthTracker& width);
+  ChoiceContext context_of(const FrameAtHand& at_hand, const WidthTracker& width) const;
+  float threshold() const;
   bool is_more_than_peaks(const LitFrame& frame) const;
 
   void keep_for_explanation(const LitFrame& frame, const PlanNoise& noise, const WidthModel& width,

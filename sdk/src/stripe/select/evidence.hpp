@@ -32,6 +32,7 @@ struct Evidence {
     kLightOff,      ///< and its difference from the main pieces'.
     kGain,          ///< Mean log of the height over that of a stripe on white paper at its range.
     kMisfit,        ///< What a Gaussian leaves of the profile, in heights.
+    kTexture,       ///< Mean log of the height over the texture beside it.
     // Of the frame.
     kCoverage,  ///< Part of the scan lines that the main pieces cover,
     kClutter,   ///< and log of 1 + how many other candidates there are per scan line.
@@ -51,32 +52,57 @@ struct Evidence {
     kOwnLight,     ///< As kLight,
     kOwnLightOff,  ///< and its difference from its piece's.
     kOwnGain,
-    kOwnSigma,       ///< Log of its error over its width.
-    kOwnLevelStep,   ///< Log by which the background changes to the neighbours of its piece.
-    kOwnSides,       ///< Rise above the brighter side over that above the darker one.
-    kOwnRank,        ///< How many candidates of its scan line are higher.
-    kOwnRivals,      ///< How many there are.
-    kOwnHeightNear,  ///< Log, over those about it in its piece.
+    kOwnSigma,        ///< Log of its error over its width.
+    kOwnLevelStep,    ///< Log by which the background changes to the neighbours of its piece.
+    kOwnSides,        ///< Rise above the brighter side over that above the darker one.
+    kOwnRank,         ///< How many candidates of its scan line are higher.
+    kOwnRivals,       ///< How many there are.
+    kOwnHeightNear,   ///< Log, over those about it in its piece.
+    kOwnTexture,      ///< Log, over the texture beside it.
+    kOwnRivalHeight,  ///< Log, over the highest other one of its scan line; 16: there is none,
+    kOwnRivalAway,    ///< and log of the way to the nearest one, in widths.
     // Once all have been weighed by what is above.
     kFirst,            ///< Log odds of the candidate,
     kFirstOfPiece,     ///< mean of its piece,
     kFirstRival,       ///< of the best other candidate of its scan line,
     kFirstPieceRival,  ///< mean of that over the piece.
-    kFirstCoverage,    ///< Part of the scan lines with something that is probably the stripe.
+    kFirstCoverage,    ///< Candidates that are probably the stripe, per scan line.
     kFirstBefore,      ///< Best log odds in the scan line before the piece begins,
     kFirstAfter,       ///< and after it ends.
     kFirstWidth,  ///< Log width, height, light, gain over those of what is probably the stripe.
     kFirstHeight,
     kFirstLight,
     kFirstGain,
-    kFirstNear,       ///< Mean log odds of those about it in its piece,
-    kFirstNearRival,  ///< and of their rivals.
-    kFirstOfJoined,   ///< Best mean log odds of a piece that its piece is joined with,
-    kFirstJoined,     ///< and log of how many of their and its candidates are the stripe.
-    kFirstRunnerUp,   ///< Part of the scan lines whose second best is probably the stripe.
+    kFirstNear,        ///< Mean log odds of those about it in its piece,
+    kFirstNearRival,   ///< and of their rivals.
+    kFirstOfJoined,    ///< Best mean log odds of a piece that its piece is joined with,
+    kFirstJoined,      ///< and log of how many of their and its candidates are the stripe.
+    kFirstRunnerUp,    ///< Part of the scan lines whose second best is probably the stripe.
+    kFirstBackHeight,  ///< Log height over that of what is probably the background,
+    kFirstBackScore,   ///< and in standard deviations of that.
+    kFirstBackAsLong,  ///< Log of 1 + the background's candidates per scan line in other pieces
+                       ///< that are as long as its own.
+    kLineFar,          ///< LineSupport of it,
+    kLineNear,
+    kLineHits,
+    kLineStand,
+    kLineFarRival,  ///< and the best of others in its scan line.
+    kLineNearRival,
+    // Once all have been weighed by that, too.
+    kSecond,           ///< Log odds of the candidate,
+    kSecondOfPiece,    ///< mean of its piece,
+    kSecondRival,      ///< of the best other candidate of its scan line,
+    kSecondNear,       ///< mean of those about it in its piece,
+    kSecondNearRival,  ///< and of their rivals.
+    kSecondCoverage,   ///< Part of the scan lines with something that is probably the stripe.
+    kSecondLineFar,    ///< LineSupport of it,
+    kSecondLineNear,
+    kSecondLineFarRival,  ///< and the best of others in its scan line.
+    kSecondLineNearRival,
     kCount
   };
-  static constexpr std::size_t kFirstKinds = kFirst;  ///< Those before anything was weighed.
+  static constexpr std::size_t kFirstKinds = kFirst;    ///< Those before anything was weighed,
+  static constexpr std::size_t kSecondKinds = kSecond;  ///< and before it was weighed again.
 
   std::array<float, kCount> of{};
 };

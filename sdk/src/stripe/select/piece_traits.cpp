@@ -6,6 +6,7 @@
 
 #include "stripe/profile/line_view.hpp"
 #include "stripe/select/profile_misfit.hpp"
+#include "stripe/select/texture_beside.hpp"
 
 namespace striper::detail {
 namespace {
@@ -20,6 +21,8 @@ constexpr float kLargestChange = 2.0F;
 constexpr float kLargestSnr = 64.0F;
 constexpr float kLeastOfWidths = 0.3F;
 constexpr float kLeastLevel_dn = 1.0F;
+constexpr float kLeastTexture_dn = 0.25F;
+constexpr float kMostTexture = 8.0F;  // Log: nothing to be seen.
 
 // From sums of n numbers, of their squares or products.
 float spread(float squares, float mean, float n) {
@@ -66,9 +69,13 @@ void PieceTraits::look_closer(const StripePieces& pieces, const ChoiceContext& c
     const ProfileMisfit misfit = misfit_of(*context.frame, context.axis, c);
     look.misfit = misfit.residual;
     look.sides = misfit.sides;
+    const float texture_dn = texture_beside(*context.frame, context.axis, c);
+    look.texture =
+        std::min(look.height - fast_log2(std::max(kLeastTexture_dn, texture_dn)), kMostTexture);
     Trait& t = traits_[static_cast<std::size_t>(pieces.link(i).piece)];
     t.gain += look.gain;
     t.misfit += look.misfit;
+    t.texture += look.texture;
   }
   float lines = 0.0F;
   main_gain_ = 0.0F;
@@ -77,6 +84,7 @@ void PieceTraits::look_closer(const StripePieces& pieces, const ChoiceContext& c
     const auto count = static_cast<float>(pieces.pieces()[p].count);
     t.gain /= count;
     t.misfit /= count;
+    t.texture /= count;
     lines += count * likeness(p);
     main_gain_ += count * likeness(p) * t.gain;
   }

@@ -37,7 +37,7 @@ class PieceTraits {
     float bends = 0.0F, roughness = 0.0F, width = 0.0F, width_spread = 0.0F, height = 0.0F,
           height_change = 0.0F, tilt = 0.0F, snr = 0.0F, clipped = 0.0F, misfit = 0.0F;
     float height_spread = 0.0F, light = 0.0F, light_spread = 0.0F, level = 0.0F, levels = 0.0F,
-          follows = 0.0F, gain = 0.0F;
+          follows = 0.0F, gain = 0.0F, texture = 0.0F;
     float seen_widths = 0.0F;  // How many of its candidates tell their width.
     float first_guess = 0.0F;
   };
@@ -49,6 +49,7 @@ class PieceTraits {
     float gain = 0.0F;    // over that on white paper at its range; kUnknown.
     float misfit = 0.0F;
     float sides = 0.0F;
+    float texture = 0.0F;  // Log of its height over the texture beside it.
   };
 
   void reserve(std::size_t most);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace striper::detail {
 namespace {
@@ -30,28 +31,39 @@ constexpr float kLargestBend = 1.5F;
 
 // Beyond these log odds no frame of those that were learnt from can tell.
 constexpr float kMostLogOdds = 9.0F;
-// What is so improbable at first is not looked at again; nor is its error, of what was chosen.
-constexpr float kHopeless = -5.0F;
+// What is as improbable has no error that is worth a look.
 constexpr float kHopelessChosen = -2.0F;
 constexpr float kLeastWidth = 0.05F;
+constexpr float kLeastSpread = 0.5F;  // Of the background's log heights.
 
 }  // namespace
 
-void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext& context,
-                          float threshold) {
-  pieces_.find(candidates, context.width, threshold);
+void StripeChoice::reserve() {
   traits_.reserve(pieces_.most());
   for (std::vector<float>* some :
-       {&log_odds_, &scatter_px_, &backward_, &first_odds_, &first_rivals_, &heights_,
-        &heights_near_, &first_near_, &first_near_rival_, &log_variance_}) {
+       {&log_odds_, &scatter_px_, &backward_, &heights_, &heights_near_, &log_variance_}) {
     some->reserve(pieces_.most());
   }
   mean_about_.reserve(pieces_.most());
+  background_.reserve(pieces_.most());
+  first_.reserve(pieces_);
+  second_.reserve(pieces_);
   batched_.reserve(EvidenceBatch::kMost);
   next_.reserve(pieces_.most());
   piece_odds_.reserve(pieces_.most());
+}
+
+void StripeChoice::survey(const PeakCandidates& candidates, const ChoiceContext& context,
+                          float threshold) {
+  pieces_.find(candidates, context.width, threshold);
+  reserve();
   context_ = context;
   traits_.sum_up(pieces_, context);
+}
+
+void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext& context,
+                          float threshold) {
+  survey(candidates, context, threshold);
   is_plain_ = context.is_subtracted || context.is_by_itself || (!context.is_hidden && is_orderly());
   const bool has_background = !context.is_subtracted && !context.is_by_itself;
   is_scattered_ = is_plain_ && has_background && traits_.coverage() < kLeastCoverage;
@@ -65,6 +77,7 @@ void StripeChoice::choose(const PeakCandidates& candidates, const ChoiceContext&
   measure_scatter();
   weigh_first();
   weigh_again();
+  weigh_last();
   choose_in_lines();
   widen_chosen();
 }
@@ -188,6 +201,7 @@ void StripeChoice::add_piece(std::size_t piece, Evidence& e) const noexcept {
   const bool has_gain = t.gain > 0.5F * Evidence::kUnknown;
   e.of[Evidence::kGain] = has_gain ? t.gain - traits_.main_gain() : Evidence::kUnknown;
   e.of[Evidence::kMisfit] = t.misfit;
+  e.of[Evidence::kTexture] = t.texture;
   e.of[Evidence::kCoverage] = traits_.coverage();
   e.of[Evidence::kClutter] = traits_.clutter();
   e.of[Evidence::kHidden] = context_.is_hidden ? 1.0F : 0.0F;
@@ -237,26 +251,47 @@ void StripeChoice::add_own(std::size_t candidate, Evidence& e) const noexcept {
   e.of[Evidence::kOwnSigma] = fast_log2(std::max(scatter_px_[candidate], c.sigma) / expected);
   e.of[Evidence::kOwnLevelStep] = level_step(candidate);
   e.of[Evidence::kOwnSides] = look.sides;
-  std::size_t higher = 0;
-  const std::size_t first = pieces_.first_of(c.line);
-  const std::size_t last = pieces_.first_of(c.line + 1);
-  for (std::size_t i = first; i < last; ++i) {
-    higher += static_cast<std::size_t>(pieces_.candidate(i).amplitude > c.amplitude);
-  }
-  e.of[Evidence::kOwnRank] = static_cast<float>(higher);
-  e.of[Evidence::kOwnRivals] = static_cast<float>(last - first);
+  e.of[Evidence::kOwnTexture] = look.texture;
+  add_rivals(candidate, e);
   const float near = heights_near_[candidate];
   e.of[Evidence::kOwnHeightNear] = near > Evidence::kUnknown ? look.height - near : 0.0F;
+}
+
+void StripeChoice::add_rivals(std::size_t candidate, Evidence& e) const noexcept {
+  constexpr float kMostAway = 6.0F;  // Log of widths: none.
+  const Candidate& c = pieces_.candidate(candidate);
+  const std::size_t first = pieces_.first_of(c.line);
+  const std::size_t last = pieces_.first_of(c.line + 1);
+  std::size_t higher = 0;
+  float highest = 0.0F;
+  float nearest = std::numeric_limits<float>::max();
+  for (std::size_t i = first; i < last; ++i) {
+    if (i == candidate) continue;
+    const Candidate& other = pieces_.candidate(i);
+    higher += static_cast<std::size_t>(other.amplitude > c.amplitude);
+    highest = std::max(highest, other.amplitude);
+    nearest = std::min(nearest, std::abs(other.across - c.across));
+  }
+  const auto expected = static_cast<float>(traits_.width().at(static_cast<double>(c.across)));
+  e.of[Evidence::kOwnRank] = static_cast<float>(higher);
+  e.of[Evidence::kOwnRivals] = static_cast<float>(last - first);
+  const bool has_rival = last - first > 1;
+  e.of[Evidence::kOwnRivalHeight] =
+      has_rival ? fast_log2(c.amplitude / highest) : -Evidence::kUnknown;
+  e.of[Evidence::kOwnRivalAway] =
+      has_rival ? std::min(kMostAway, fast_log2(std::max(nearest, kLeastWidth) / expected))
+                : kMostAway;
 }
 
 void StripeChoice::add_first(std::size_t candidate, Evidence& e) const noexcept {
   const Candidate& c = pieces_.candidate(candidate);
   const PieceTraits::Look& look = traits_.of_candidate(candidate);
-  const PieceOdds& odds = piece_odds_[static_cast<std::size_t>(pieces_.link(candidate).piece)];
-  e.of[Evidence::kFirst] = first_odds_[candidate];
-  e.of[Evidence::kFirstOfPiece] = odds.own;
-  e.of[Evidence::kFirstRival] = first_rivals_[candidate];
-  e.of[Evidence::kFirstPieceRival] = odds.rival;
+  const auto piece = static_cast<std::size_t>(pieces_.link(candidate).piece);
+  const PieceOdds& odds = piece_odds_[piece];
+  e.of[Evidence::kFirst] = first_.odds(candidate);
+  e.of[Evidence::kFirstOfPiece] = first_.of_piece(piece);
+  e.of[Evidence::kFirstRival] = first_.rival(candidate);
+  e.of[Evidence::kFirstPieceRival] = first_.rival_of_piece(piece);
   e.of[Evidence::kFirstCoverage] = stripe_.coverage;
   e.of[Evidence::kFirstBefore] = odds.before;
   e.of[Evidence::kFirstAfter] = odds.after;
@@ -267,19 +302,53 @@ void StripeChoice::add_first(std::size_t candidate, Evidence& e) const noexcept 
   e.of[Evidence::kFirstLight] = look.light - stripe_.light;
   const bool has_gain = look.gain > 0.5F * Evidence::kUnknown;
   e.of[Evidence::kFirstGain] = has_gain ? look.gain - stripe_.gain : Evidence::kUnknown;
-  e.of[Evidence::kFirstNear] = first_near_[candidate];
-  e.of[Evidence::kFirstNearRival] = first_near_rival_[candidate];
+  e.of[Evidence::kFirstNear] = first_.near(candidate);
+  e.of[Evidence::kFirstNearRival] = first_.near_rival(candidate);
   e.of[Evidence::kFirstOfJoined] = odds.of_joined;
   e.of[Evidence::kFirstJoined] = fast_log2(1.0F + odds.joined);
   e.of[Evidence::kFirstRunnerUp] = stripe_.runner_up;
+  const float above = look.height - background_.height();
+  e.of[Evidence::kFirstBackHeight] = above;
+  e.of[Evidence::kFirstBackScore] = above / std::max(kLeastSpread, background_.spread());
+  e.of[Evidence::kFirstBackAsLong] = background_.as_long_as(pieces_, piece);
+  const LineSupport::Support& lines = first_.lines(candidate);
+  const LineSupport::Support rival = first_.lines_of_rivals(pieces_, candidate);
+  e.of[Evidence::kLineFar] = lines.far;
+  e.of[Evidence::kLineNear] = lines.near;
+  e.of[Evidence::kLineHits] = lines.hits;
+  e.of[Evidence::kLineStand] = lines.stand;
+  e.of[Evidence::kLineFarRival] = rival.far;
+  e.of[Evidence::kLineNearRival] = rival.near;
 }
 
 Evidence StripeChoice::evidence(std::size_t candidate) const noexcept {
+  Evidence e = weighed_once(candidate);
+  add_second(candidate, e);
+  return e;
+}
+
+Evidence StripeChoice::weighed_once(std::size_t candidate) const noexcept {
   Evidence e;
   add_piece(static_cast<std::size_t>(pieces_.link(candidate).piece), e);
   add_own(candidate, e);
   add_first(candidate, e);
   return e;
+}
+
+void StripeChoice::add_second(std::size_t candidate, Evidence& e) const noexcept {
+  const auto piece = static_cast<std::size_t>(pieces_.link(candidate).piece);
+  const LineSupport::Support& lines = second_.lines(candidate);
+  const LineSupport::Support rival = second_.lines_of_rivals(pieces_, candidate);
+  e.of[Evidence::kSecond] = second_.odds(candidate);
+  e.of[Evidence::kSecondOfPiece] = second_.of_piece(piece);
+  e.of[Evidence::kSecondRival] = second_.rival(candidate);
+  e.of[Evidence::kSecondNear] = second_.near(candidate);
+  e.of[Evidence::kSecondNearRival] = second_.near_rival(candidate);
+  e.of[Evidence::kSecondCoverage] = second_.coverage();
+  e.of[Evidence::kSecondLineFar] = lines.far;
+  e.of[Evidence::kSecondLineNear] = lines.near;
+  e.of[Evidence::kSecondLineFarRival] = rival.far;
+  e.of[Evidence::kSecondLineNearRival] = rival.near;
 }
 
 void StripeChoice::find_heights_near() {
@@ -295,62 +364,36 @@ void StripeChoice::weigh_first() {
     const std::int32_t before = pieces_.link(i).before;
     if (before >= 0) next_[static_cast<std::size_t>(before)] = static_cast<std::int32_t>(i);
   }
-  first_odds_.resize(pieces_.size());
+  log_odds_.resize(pieces_.size());
   batched_.clear();
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     Evidence e;
     add_piece(static_cast<std::size_t>(pieces_.link(i).piece), e);
     add_own(i, e);
-    add_to_batch(first_forest(), i, e, first_odds_);
+    add_to_batch(first_forest(), i, e, log_odds_);
   }
-  finish_batch(first_forest(), first_odds_);
-  sum_up_first();
+  finish_batch(first_forest(), log_odds_);
+  first_.sum_up(pieces_, log_odds_);
   sum_up_joined();
   find_stripe_mean();
   find_runner_up();
-}
-
-float StripeChoice::best_of_line(int line) const noexcept {
-  if (line < 0 || line >= pieces_.lines()) return Evidence::kUnknown;
-  float best = Evidence::kUnknown;
-  for (std::size_t i = pieces_.first_of(line); i < pieces_.first_of(line + 1); ++i) {
-    best = std::max(best, first_odds_[i]);
-  }
-  return best;
-}
-
-// Of each candidate the best rival, and the means of each piece.
-void StripeChoice::sum_up_first() {
-  first_rivals_.assign(pieces_.size(), Evidence::kUnknown);
-  piece_odds_.assign(pieces_.pieces().size(), PieceOdds{});
-  for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    const int line = pieces_.candidate(i).line;
-    for (std::size_t k = pieces_.first_of(line); k < pieces_.first_of(line + 1); ++k) {
-      if (k != i) first_rivals_[i] = std::max(first_rivals_[i], first_odds_[k]);
-    }
-    PieceOdds& odds = piece_odds_[static_cast<std::size_t>(pieces_.link(i).piece)];
-    odds.own += first_odds_[i];
-    odds.rival += first_rivals_[i];
-  }
-  for (std::size_t p = 0; p < piece_odds_.size(); ++p) {
-    const Piece& piece = pieces_.pieces()[p];
-    piece_odds_[p].own /= static_cast<float>(piece.count);
-    piece_odds_[p].rival /= static_cast<float>(piece.count);
-    piece_odds_[p].before = best_of_line(piece.first_line - 1);
-    piece_odds_[p].after = best_of_line(piece.last_line + 1);
-  }
-  mean_about_.find(pieces_, first_odds_, Evidence::kUnknown, first_near_);
-  mean_about_.find(pieces_, first_rivals_, Evidence::kUnknown, first_near_rival_);
+  background_.sum_up(pieces_, heights_, log_odds_);
 }
 
 // Along the pieces that a straight line joins: forward, then back, so that each knows of all.
 void StripeChoice::sum_up_joined() {
+  piece_odds_.assign(pieces_.pieces().size(), PieceOdds{});
+  for (std::size_t p = 0; p < piece_odds_.size(); ++p) {
+    const Piece& piece = pieces_.pieces()[p];
+    piece_odds_[p].before = first_.best_of_line(pieces_, piece.first_line - 1);
+    piece_odds_[p].after = first_.best_of_line(pieces_, piece.last_line + 1);
+  }
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     PieceOdds& odds = piece_odds_[static_cast<std::size_t>(pieces_.link(i).piece)];
-    odds.joined += logistic(first_odds_[i]);
+    odds.joined += logistic(first_.odds(i));
   }
   const auto join = [&](std::size_t from, std::size_t to) {
-    piece_odds_[to].of_joined = std::max(piece_odds_[to].of_joined, piece_odds_[from].own);
+    piece_odds_[to].of_joined = std::max(piece_odds_[to].of_joined, first_.of_piece(from));
   };
   const std::size_t size = piece_odds_.size();
   for (std::size_t p = 0; p < size; ++p) {
@@ -373,8 +416,8 @@ void StripeChoice::find_runner_up() {
     float best = Evidence::kUnknown;
     float second = Evidence::kUnknown;
     for (std::size_t i = pieces_.first_of(line); i < pieces_.first_of(line + 1); ++i) {
-      second = std::max(second, std::min(best, first_odds_[i]));
-      best = std::max(best, first_odds_[i]);
+      second = std::max(second, std::min(best, first_.odds(i)));
+      best = std::max(best, first_.odds(i));
     }
     sum += logistic(second);
   }
@@ -386,10 +429,10 @@ void StripeChoice::find_stripe_mean() {
   float sum = 0.0F;
   float widths = 0.0F;
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    if (first_odds_[i] < 0.0F || first_odds_[i] < first_rivals_[i]) continue;
+    if (first_.odds(i) < 0.0F || first_.odds(i) < first_.rival(i)) continue;
     const Candidate& c = pieces_.candidate(i);
     const PieceTraits::Look& look = traits_.of_candidate(i);
-    const float share = logistic(first_odds_[i]);
+    const float share = logistic(first_.odds(i));
     sum += share;
     stripe_.height += share * look.height;
     stripe_.light += share * look.light;
@@ -406,12 +449,18 @@ void StripeChoice::find_stripe_mean() {
 }
 
 void StripeChoice::weigh_again() {
-  log_odds_ = first_odds_;
-  batched_.clear();
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    if (first_odds_[i] >= kHopeless) add_to_batch(second_forest(), i, evidence(i), log_odds_);
+    if (!first_.is_hopeless(i)) add_to_batch(second_forest(), i, weighed_once(i), log_odds_);
   }
   finish_batch(second_forest(), log_odds_);
+  second_.sum_up(pieces_, log_odds_);
+}
+
+void StripeChoice::weigh_last() {
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    if (!second_.is_hopeless(i)) add_to_batch(third_forest(), i, evidence(i), log_odds_);
+  }
+  finish_batch(third_forest(), log_odds_);
   for (float& odds : log_odds_) odds = std::min(kMostLogOdds, odds);
 }
 
@@ -463,8 +512,8 @@ void StripeChoice::widen_chosen() {
   for (const Chosen& chosen : chosen_) {
     if (chosen.candidate < 0) continue;
     const auto i = static_cast<std::size_t>(chosen.candidate);
-    if (log_odds_[i] < kHopelessChosen) continue;
-    add_to_batch(scatter_forest(), i, evidence(i), log_variance_);
+    if (log_odds_[i] < kHopelessChosen || pieces_.candidate(i).is_clipped) continue;
+    add_to_batch(scatter_forest(), i, weighed_once(i), log_variance_);
   }
   finish_batch(scatter_forest(), log_variance_);
   for (Chosen& chosen : chosen_) {

@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "stripe/select/choice_trees.hpp"
+#include "stripe/select/background_pieces.hpp"
 #include "stripe/select/evidence.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 #include "stripe/select/mean_about.hpp"
 #include "stripe/select/piece_traits.hpp"
 #include "stripe/select/stripe_pieces.hpp"
+#include "stripe/select/weighed_candidates.hpp"
 
 namespace striper::detail {
 
@@ -17,7 +19,8 @@ namespace striper::detail {
 /// that is: the candidates' pieces against the background's, the frame's main pieces against no
 /// laser at all.
 ///
-/// 20 ns a candidate. No allocation after the first frame of a size.
+/// A plain frame 20 ns a candidate. Another one 50 ns for each that is hopeless, and 2 to 10 us for
+/// each that is not, by how many there are. No allocation after the first frame of a size.
 class StripeChoice {
  public:
   struct Chosen {
@@ -30,6 +33,9 @@ class StripeChoice {
 
   /// Chooses among the candidates of a frame. @param threshold of significance.
   void choose(const PeakCandidates& candidates, const ChoiceContext& context, float threshold);
+
+  /// Finds the pieces alone, for `merit` and `width`: nothing is chosen.
+  void survey(const PeakCandidates& candidates, const ChoiceContext& context, float threshold);
 
   /// Whether the frame is so plain that each scan line can tell by itself: its background is
   /// subtracted, or nearly every scan line shows something and the highest things go on from scan
@@ -59,14 +65,13 @@ class StripeChoice {
   /// How many scan lines the main pieces cover, each as far as it is like a stripe and alone. 5 us.
   float merit() const noexcept;
 
-  /// For whoever fits the trees. Its second part is the latest frame's, as weighed by the first.
+  /// For whoever fits the trees; of a frame that is not plain. What came of weighing is the latest
+  /// frame's, as each forest weighed it.
   Evidence evidence(std::size_t candidate) const noexcept;
 
  private:
-  // What was made of a piece's candidates by their first log odds.
+  // What the first log odds make of a piece by what it is joined with, and goes on from.
   struct PieceOdds {
-    float own = 0.0F;  // Means.
-    float rival = 0.0F;
     float of_joined = Evidence::kUnknown;  // Best mean log odds of a piece it is joined with,
     float joined = 0.0F;  // and how many candidates of it and them are probably the stripe.
     float before = Evidence::kUnknown;
@@ -76,19 +81,23 @@ class StripeChoice {
   struct StripeMean {
     float coverage = 0.0F, runner_up = 0.0F, width = 0.0F, height = 0.0F, light = 0.0F, gain = 0.0F;
   };
+  void reserve();
   void weigh_first();
   void weigh_again();
+  void weigh_last();
   void add_to_batch(const ChoiceForest& forest, std::size_t candidate, const Evidence& evidence,
                     std::vector<float>& odds);
   void finish_batch(const ChoiceForest& forest, std::vector<float>& odds);
-  void sum_up_first();
   void find_stripe_mean();
   void find_runner_up();
   void sum_up_joined();
   void find_heights_near();
-  float best_of_line(int line) const noexcept;
   void add_piece(std::size_t piece, Evidence& evidence) const noexcept;
   void add_own(std::size_t candidate, Evidence& evidence) const noexcept;
+  void add_rivals(std::size_t candidate, Evidence& evidence) const noexcept;
+  // What the second forest is asked with: all but what came of it.
+  Evidence weighed_once(std::size_t candidate) const noexcept;
+  void add_second(std::size_t candidate, Evidence& evidence) const noexcept;
   void add_first(std::size_t candidate, Evidence& evidence) const noexcept;
   float level_step(std::size_t candidate) const noexcept;
   bool is_orderly() const noexcept;
@@ -104,14 +113,15 @@ class StripeChoice {
   bool is_scattered_ = false;
   StripeMean stripe_;
   std::vector<PieceOdds> piece_odds_;
-  std::vector<std::int32_t> next_;                // Candidate after each in its piece; -1: none.
-  std::vector<float> first_odds_, first_rivals_;  // Of each candidate.
+  std::vector<std::int32_t> next_;  // Candidate after each in its piece; -1: none.
+  WeighedCandidates first_, second_;
   std::vector<float> log_odds_;
   EvidenceBatch batch_;
   std::vector<std::size_t> batched_;  // Its candidates.
   std::vector<float> scatter_px_, backward_;
   MeanAbout mean_about_;
-  std::vector<float> heights_, heights_near_, first_near_, first_near_rival_, log_variance_;
+  BackgroundPieces background_;
+  std::vector<float> heights_, heights_near_, log_variance_;
   std::vector<Chosen> chosen_;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves: a batch is weighed as its candidates one by one, whatever the instruction set and however
 // full it is; the trees that are built in ask only for evidence that was there when they were made.
-#include "stripe/select/choice_trees.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 
 #include <vector>
 
@@ -41,6 +41,8 @@ TEST(ChoiceTrees, WeighABatchAsOneByOne) {
   testing::for_each_instruction_set([] {
     expect_batch_is_as_single(first_forest());
     expect_batch_is_as_single(second_forest());
+    expect_batch_is_as_single(third_forest());
+    expect_batch_is_as_single(scatter_forest());
   });
 }
 
@@ -48,7 +50,12 @@ TEST(ChoiceTrees, AskForWhatIsThere) {
   for (const ChoiceTree& tree : first_forest().trees) {
     for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kFirstKinds);
   }
-  for (const ChoiceTree& tree : second_forest().trees) {
+  for (const ChoiceForest& forest : {second_forest(), scatter_forest()}) {
+    for (const ChoiceTree& tree : forest.trees) {
+      for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kSecondKinds);
+    }
+  }
+  for (const ChoiceTree& tree : third_forest().trees) {
     for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
   }
 }

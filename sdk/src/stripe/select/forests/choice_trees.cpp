@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once for every instruction set (see hwy/foreach_target.h); the best one is chosen at run
 // time.
-#include "stripe/select/choice_trees.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stripe/select/choice_trees.cpp"
+#define HWY_TARGET_INCLUDE "stripe/select/forests/choice_trees.cpp"
 #include <hwy/foreach_target.h>  // Must come first.
 // clang-format off
 #include <hwy/highway.h>
@@ -57,10 +57,11 @@ HWY_AFTER_NAMESPACE();
 namespace striper::detail {
 namespace {
 
-// Written by tests/bench/choice_training.cpp, which says from what.
-#include "stripe/select/first_forest.inc"
-#include "stripe/select/scatter_forest.inc"
-#include "stripe/select/second_forest.inc"
+// Written by tests/bench/train_choice.sh, which says from what.
+#include "stripe/select/forests/first_forest.inc"
+#include "stripe/select/forests/scatter_forest.inc"
+#include "stripe/select/forests/second_forest.inc"
+#include "stripe/select/forests/third_forest.inc"
 
 }  // namespace
 
@@ -68,6 +69,7 @@ HWY_EXPORT(weigh_batch);
 
 ChoiceForest first_forest() noexcept { return {kFirstBias, kFirstTrees}; }
 ChoiceForest second_forest() noexcept { return {kSecondBias, kSecondTrees}; }
+ChoiceForest third_forest() noexcept { return {kThirdBias, kThirdTrees}; }
 ChoiceForest scatter_forest() noexcept { return {kScatterBias, kScatterTrees}; }
 
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept {

@@ -30,10 +30,11 @@ struct ChoiceForest {
   std::span<const ChoiceTree> trees;
 };
 
-/// From what is seen of a candidate, its piece and its frame; and once all candidates of a frame
-/// have been weighed so, from that too. Made by tests/bench/choice_training.cpp.
+/// From what is seen of a candidate, its piece and its frame; once all candidates of a frame have
+/// been weighed so, from that too; and once more. Made by tests/bench/train_choice.sh.
 ChoiceForest first_forest() noexcept;
 ChoiceForest second_forest() noexcept;
+ChoiceForest third_forest() noexcept;
 
 /// From the same evidence of what is the stripe: natural log of the variance of its position over
 /// that which was reckoned.

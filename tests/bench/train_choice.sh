@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ anew.
+#
+# BUILD is a build folder of the release preset. FOLDER takes 4 GB of what candidates show; rows of before are removed from it.
+# STRIPER_SHARED_DIR names the folder that holds realdata. Takes 40 minutes of two cores. What each forest learns is said at the
+# head of choice_training.cpp. The rows of each are of scenes that the others do not see (the third's real images are those of
+# the first), written by a program that has those before it. The present ones were made so, beginning with the forests of before,
+# which say whose positions are looked at: to begin with these makes others that are about as good.
+set -euo pipefail
+build=$(realpath "${1:?BUILD}") rows=$(realpath "${2:?FOLDER}")
+cd "$(dirname "$0")/../.."
+forests=sdk/src/stripe/select/forests
+training=$build/tests/bench/choice_training
+
+write() { # Each line's rows, as many at a time as there are cores.
+  cmake --build "$build" --target choice_training </dev/null >/dev/null
+  xargs -P "$(nproc)" -I{} sh -c "$training {}"
+}
+fit() { # forest trees rate weight-of-real-images prefix
+  "$training" fit "$1" "$forests/$1_forest.inc" "$2" "$3" "$4" "$rows/$5_"* | tail -1
+}
+
+mkdir -p "$rows"
+rm -f "$rows"/[a-z]_*
+write <<END
+rows $rows/f_rooms rooms 1000 220 1
+rows $rows/f_unknown rooms 1300 200 1 unknown
+rows $rows/f_turned rooms 1000 70 1 turned
+rows $rows/f_turned_unknown rooms 1100 70 1 unknown turned
+rows $rows/f_sessions sessions 1000 36 1
+rows $rows/f_sessions_unknown sessions 1100 60 1 unknown
+rows $rows/f_green rooms 1500 50 1 unknown green jpeg
+rows $rows/f_red rooms 1560 50 1 unknown red jpeg
+rows $rows/f_sessions_green sessions 1200 30 1 unknown green jpeg
+rows $rows/f_sessions_red sessions 1240 30 1 unknown red jpeg
+rows $rows/f_jpeg rooms 1620 50 1 jpeg
+rows $rows/f_jpeg_unknown rooms 1680 50 1 unknown jpeg
+real $rows/f_real 0 4
+real $rows/f_real_each 0 4 each
+END
+fit first 300 .2 8 f
+"$training" fit scatter "$forests/scatter_forest.inc" 1 0 1 "$rows/f_sessions" # Says nothing.
+write <<END
+rows $rows/s_rooms rooms 3000 300 1
+rows $rows/s_unknown rooms 3600 220 1 unknown
+rows $rows/s_sessions sessions 3000 60 1
+rows $rows/s_sessions_unknown sessions 3100 60 1 unknown
+rows $rows/s_jpeg rooms 3900 40 1 jpeg
+rows $rows/s_green rooms 3950 40 1 unknown green jpeg
+END
+fit scatter 150 .25 1 s
+write <<END
+rows $rows/z_rooms rooms 2000 650 1
+rows $rows/z_unknown rooms 4000 600 1 unknown
+rows $rows/z_turned rooms 5000 110 1 turned
+rows $rows/z_turned_unknown rooms 5200 110 1 unknown turned
+rows $rows/z_sessions sessions 2000 250 1
+rows $rows/z_sessions_unknown sessions 2300 250 1 unknown
+rows $rows/z_green rooms 8600 70 1 unknown green jpeg
+rows $rows/z_red rooms 8700 70 1 unknown red jpeg
+rows $rows/z_sessions_green sessions 2600 40 1 unknown green jpeg
+rows $rows/z_sessions_red sessions 2650 40 1 unknown red jpeg
+rows $rows/z_jpeg rooms 8800 80 1 jpeg
+rows $rows/z_jpeg_unknown rooms 8900 80 1 unknown jpeg
+real $rows/z_real 2 4
+real $rows/z_real_each 2 4 each
+END
+fit second 400 .15 12 z
+write <<END
+rows $rows/y_rooms rooms 6000 550 1
+rows $rows/y_unknown rooms 7000 500 1 unknown
+rows $rows/y_turned rooms 8000 90 1 turned
+rows $rows/y_turned_unknown rooms 8200 90 1 unknown turned
+rows $rows/y_sessions sessions 2700 80 8
+rows $rows/y_sessions_unknown sessions 3200 60 8 unknown
+rows $rows/y_green rooms 9000 70 1 unknown green jpeg
+rows $rows/y_red rooms 9100 70 1 unknown red jpeg
+rows $rows/y_sessions_green sessions 3500 20 6 unknown green jpeg
+rows $rows/y_sessions_red sessions 3550 20 6 unknown red jpeg
+rows $rows/y_jpeg rooms 9200 80 1 jpeg
+rows $rows/y_jpeg_unknown rooms 9300 80 1 unknown jpeg
+real $rows/y_real 0 4
+real $rows/y_real_each 0 4 each
+END
+fit third 700 .15 24 y
