@@ -282,14 +282,14 @@ class ScanConversion {
 
   // Surfaces are found by how good their ranges are. Scans that are not touched keep their bits.
   void complete_sigmas(PolarScan& scan) {
-    const bool is_smoothed = arguments_.shape.options().smooth;
-    if (!is_smoothed && std::isnan(arguments_.sigma_m)) return;
+    if (!is_smoothed_ && std::isnan(arguments_.sigma_m)) return;
     sigmas_.complete(scan);
-    if (is_smoothed) sigmas_.require_any(arguments_.scans);
+    if (is_smoothed_) sigmas_.require_any(arguments_.scans);
   }
 
   const ConvertArguments& arguments_;
   RangeSigmas sigmas_{arguments_.sigma_m};
+  bool is_smoothed_ = arguments_.shape.options().smooth;
   ScanSource& source_;
   const Part& part_;
   ScanBus& bus_;
