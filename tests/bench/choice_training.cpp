@@ -40,7 +40,7 @@
 
 #include "boosted_trees.hpp"
 #include "stripe/profile_extractor.hpp"
-#include "stripe/select/weighed_candidates.hpp"
+#include "stripe/select/evidence/weighed_candidates.hpp"
 #include "support/choice_trial.hpp"
 #include "support/real_stripe.hpp"
 

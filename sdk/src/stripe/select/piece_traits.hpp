@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -9,7 +10,7 @@
 #include <striper/core/stripe_axis.hpp>
 #include <striper/stripe/expected_stripe.hpp>
 
-#include "stripe/select/evidence.hpp"
+#include "stripe/select/evidence/evidence.hpp"
 #include "stripe/select/stripe_pieces.hpp"
 
 namespace striper::detail {
@@ -32,6 +33,9 @@ struct ChoiceContext {
 /// 0.01. 20 ns a candidate. No allocation after the first frame of a size.
 class PieceTraits {
  public:
+  /// Of a width or a way, in widths: less has no logarithm worth the name.
+  static constexpr float kLeastWidth = 0.05F;
+
   // Of one piece. Sums become means.
   struct Trait {
     float bends = 0.0F, roughness = 0.0F, width = 0.0F, width_spread = 0.0F, height = 0.0F,
@@ -65,6 +69,13 @@ class PieceTraits {
 
   /// The expected width as it was used: the context's, or that of the main pieces.
   const WidthModel& width() const noexcept { return width_; }
+  /// A candidate's width in expected ones, at least kLeastWidth.
+  float width_of(const Candidate& c) const noexcept {
+    return std::max(c.width / expected_at(c), kLeastWidth);
+  }
+  float expected_at(const Candidate& c) const noexcept {
+    return static_cast<float>(width_.at(static_cast<double>(c.across)));
+  }
   /// What the context's width is to be multiplied with.
   float width_scale() const noexcept { return width_scale_; }
 

@@ -5,13 +5,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "stripe/select/background_pieces.hpp"
-#include "stripe/select/evidence.hpp"
+#include "stripe/select/evidence/evidence.hpp"
+#include "stripe/select/evidence/frame_evidence.hpp"
 #include "stripe/select/forests/choice_trees.hpp"
-#include "stripe/select/mean_about.hpp"
+#include "stripe/select/piece_scatter.hpp"
 #include "stripe/select/piece_traits.hpp"
 #include "stripe/select/stripe_pieces.hpp"
-#include "stripe/select/weighed_candidates.hpp"
 
 namespace striper::detail {
 
@@ -54,10 +53,9 @@ class StripeChoice {
   /// The log odds of each candidate, rivals in its scan line left out.
   float log_odds(std::size_t candidate) const noexcept { return log_odds_[candidate]; }
 
-  /// By how much a candidate's position is off beyond its own sigma, as it lies beside its piece:
-  /// pixels, one sigma. What the texture of a surface does to a stripe, and the curve of one. 0 in
-  /// a plain frame.
-  float scatter_px(std::size_t candidate) const noexcept { return scatter_px_[candidate]; }
+  /// By how much a candidate's position is off beyond its own sigma, see PieceScatter. 0 in a plain
+  /// frame.
+  float scatter_px(std::size_t candidate) const noexcept { return scatter_.px()[candidate]; }
 
   /// The expected width as it was used: the context's, or that of the main pieces.
   const WidthModel& width() const noexcept { return traits_.width(); }
@@ -67,20 +65,14 @@ class StripeChoice {
 
   /// For whoever fits the trees; of a frame that is not plain. What came of weighing is the latest
   /// frame's, as each forest weighed it.
-  Evidence evidence(std::size_t candidate) const noexcept;
+  Evidence evidence(std::size_t candidate) const noexcept {
+    return evidence_.for_third(looked_at(), candidate);
+  }
 
  private:
-  // What the first log odds make of a piece by what it is joined with, and goes on from.
-  struct PieceOdds {
-    float of_joined = Evidence::kUnknown;  // Best mean log odds of a piece it is joined with,
-    float joined = 0.0F;  // and how many candidates of it and them are probably the stripe.
-    float before = Evidence::kUnknown;
-    float after = Evidence::kUnknown;
-  };
-  // The mean look of what is probably the stripe, logs.
-  struct StripeMean {
-    float coverage = 0.0F, runner_up = 0.0F, width = 0.0F, height = 0.0F, light = 0.0F, gain = 0.0F;
-  };
+  FrameEvidence::Frame looked_at() const noexcept {
+    return {pieces_, traits_, context_, scatter_.px()};
+  }
   void reserve();
   void weigh_first();
   void weigh_again();
@@ -88,40 +80,21 @@ class StripeChoice {
   void add_to_batch(const ChoiceForest& forest, std::size_t candidate, const Evidence& evidence,
                     std::vector<float>& odds);
   void finish_batch(const ChoiceForest& forest, std::vector<float>& odds);
-  void find_stripe_mean();
-  void find_runner_up();
-  void sum_up_joined();
-  void find_heights_near();
-  void add_piece(std::size_t piece, Evidence& evidence) const noexcept;
-  void add_own(std::size_t candidate, Evidence& evidence) const noexcept;
-  void add_rivals(std::size_t candidate, Evidence& evidence) const noexcept;
-  // What the second forest is asked with: all but what came of it.
-  Evidence weighed_once(std::size_t candidate) const noexcept;
-  void add_second(std::size_t candidate, Evidence& evidence) const noexcept;
-  void add_first(std::size_t candidate, Evidence& evidence) const noexcept;
-  float level_step(std::size_t candidate) const noexcept;
   bool is_orderly() const noexcept;
   void choose_in_lines();
   void widen_chosen();
   void choose_highest();
-  void measure_scatter();
 
   StripePieces pieces_;
   PieceTraits traits_;
   ChoiceContext context_;
   bool is_plain_ = false;
   bool is_scattered_ = false;
-  StripeMean stripe_;
-  std::vector<PieceOdds> piece_odds_;
-  std::vector<std::int32_t> next_;  // Candidate after each in its piece; -1: none.
-  WeighedCandidates first_, second_;
-  std::vector<float> log_odds_;
+  PieceScatter scatter_;
+  FrameEvidence evidence_;
+  std::vector<float> log_odds_, log_variance_;
   EvidenceBatch batch_;
   std::vector<std::size_t> batched_;  // Its candidates.
-  std::vector<float> scatter_px_, backward_;
-  MeanAbout mean_about_;
-  BackgroundPieces background_;
-  std::vector<float> heights_, heights_near_, log_variance_;
   std::vector<Chosen> chosen_;
 };
 

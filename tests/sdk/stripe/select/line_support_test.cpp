@@ -2,7 +2,7 @@
 // Proves that a stripe of which a texture leaves dashes alone has more support than the texture's
 // own peaks, in images of any size, and what is counted at their borders. Does not prove what the
 // forests make of it.
-#include "stripe/select/line_support.hpp"
+#include "stripe/select/evidence/line_support.hpp"
 
 #include <algorithm>
 #include <cstddef>

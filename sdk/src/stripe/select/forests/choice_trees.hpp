@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "stripe/select/evidence.hpp"
+#include "stripe/select/evidence/evidence.hpp"
 
 namespace striper::detail {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stripe/select/weighed_candidates.hpp"
+#include "stripe/select/evidence/weighed_candidates.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "stripe/select/evidence.hpp"
+#include "stripe/select/evidence/evidence.hpp"
 #include "stripe/select/piece_traits.hpp"
 
 namespace striper::detail {

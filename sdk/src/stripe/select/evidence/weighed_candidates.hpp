@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "stripe/select/line_support.hpp"
-#include "stripe/select/mean_about.hpp"
+#include "stripe/select/evidence/line_support.hpp"
+#include "stripe/select/evidence/mean_about.hpp"
 #include "stripe/select/stripe_pieces.hpp"
 
 namespace striper::detail {
@@ -24,6 +24,7 @@ class WeighedCandidates {
   /// @param odds log odds of each candidate.
   void sum_up(const StripePieces& pieces, const std::vector<float>& odds);
 
+  const std::vector<float>& odds() const noexcept { return odds_; }
   float odds(std::size_t candidate) const noexcept { return odds_[candidate]; }
   bool is_hopeless(std::size_t candidate) const noexcept { return odds_[candidate] < kHopeless; }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stripe/select/mean_about.hpp"
+#include "stripe/select/evidence/mean_about.hpp"
 
 namespace striper::detail {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stripe/select/background_pieces.hpp"
+#include "stripe/select/evidence/background_pieces.hpp"
 
 #include <algorithm>
 #include <cmath>

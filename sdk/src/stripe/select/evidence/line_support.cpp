@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stripe/select/line_support.hpp"
+#include "stripe/select/evidence/line_support.hpp"
 
 #include <algorithm>
 #include <cmath>
