@@ -50,13 +50,13 @@ TEST(ChoiceTrees, AskForWhatIsThere) {
   for (const ChoiceTree& tree : first_forest().trees) {
     for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kFirstKinds);
   }
-  for (const ChoiceForest& forest : {second_forest(), scatter_forest()}) {
-    for (const ChoiceTree& tree : forest.trees) {
-      for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kSecondKinds);
-    }
+  for (const ChoiceTree& tree : second_forest().trees) {
+    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kSecondKinds);
   }
-  for (const ChoiceTree& tree : third_forest().trees) {
-    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
+  for (const ChoiceForest& forest : {scatter_forest(), third_forest()}) {
+    for (const ChoiceTree& tree : forest.trees) {
+      for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
+    }
   }
 }
 

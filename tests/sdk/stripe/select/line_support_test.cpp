@@ -12,51 +12,16 @@
 #include <gtest/gtest.h>
 
 #include "support/allocation_counter.hpp"
+#include "support/peaks_of_a_frame.hpp"
 #include "support/random.hpp"
 
 namespace striper::detail {
 namespace {
 
+using testing::Peak;
+using testing::PeaksOfAFrame;
+
 constexpr float kEven = 0.0F;  // Log odds of one in two.
-
-struct Peak {
-  int line;
-  double across;
-};
-
-// A frame whose scan lines have these peaks, in their order.
-class PeaksOfAFrame {
- public:
-  PeaksOfAFrame(int lines, const std::vector<Peak>& peaks) {
-    for (int line = 0; line < lines; ++line) {
-      candidates_.primary.seeds.push_back({line, 0});
-    }
-    for (const Peak& peak : peaks) candidates_.secondary.seeds.push_back({peak.line, 0});
-    candidates_.primary.make_room(static_cast<std::size_t>(lines));
-    candidates_.secondary.make_room(peaks.size());
-    for (std::size_t i = 0; i < candidates_.primary.size(); ++i)
-      set(candidates_.primary, i, 0.0, 0.0F);
-    for (std::size_t i = 0; i < peaks.size(); ++i)
-      set(candidates_.secondary, i, peaks[i].across, 10.0F);
-    pieces_.find(candidates_, WidthModel{.at_pivot = 1.0}, 5.0F);
-  }
-
-  const StripePieces& pieces() const { return pieces_; }
-
- private:
-  static void set(PeakList& list, std::size_t i, double across, float significance) {
-    list.across[i] = static_cast<std::int32_t>(across);
-    list.offset[i] = static_cast<float>(across - list.across[i]);
-    list.amplitude[i] = significance;
-    list.width[i] = 1.0F;
-    list.sigma[i] = 0.1F;
-    list.significance[i] = list.snr[i] = significance;
-    list.clipped[i] = list.level[i] = list.slope[i] = 0.0F;
-  }
-
-  PeakCandidates candidates_;
-  StripePieces pieces_;
-};
 
 double on_stripe(int line) { return 120.3 + 0.35 * line; }
 
