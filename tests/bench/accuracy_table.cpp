@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writes docs/accuracy.md: truth against every method and the usual estimators, in units of the
-// Cramer-Rao bound. `accuracy_table [TRIALS] > docs/accuracy.md`
+// Cramer-Rao bound; what the document says beyond its tables is copied from the one that there is.
+//
+//     accuracy_table TRIALS docs/accuracy.md > new.md
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "accuracy_notes.hpp"
 #include "support/stripe_trials.hpp"
 
 namespace striper {
@@ -316,7 +319,8 @@ void all_tables(int trials) {
   base.trials = trials;
   fmt::print(
       "# How accurate the stripe's position is\n\n"
-      "Written by `accuracy_table {} > docs/accuracy.md`: {} columns a line, each with the stripe "
+      "Written by `accuracy_table {} docs/accuracy.md`, all but what is beyond the tables: {} "
+      "columns a line, each with the stripe "
       "at a random phase of the pixel. SNR is the amplitude over the noise of the peak pixel.\n\n"
       "- **Found**: the part of the columns in which the method says `ok` and is within {:.0f} px. "
       "**Gross**: `ok` and farther off, another thing than the stripe. All other figures are of "
@@ -368,18 +372,29 @@ void all_tables(int trials) {
         base, {100.0});
   base.albedo = 1.0;
   locking_table(trials);
-  fmt::print("{}", kAccuracyNotes);
+}
+
+// What a document says from its last heading on.
+std::string beyond_tables(const std::string& path) {
+  std::ifstream file(path);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t from = text.find("\n## Beyond the tables\n");
+  return from == std::string::npos ? "" : text.substr(from);
 }
 
 }  // namespace
 }  // namespace striper
 
 int main(int argc, char** argv) {
-  const int trials = argc > 1 ? std::atoi(argv[1]) : 4000;
-  if (trials < 100) {
-    fmt::print(stderr, "usage: accuracy_table [TRIALS, at least 100] > docs/accuracy.md\n");
+  const int trials = argc > 2 ? std::atoi(argv[1]) : 0;
+  const std::string rest = argc > 2 ? striper::beyond_tables(argv[2]) : "";
+  if (trials < 100 || rest.empty()) {
+    fmt::print(stderr,
+               "usage: accuracy_table TRIALS DOCUMENT > NEW - at least 100 trials; DOCUMENT has a "
+               "heading \"Beyond the tables\"\n");
     return 2;
   }
   striper::all_tables(trials);
+  fmt::print("{}", rest);
   return 0;
 }
