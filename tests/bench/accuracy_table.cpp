@@ -2,7 +2,7 @@
 // Writes docs/accuracy.md: truth against every method and the usual estimators, in units of the
 // Cramer-Rao bound; what the document says beyond its tables is copied from the one that there is.
 //
-//     accuracy_table TRIALS docs/accuracy.md > new.md
+//     accuracy_table TRIALS docs/accuracy.md > new.md; mv new.md docs/accuracy.md
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -319,7 +319,8 @@ void all_tables(int trials) {
   base.trials = trials;
   fmt::print(
       "# How accurate the stripe's position is\n\n"
-      "Written by `accuracy_table {} docs/accuracy.md`, all but what is beyond the tables: {} "
+      "Written by `accuracy_table {} docs/accuracy.md > new.md`, all but what is beyond the "
+      "tables: {} "
       "columns a line, each with the stripe "
       "at a random phase of the pixel. SNR is the amplitude over the noise of the peak pixel.\n\n"
       "- **Found**: the part of the columns in which the method says `ok` and is within {:.0f} px. "
@@ -374,11 +375,13 @@ void all_tables(int trials) {
   locking_table(trials);
 }
 
-// What a document says from its last heading on.
+constexpr const char* kBeyond = "## Beyond the tables";
+
+// What a document says from there on.
 std::string beyond_tables(const std::string& path) {
   std::ifstream file(path);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  const std::size_t from = text.find("\n## Beyond the tables\n");
+  const std::size_t from = text.find(fmt::format("\n{}\n", kBeyond));
   return from == std::string::npos ? "" : text.substr(from);
 }
 
@@ -391,7 +394,8 @@ int main(int argc, char** argv) {
   if (trials < 100 || rest.empty()) {
     fmt::print(stderr,
                "usage: accuracy_table TRIALS DOCUMENT > NEW - at least 100 trials; DOCUMENT has a "
-               "heading \"Beyond the tables\"\n");
+               "heading \"{}\", and is not NEW\n",
+               striper::kBeyond);
     return 2;
   }
   striper::all_tables(trials);

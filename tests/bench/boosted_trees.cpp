@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iostream>
 #include <random>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/core/utility.hpp>
@@ -21,6 +22,14 @@ constexpr std::size_t kLeaves = std::size_t{1} << ChoiceTree::kDepth;
 constexpr std::size_t kSamples = 100000;  // Of all and of the stripes, for the quantiles.
 constexpr double kLargestStep = 3.0;
 constexpr float kLeastHessian = 1e-6F;
+// Of a normal distribution: what is beyond three sigmas, and the density of the log square there.
+constexpr double kBeyondThree = 0.0027;
+constexpr double kDensityAtThree = 0.0133;
+constexpr double kThreeSquared = 9.0;
+constexpr double kLeastSquare = 1e-6;
+// Squares of errors of more than ten sigmas are another thing than the stripe: to a mean square
+// they count as ten.
+constexpr float kLargestSquare = 100.0F;
 
 // The evidence in quantiles: bin > b where it is above limits[b].
 struct Binned {
@@ -101,6 +110,14 @@ class Booster {
     leaves_.resize(size);
   }
 
+  // From here on trees are fitted to the tails of the errors that `forest` leaves.
+  void begin_tails(const detail::ChoiceForest& forest) {
+    is_of_tails_ = true;
+    for (const detail::Evidence& evidence : examples_.evidence) {
+      log_variances_.push_back(detail::weigh(forest, evidence));
+    }
+  }
+
   BoostedTrees run() {
     for (int t = 0; t < options_.trees; ++t) {
       differentiate();
@@ -116,7 +133,9 @@ class Booster {
   void differentiate() {
     sample_.clear();
     for (std::size_t i = 0; i < odds_.size(); ++i) {
-      if (fits_squares()) {
+      if (is_of_tails_) {
+        differentiate_tail(i);
+      } else if (fits_squares()) {
         differentiate_variance(i);
       } else {
         differentiate_odds(i);
@@ -133,9 +152,26 @@ class Booster {
 
   // Of half the log variance and half the square over it; the expected Hessian, which is safe.
   void differentiate_variance(std::size_t i) {
-    const float over = examples_.squares[i] * std::exp(-odds_[i]);
+    const float over = std::min(kLargestSquare, examples_.squares[i]) * std::exp(-odds_[i]);
     gradients_[i] = examples_.weight[i] * 0.5F * (over - 1.0F);
     hessians_[i] = examples_.weight[i] * 0.5F;
+  }
+
+  // Of the pinball loss of the quantile at three sigmas; its Hessian is the density of the log
+  // square there.
+  void differentiate_tail(std::size_t i) {
+    const bool is_beyond = over_three(i) > 0.0;
+    const double gradient = (is_beyond ? 1.0 : 0.0) - kBeyondThree;
+    gradients_[i] = examples_.weight[i] * static_cast<float>(gradient);
+    hessians_[i] = examples_.weight[i] * static_cast<float>(kDensityAtThree);
+  }
+
+  // Log of the square over that of three sigmas, which are widened but never narrowed.
+  double over_three(std::size_t i) const {
+    const auto square = static_cast<double>(examples_.squares[i]);
+    const float log_variance = log_variances_[i] + std::max(0.0F, odds_[i]);
+    return std::log(std::max(kLeastSquare, square) / kThreeSquared) -
+           static_cast<double>(log_variance);
   }
 
   ChoiceTree grow() {
@@ -212,9 +248,18 @@ class Booster {
     return gains;
   }
 
+  double pinball_of(std::size_t i) const {
+    const double over = over_three(i);
+    return std::max((1.0 - kBeyondThree) * over, -kBeyondThree * over);
+  }
+
   double loss_of(std::size_t i) const {
     const auto odds = static_cast<double>(odds_[i]);
-    if (fits_squares()) return 0.5 * (odds + examples_.squares[i] * std::exp(-odds));
+    if (is_of_tails_) return pinball_of(i);
+    if (fits_squares()) {
+      const auto square = static_cast<double>(std::min(kLargestSquare, examples_.squares[i]));
+      return 0.5 * (odds + square * std::exp(-odds));
+    }
     return std::log1p(std::exp(examples_.is_stripe[i] != 0 ? -odds : odds));
   }
 
@@ -232,6 +277,8 @@ class Booster {
   BoostOptions options_;
   Binned data_;
   BoostedTrees trees_;
+  bool is_of_tails_ = false;
+  std::vector<float> log_variances_;  // To which tails are added.
   std::vector<float> odds_, gradients_, hessians_;
   std::vector<std::uint8_t> leaves_;
   std::vector<std::uint32_t> sample_;
@@ -249,6 +296,13 @@ std::string joined(const Values& values, const char* format) {
 
 BoostedTrees boost(const Examples& examples, const BoostOptions& options) {
   return Booster(examples, options).run();
+}
+
+BoostedTrees boost_tails(const Examples& held_out, const BoostOptions& options,
+                         const BoostedTrees& scatter) {
+  Booster booster(held_out, options);
+  booster.begin_tails(scatter.forest());
+  return booster.run();
 }
 
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path) {

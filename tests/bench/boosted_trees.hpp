@@ -40,8 +40,18 @@ struct BoostedTrees {
 /// half of the examples and three quarters of the evidence. Minutes; prints the loss.
 BoostedTrees boost(const Examples& examples, const BoostOptions& options);
 
-/// Writes what sdk/src/stripe/select/forests/choice_trees.cpp includes. @param name First, Second
-/// or Scatter.
+/// Fits by how much more, in log variance, a forest of squares must widen so that 0.27 % of the
+/// errors are beyond three sigmas, which a normal distribution has: what scatters as it should on
+/// average may have a longer tail, and three sigmas are where gates are set. Below 0 nothing is
+/// narrowed.
+///
+/// Boosts the pinball loss of that quantile. @param held_out examples that `scatter` was not fitted
+/// to.
+BoostedTrees boost_tails(const Examples& held_out, const BoostOptions& options,
+                         const BoostedTrees& scatter);
+
+/// Writes what sdk/src/stripe/select/forests/choice_trees.cpp includes. @param name First, Second,
+/// Scatter, Tail or Third.
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path);
 
 }  // namespace striper::bench

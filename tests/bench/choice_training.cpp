@@ -3,9 +3,10 @@
 // sdk/src/stripe/select/forests/choice_trees.cpp. train_choice.sh says of what the present ones
 // were made.
 //
-//     choice_training rows OUT rooms|off|sessions FIRST COUNT FRAMES WORDS...
+//     choice_training rows OUT rooms|off|sessions|'off sessions' FIRST COUNT FRAMES WORDS...
 //     choice_training real OUT PART PARTS [each]
-//     choice_training fit first|second|third|scatter OUT.inc TREES RATE REAL ROWS...
+//     choice_training fit first|second|scatter|third OUT.inc TREES RATE REAL ROWS...
+//     choice_training fit none OUT.inc
 //
 // `rows` writes what every candidate of random scenes shows, and whether it is the stripe. Words:
 // `unknown`, there is no model that says how wide and high the stripe is and where it can be;
@@ -13,13 +14,16 @@
 // camera's difference; `jpeg`, compressed as cameras on USB do. `real` writes each PARTS-th of the
 // real images, from number PART; the images with an even number are for development, the others
 // held out; with `each`, a new scanner sees each image. REAL is the weight of what files with
-// "real" in their name hold.
+// "real" in their name hold; scatter has no use for them.
 //
-// The first forest says what is within 2.5 pixels or 1.2 widths of a stripe; the second and the
-// third, what is right as `ok` has it; the scatter forest, how much more than reckoned the position
-// of a stripe scatters. The rows of each must be written by a program that has those before it in
-// it, and of other scenes; those of scatter, by one whose scatter forest says nothing (fit with 1
-// tree at rate 0).
+// The first and the second forest say what is within 2.5 pixels or 1.2 widths of a stripe (of a
+// real image, what is right). The scatter forest says how much more than reckoned the position of
+// what was chosen scatters; the tail forest, written beside it, by how much that must be wider for
+// three sigmas to hold. The third forest says what is right as `ok` has it: within .5 pixels or
+// three of those sigmas. The rows of each must be written by a program that has those before it in
+// it, and of other scenes; those of scatter, by one whose scatter forest says nothing (`fit none`).
+// What was chosen there is the choice of the third forest of before.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -28,6 +32,7 @@
 #include <functional>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -56,10 +61,9 @@ constexpr double kNearPx = 2.5;
 constexpr double kNearWidths = 1.2;
 // What a forest says less of is not looked at again.
 constexpr float kHopeless = detail::WeighedCandidates::kHopeless;
-// As little that its error is not looked at, of what was chosen.
-constexpr float kHopelessChosen = -2.0F;
-// Errors of more than ten sigmas are another thing than the stripe.
-constexpr float kLargestSquare = 100.0F;
+// What was chosen and is less probable has no error that is looked at; there the third forest says
+// so, which is not there yet.
+constexpr float kHopelessChosen = detail::StripeChoice::kHopelessChosen;
 // Of what is no stripe the first forest sees one in so many.
 constexpr unsigned kSparse = 4;
 
@@ -67,6 +71,8 @@ struct Row {
   Evidence evidence;
   std::uint8_t is_near = 0;
   std::uint8_t is_right = 0;
+  std::uint8_t is_chosen = 0;
+  std::uint8_t is_clipped = 0;
   float error_px = 0.0F;  // From the stripe, and the sigma that is or would be reported.
   float sigma_px = 0.0F;
   std::uint8_t is_known = 1;  // 0: at an edge between two stripes, or of nothing known.
@@ -95,13 +101,15 @@ class RowFile {
       Place place{c.line, static_cast<double>(c.across) + extractor.searched_from_px(),
                   std::hypot(static_cast<double>(c.sigma), choice.scatter_px(i)),
                   static_cast<double>(c.width)};
+      Row row{choice.evidence(i)};
+      row.is_clipped = c.is_clipped ? 1 : 0;
       const auto line = static_cast<std::size_t>(c.line);
       const bool is_chosen = choice.of_line(c.line).candidate == static_cast<std::int32_t>(i);
       if (is_chosen && std::isfinite(stripe.across_px[line])) {
         place.across_px = stripe.across_px[line];
         place.sigma_px = static_cast<double>(stripe.sigma_px[line]);
+        row.is_chosen = 1;
       }
-      Row row{choice.evidence(i)};
       judge(place, row);
       file_.write(reinterpret_cast<const char*>(&row), sizeof row);
     }
@@ -228,67 +236,101 @@ void write_real(const std::vector<std::string>& words) {
   }
 }
 
-enum class Learnt { kNear, kRight, kScatter, kRightAtLast };
+enum class Learnt { kNear, kNearAgain, kScatter, kRight };
 
 Learnt learnt_by(const std::string& word) {
   if (word == "first") return Learnt::kNear;
-  if (word == "second") return Learnt::kRight;
+  if (word == "second") return Learnt::kNearAgain;
   if (word == "scatter") return Learnt::kScatter;
-  if (word == "third") return Learnt::kRightAtLast;
-  throw Error(ErrorKind::kUsage, "fit " + word + " - expected first, second, third or scatter");
+  if (word == "third") return Learnt::kRight;
+  throw Error(ErrorKind::kUsage, "fit " + word + " - expected first, second, scatter or third");
 }
 
 bool is_learnt_from(const Row& row, Learnt learnt) {
   const float first = row.evidence.of[Evidence::kFirst];
+  const float second = row.evidence.of[Evidence::kSecond];
   if (row.is_known == 0) return false;
-  if (learnt == Learnt::kRight) return first >= kHopeless;
-  if (learnt == Learnt::kRightAtLast) return row.evidence.of[Evidence::kSecond] >= kHopeless;
-  if (learnt != Learnt::kScatter) return true;
-  return row.is_near != 0 && row.sigma_px > 0.0F && first >= kHopelessChosen;
+  if (learnt == Learnt::kNear) return true;
+  if (learnt == Learnt::kNearAgain) return first >= kHopeless;
+  if (learnt == Learnt::kRight) return second >= kHopeless;
+  return row.is_near != 0 && row.is_chosen != 0 && row.is_clipped == 0 && row.sigma_px > 0.0F &&
+         second >= kHopelessChosen;
 }
 
 void add_example(const Row& row, Learnt learnt, float weight, bench::Examples& examples) {
   examples.evidence.push_back(row.evidence);
-  examples.is_stripe.push_back(learnt == Learnt::kNear ? row.is_near : row.is_right);
+  examples.is_stripe.push_back(learnt == Learnt::kRight ? row.is_right : row.is_near);
   examples.weight.push_back(weight);
   if (learnt != Learnt::kScatter) return;
   const float pull = row.error_px / row.sigma_px;
-  examples.squares.push_back(std::min(kLargestSquare, pull * pull));
+  examples.squares.push_back(pull * pull);
 }
 
-bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt,
-                            float real_weight) {
+bool is_real(const std::string& path) {
+  return std::filesystem::path(path).filename().string().find("real") != std::string::npos;
+}
+
+using Wanted = std::function<bool(std::size_t row)>;
+
+bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt, float real_weight,
+                            const Wanted& is_wanted) {
   bench::Examples examples;
-  examples.kinds = learnt == Learnt::kNear          ? Evidence::kFirstKinds
-                   : learnt == Learnt::kRightAtLast ? Evidence::kCount
-                                                    : Evidence::kSecondKinds;
+  examples.kinds = learnt == Learnt::kNear        ? Evidence::kFirstKinds
+                   : learnt == Learnt::kNearAgain ? Evidence::kSecondKinds
+                                                  : Evidence::kCount;
   std::size_t sparse = 0;
+  std::size_t number = 0;
   for (const std::string& path : paths) {
-    const bool is_real =
-        std::filesystem::path(path).filename().string().find("real") != std::string::npos;
     std::ifstream file(path, std::ios::binary);
     for (Row row; file.read(reinterpret_cast<char*>(&row), sizeof row);) {
-      if (!is_learnt_from(row, learnt)) continue;
+      if (!is_wanted(number++) || !is_learnt_from(row, learnt)) continue;
       const bool is_sparse = learnt == Learnt::kNear && row.is_near == 0;
       if (is_sparse && sparse++ % kSparse != 0) continue;
       const float weight = is_sparse ? static_cast<float>(kSparse) : 1.0F;
-      add_example(row, learnt, is_real && !is_sparse ? real_weight : weight, examples);
+      add_example(row, learnt, is_real(path) && !is_sparse ? real_weight : weight, examples);
     }
   }
+  if (examples.evidence.empty()) throw Error(ErrorKind::kUsage, "fit: no row to learn from");
   return examples;
+}
+
+// Of the rows of scatter a third says how long the tails are: about six scenes of eighteen.
+bool is_of_tails(std::size_t row) {
+  constexpr std::size_t kInARow = 20000;
+  return row / kInARow % 3 == 2;
+}
+
+// Writes beside the scatter forest what its tails are.
+void fit_scatter(const std::vector<std::string>& paths, const bench::BoostOptions& options,
+                 const std::filesystem::path& out) {
+  const auto is_of_trees = [](std::size_t row) { return !is_of_tails(row); };
+  const bench::BoostedTrees scatter =
+      bench::boost(examples_of(paths, Learnt::kScatter, 1.0F, is_of_trees), options);
+  bench::write_trees(scatter, "Scatter", out);
+  constexpr bench::BoostOptions kTails{.trees = 60, .rate = 0.3, .prior = 10.0};
+  const bench::Examples held_out = examples_of(paths, Learnt::kScatter, 1.0F, is_of_tails);
+  bench::write_trees(bench::boost_tails(held_out, kTails, scatter), "Tail",
+                     out.parent_path() / "tail_forest.inc");
 }
 
 void fit(const std::vector<std::string>& words) {
   cv::setNumThreads(-1);
+  const std::filesystem::path out = words.at(2);
+  if (words.at(1) == "none") {
+    const bench::BoostedTrees none{.trees = {detail::ChoiceTree{}}};
+    bench::write_trees(none, "Scatter", out);
+    return bench::write_trees(none, "Tail", out.parent_path() / "tail_forest.inc");
+  }
   const Learnt learnt = learnt_by(words.at(1));
-  const bench::Examples examples =
-      examples_of({words.begin() + 6, words.end()}, learnt, std::stof(words.at(5)));
-  std::cout << examples.evidence.size() << " candidates\n";
+  const std::vector<std::string> paths{words.begin() + 6, words.end()};
   const bench::BoostOptions options{.trees = std::stoi(words.at(3)),
                                     .rate = std::stod(words.at(4))};
+  if (learnt == Learnt::kScatter) return fit_scatter(paths, options, out);
+  const auto is_any = [](std::size_t) { return true; };
+  const bench::BoostedTrees trees =
+      bench::boost(examples_of(paths, learnt, std::stof(words.at(5)), is_any), options);
   constexpr std::array kNames{"First", "Second", "Scatter", "Third"};
-  bench::write_trees(bench::boost(examples, options), kNames[static_cast<std::size_t>(learnt)],
-                     words.at(2));
+  bench::write_trees(trees, kNames[static_cast<std::size_t>(learnt)], out);
 }
 
 void run(const std::vector<std::string>& words) {

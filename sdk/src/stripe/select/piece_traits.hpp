@@ -33,7 +33,8 @@ struct ChoiceContext {
 /// 0.01. 20 ns a candidate. No allocation after the first frame of a size.
 class PieceTraits {
  public:
-  /// Of a width or a way, in widths: less has no logarithm worth the name.
+  /// Of a width in expected ones, and of a way in pixels: less is taken for so much, since its
+  /// logarithm has no end.
   static constexpr float kLeastWidth = 0.05F;
 
   // Of one piece. Sums become means.

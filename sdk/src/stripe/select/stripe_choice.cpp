@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace striper::detail {
 namespace {
@@ -29,8 +28,6 @@ constexpr float kPlainLogOdds = 12.0F;
 
 // Beyond these log odds no frame of those that were learnt from can tell.
 constexpr float kMostLogOdds = 9.0F;
-// What is as improbable has no error that is worth a look.
-constexpr float kHopelessChosen = -2.0F;
 
 }  // namespace
 
@@ -38,6 +35,7 @@ void StripeChoice::reserve() {
   traits_.reserve(pieces_.most());
   log_odds_.reserve(pieces_.most());
   log_variance_.reserve(pieces_.most());
+  log_tail_.reserve(pieces_.most());
   scatter_.reserve(pieces_.most());
   evidence_.reserve(pieces_);
   batched_.reserve(EvidenceBatch::kMost);
@@ -202,20 +200,25 @@ void StripeChoice::choose_in_lines() {
 // Beside edges, at ends and between textures a position is off by more than noise and its
 // neighbours tell; by how much, scenes with truth do.
 void StripeChoice::widen_chosen() {
-  log_variance_.assign(pieces_.size(), 0.0F);
+  weigh_chosen(scatter_forest(), log_variance_);
+  weigh_chosen(tail_forest(), log_tail_);
+  for (Chosen& chosen : chosen_) {
+    if (chosen.candidate < 0) continue;
+    const auto i = static_cast<std::size_t>(chosen.candidate);
+    chosen.sigma_factor = std::exp(0.5F * (log_variance_[i] + std::max(0.0F, log_tail_[i])));
+  }
+}
+
+void StripeChoice::weigh_chosen(const ChoiceForest& forest, std::vector<float>& weighed) {
+  weighed.assign(pieces_.size(), 0.0F);
   batched_.clear();
   for (const Chosen& chosen : chosen_) {
     if (chosen.candidate < 0) continue;
     const auto i = static_cast<std::size_t>(chosen.candidate);
     if (log_odds_[i] < kHopelessChosen || pieces_.candidate(i).is_clipped) continue;
-    add_to_batch(scatter_forest(), i, evidence(i), log_variance_);
+    add_to_batch(forest, i, evidence(i), weighed);
   }
-  finish_batch(scatter_forest(), log_variance_);
-  for (Chosen& chosen : chosen_) {
-    if (chosen.candidate < 0) continue;
-    const float more = log_variance_[static_cast<std::size_t>(chosen.candidate)];
-    chosen.sigma_factor = std::exp(0.5F * more);
-  }
+  finish_batch(forest, weighed);
 }
 
 }  // namespace striper::detail

@@ -22,12 +22,16 @@ namespace striper::detail {
 /// each that is not, by how many there are. No allocation after the first frame of a size.
 class StripeChoice {
  public:
+  /// Log odds; what was chosen and is less probable has no error that is looked at.
+  static constexpr float kHopelessChosen = -2.0F;
+
   struct Chosen {
     std::int32_t candidate = -1;  // Of `pieces()`; -1: the scan line has none.
     float confidence = 0.0F;      // That it is the stripe.
     float rival = 0.0F;           // Confidence of the scan line's next best.
     std::int32_t rival_candidate = -1;
-    float sigma_factor = 1.0F;  // Of its true sigma over the reckoned one, by such evidence.
+    float sigma_factor = 1.0F;  // Its sigma over the reckoned one, by such evidence: a third of
+                                // what nearly all errors are within.
   };
 
   /// Chooses among the candidates of a frame. @param threshold of significance.
@@ -83,6 +87,7 @@ class StripeChoice {
   bool is_orderly() const noexcept;
   void choose_in_lines();
   void widen_chosen();
+  void weigh_chosen(const ChoiceForest& forest, std::vector<float>& weighed);
   void choose_highest();
 
   StripePieces pieces_;
@@ -92,7 +97,7 @@ class StripeChoice {
   bool is_scattered_ = false;
   PieceScatter scatter_;
   FrameEvidence evidence_;
-  std::vector<float> log_odds_, log_variance_;
+  std::vector<float> log_odds_, log_variance_, log_tail_;
   EvidenceBatch batch_;
   std::vector<std::size_t> batched_;  // Its candidates.
   std::vector<Chosen> chosen_;

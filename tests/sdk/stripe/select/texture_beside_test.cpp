@@ -86,5 +86,11 @@ TEST(TextureBeside, AtABorderIsThatOfTheOtherSide) {
   EXPECT_GT(texture_of(line_of<std::uint8_t>(198.0F, 60.0, one_sided), 198.0F), 10.0F);
 }
 
+TEST(TextureBeside, WhereNoPixelIsFarEnoughIsNone) {
+  LitFrame frame = line_of<std::uint8_t>(8.0F, 60.0, [](int k) { return 50.0 * (k % 2); });
+  frame.lit = frame.lit.rowRange(0, 12);
+  EXPECT_EQ(texture_of(frame, 6.0F), 0.0F);
+}
+
 }  // namespace
 }  // namespace striper::detail

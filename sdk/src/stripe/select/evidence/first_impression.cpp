@@ -13,6 +13,7 @@ void FirstImpression::reserve(std::size_t most) {
 void FirstImpression::sum_up(const StripePieces& pieces, const PieceTraits& traits,
                              const std::vector<float>& heights, const WeighedCandidates& first) {
   sum_up_joined(pieces, first);
+  stripe_ = StripeLook{};
   find_stripe(pieces, traits, first);
   find_runner_up(pieces, first);
   background_.sum_up(pieces, heights, first.odds());
@@ -64,7 +65,6 @@ void FirstImpression::find_runner_up(const StripePieces& pieces, const WeighedCa
 
 void FirstImpression::find_stripe(const StripePieces& pieces, const PieceTraits& traits,
                                   const WeighedCandidates& first) {
-  stripe_ = StripeLook{};
   float sum = 0.0F;
   float widths = 0.0F;
   for (std::size_t i = 0; i < pieces.size(); ++i) {

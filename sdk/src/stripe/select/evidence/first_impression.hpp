@@ -18,11 +18,11 @@ namespace striper::detail {
 /// 20 ns a candidate. No allocation after the first frame of a size.
 class FirstImpression {
  public:
-  /// The mean look of what is probably the stripe, logs.
+  /// The mean look of what is probably the stripe.
   struct StripeLook {
     float coverage = 0.0F;   // Candidates that are probably the stripe, per scan line.
     float runner_up = 0.0F;  // Part of the scan lines whose second best is probably the stripe.
-    float width = 0.0F, height = 0.0F, light = 0.0F, gain = 0.0F;
+    float width = 0.0F, height = 0.0F, light = 0.0F, gain = 0.0F;  // Logs.
   };
   /// Of a piece, by what it is joined with and goes on from.
   struct PieceOdds {

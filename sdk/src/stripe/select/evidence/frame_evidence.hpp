@@ -17,11 +17,11 @@ namespace striper::detail {
 /// The evidence of a frame's candidates, forest by forest: what is seen of each, then what the
 /// first forest made of all, then the second.
 ///
-/// 100 ns for the evidence of a candidate; 40 ns of it, and LineSupport, for what a forest made of
-/// it. No allocation after the first frame of a size.
+/// A frame goes from `begin` over `hear_first` to `hear_second`, the same one each time. No
+/// allocation after the first frame of a size.
 class FrameEvidence {
  public:
-  /// A frame's candidates as they were looked at. They outlive each call, not more.
+  /// A frame's candidates as they were looked at. Nothing of it is kept.
   struct Frame {
     const StripePieces& pieces;
     const PieceTraits& traits;
@@ -36,7 +36,8 @@ class FrameEvidence {
   void hear_first(const Frame& frame, const std::vector<float>& odds);
   void hear_second(const Frame& frame, const std::vector<float>& odds);
 
-  /// What the first forest is asked with; once it was heard, the second; then the third.
+  /// What the first forest is asked with; after `hear_first`, the second; after `hear_second`, the
+  /// third.
   Evidence for_first(const Frame& frame, std::size_t candidate) const noexcept;
   Evidence for_second(const Frame& frame, std::size_t candidate) const noexcept;
   Evidence for_third(const Frame& frame, std::size_t candidate) const noexcept;

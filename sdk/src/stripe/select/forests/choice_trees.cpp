@@ -61,6 +61,7 @@ namespace {
 #include "stripe/select/forests/first_forest.inc"
 #include "stripe/select/forests/scatter_forest.inc"
 #include "stripe/select/forests/second_forest.inc"
+#include "stripe/select/forests/tail_forest.inc"
 #include "stripe/select/forests/third_forest.inc"
 
 }  // namespace
@@ -71,6 +72,7 @@ ChoiceForest first_forest() noexcept { return {kFirstBias, kFirstTrees}; }
 ChoiceForest second_forest() noexcept { return {kSecondBias, kSecondTrees}; }
 ChoiceForest third_forest() noexcept { return {kThirdBias, kThirdTrees}; }
 ChoiceForest scatter_forest() noexcept { return {kScatterBias, kScatterTrees}; }
+ChoiceForest tail_forest() noexcept { return {kTailBias, kTailTrees}; }
 
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept {
   std::int32_t sum = 0;

@@ -36,9 +36,12 @@ ChoiceForest first_forest() noexcept;
 ChoiceForest second_forest() noexcept;
 ChoiceForest third_forest() noexcept;
 
-/// From the same evidence of what is the stripe: natural log of the variance of its position over
+/// From all of that evidence of what was chosen: natural log of the variance of its position over
 /// that which was reckoned.
 ChoiceForest scatter_forest() noexcept;
+/// And what is added to that, where it is more than 0, since the errors have longer tails than
+/// normal ones: so that few are beyond three sigmas.
+ChoiceForest tail_forest() noexcept;
 
 /// 2 ns a tree.
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept;

@@ -37,7 +37,8 @@ struct Weighed {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const bool is_long = pieces.candidate(i).across < 60.0F;
       odds.push_back(is_long ? odds_of_long : -kCertain);
-      heights.push_back(is_long ? 7.0F : pieces.candidate(i).line % 2 == 0 ? 2.0F : 4.0F);
+      const float height = pieces.candidate(i).line % 2 == 0 ? 2.0F : 4.0F;
+      heights.push_back(is_long ? 7.0F : height);
     }
     background.sum_up(pieces, heights, odds);
   }

@@ -3,6 +3,8 @@
 // full it is; the trees that are built in ask only for evidence that was there when they were made.
 #include "stripe/select/forests/choice_trees.hpp"
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -43,6 +45,7 @@ TEST(ChoiceTrees, WeighABatchAsOneByOne) {
     expect_batch_is_as_single(second_forest());
     expect_batch_is_as_single(third_forest());
     expect_batch_is_as_single(scatter_forest());
+    expect_batch_is_as_single(tail_forest());
   });
 }
 
@@ -53,7 +56,7 @@ TEST(ChoiceTrees, AskForWhatIsThere) {
   for (const ChoiceTree& tree : second_forest().trees) {
     for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kSecondKinds);
   }
-  for (const ChoiceForest& forest : {scatter_forest(), third_forest()}) {
+  for (const ChoiceForest& forest : {scatter_forest(), tail_forest(), third_forest()}) {
     for (const ChoiceTree& tree : forest.trees) {
       for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
     }

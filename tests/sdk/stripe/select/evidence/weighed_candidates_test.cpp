@@ -87,22 +87,30 @@ TEST_F(TwoLines, HaveALineOfTheRival) {
 
 TEST_F(TwoLines, AllocateNothingOnceThereIsRoom) {
   weighed_.reserve(frame_.pieces());
-  weighed_.sum_up(frame_.pieces(), odds_);
   const testing::AllocationCounter counter;
   weighed_.sum_up(frame_.pieces(), odds_);
   EXPECT_EQ(counter.count(), 0U);
 }
 
 TEST(WeighedCandidates, APeakAloneHasNoRival) {
-  const PeaksOfAFrame frame(5, {{2, 50.0}, {2, 51.0}, {4, 90.0}});
+  const PeaksOfAFrame frame(5, {{2, 50.0}, {4, 90.0}});
   WeighedCandidates weighed;
-  weighed.sum_up(frame.pieces(), {1.0F, 2.0F, -6.0F});
-  EXPECT_EQ(weighed.rival(2), Evidence::kUnknown);
-  EXPECT_EQ(weighed.near(2), Evidence::kUnknown);
-  EXPECT_TRUE(weighed.is_hopeless(2));
+  weighed.sum_up(frame.pieces(), {1.0F, -6.0F});
+  EXPECT_EQ(weighed.rival(0), Evidence::kUnknown);
+  EXPECT_EQ(weighed.near(0), Evidence::kUnknown);
   EXPECT_FALSE(weighed.is_hopeless(0));
-  // What is a pixel beside is another peak of the same thing: its line is no rival's.
-  EXPECT_EQ(weighed.lines_of_rivals(frame.pieces(), 0).near, 0.0F);
+  EXPECT_TRUE(weighed.is_hopeless(1));
+}
+
+TEST(WeighedCandidates, APixelBesideIsAnotherPeakOfTheSameThing) {
+  for (const double apart : {1.0, 10.0}) {
+    const PeaksOfAFrame frame(8, {{2, 50.0}, {2, 50.0 + apart}, {3, 50.0 + apart}});
+    WeighedCandidates weighed;
+    weighed.sum_up(frame.pieces(), {1.0F, 2.0F, 1.0F});
+    ASSERT_GT(weighed.lines(1).near, 0.0F);
+    const float of_rivals = weighed.lines_of_rivals(frame.pieces(), 0).near;
+    EXPECT_EQ(of_rivals, apart > 3.0 ? weighed.lines(1).near : 0.0F);
+  }
 }
 
 TEST(WeighedCandidates, AFrameWithoutAnyShowsNothing) {
