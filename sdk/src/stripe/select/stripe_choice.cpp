@@ -34,8 +34,6 @@ constexpr float kMostLogOdds = 9.0F;
 void StripeChoice::reserve() {
   traits_.reserve(pieces_.most());
   log_odds_.reserve(pieces_.most());
-  log_variance_.reserve(pieces_.most());
-  log_tail_.reserve(pieces_.most());
   scatter_.reserve(pieces_.most());
   evidence_.reserve(pieces_);
   batched_.reserve(EvidenceBatch::kMost);
@@ -200,25 +198,30 @@ void StripeChoice::choose_in_lines() {
 // Beside edges, at ends and between textures a position is off by more than noise and its
 // neighbours tell; by how much, scenes with truth do.
 void StripeChoice::widen_chosen() {
-  weigh_chosen(scatter_forest(), log_variance_);
-  weigh_chosen(tail_forest(), log_tail_);
-  for (Chosen& chosen : chosen_) {
-    if (chosen.candidate < 0) continue;
-    const auto i = static_cast<std::size_t>(chosen.candidate);
-    chosen.sigma_factor = std::exp(0.5F * (log_variance_[i] + std::max(0.0F, log_tail_[i])));
-  }
-}
-
-void StripeChoice::weigh_chosen(const ChoiceForest& forest, std::vector<float>& weighed) {
-  weighed.assign(pieces_.size(), 0.0F);
   batched_.clear();
-  for (const Chosen& chosen : chosen_) {
+  for (std::size_t line = 0; line < chosen_.size(); ++line) {
+    const Chosen& chosen = chosen_[line];
     if (chosen.candidate < 0) continue;
     const auto i = static_cast<std::size_t>(chosen.candidate);
     if (log_odds_[i] < kHopelessChosen || pieces_.candidate(i).is_clipped) continue;
-    add_to_batch(forest, i, evidence(i), weighed);
+    batch_.add(evidence(i));
+    batched_.push_back(line);
+    if (batch_.is_full()) widen_batch();
   }
-  finish_batch(forest, weighed);
+  widen_batch();
+}
+
+void StripeChoice::widen_batch() {
+  BatchOdds log_variance{};
+  BatchOdds log_tail{};
+  detail::weigh(scatter_forest(), batch_, log_variance);
+  detail::weigh(tail_forest(), batch_, log_tail);
+  for (std::size_t n = 0; n < batched_.size(); ++n) {
+    const float more = log_variance[n] + std::max(0.0F, log_tail[n]);
+    chosen_[batched_[n]].sigma_factor = std::exp(0.5F * more);
+  }
+  batch_.clear();
+  batched_.clear();
 }
 
 }  // namespace striper::detail

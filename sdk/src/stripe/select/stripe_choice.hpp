@@ -87,7 +87,7 @@ class StripeChoice {
   bool is_orderly() const noexcept;
   void choose_in_lines();
   void widen_chosen();
-  void weigh_chosen(const ChoiceForest& forest, std::vector<float>& weighed);
+  void widen_batch();
   void choose_highest();
 
   StripePieces pieces_;
@@ -97,9 +97,9 @@ class StripeChoice {
   bool is_scattered_ = false;
   PieceScatter scatter_;
   FrameEvidence evidence_;
-  std::vector<float> log_odds_, log_variance_, log_tail_;
+  std::vector<float> log_odds_;
   EvidenceBatch batch_;
-  std::vector<std::size_t> batched_;  // Its candidates.
+  std::vector<std::size_t> batched_;  // Its candidates; when they are widened, their scan lines.
   std::vector<Chosen> chosen_;
 };
 
