@@ -14,13 +14,15 @@ namespace striper::testing {
 /// A peak of a frame that shows nothing but such.
 struct Peak {
   int line;
-  double across;
+  double across;         // Its error is kSigma.
   float height = 10.0F;  // And its significance.
 };
 
 /// The pieces of a frame whose scan lines have these peaks, in the order of scan lines.
 class PeaksOfAFrame {
  public:
+  static constexpr float kSigma = 0.1F;
+
   PeaksOfAFrame(int lines, const std::vector<Peak>& peaks) {
     for (int line = 0; line < lines; ++line) {
       candidates_.primary.seeds.push_back({line, 0});
@@ -33,6 +35,7 @@ class PeaksOfAFrame {
     for (std::size_t i = 0; i < peaks.size(); ++i)
       set(candidates_.secondary, i, peaks[i].across, peaks[i].height);
     pieces_.find(candidates_, detail::WidthModel{.at_pivot = 1.0}, 5.0F);
+    pieces_.measure_off_line();
   }
 
   const detail::StripePieces& pieces() const { return pieces_; }
@@ -43,7 +46,7 @@ class PeaksOfAFrame {
     list.offset[i] = static_cast<float>(across - list.across[i]);
     list.amplitude[i] = significance;
     list.width[i] = 1.0F;
-    list.sigma[i] = 0.1F;
+    list.sigma[i] = kSigma;
     list.significance[i] = list.snr[i] = significance;
     list.clipped[i] = list.level[i] = list.slope[i] = 0.0F;
   }

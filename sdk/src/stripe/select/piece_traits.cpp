@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "stripe/profile/line_view.hpp"
+#include "stripe/select/evidence/evidence.hpp"
 #include "stripe/select/profile_misfit.hpp"
 #include "stripe/select/texture_beside.hpp"
 

@@ -10,7 +10,6 @@
 #include <striper/core/stripe_axis.hpp>
 #include <striper/stripe/expected_stripe.hpp>
 
-#include "stripe/select/evidence/evidence.hpp"
 #include "stripe/select/stripe_pieces.hpp"
 
 namespace striper::detail {
