@@ -17,10 +17,10 @@ namespace {
 // So often the brightest thing of a frame's scan lines, no noise, may change before ridges are
 // looked for.
 constexpr double kMostUnclear = 0.03;
-// Ridges are compared with pixels so many widths off, at least and at most so many pixels: in
-// pixels for a stripe of unknown width.
-constexpr double kRidgeReach = 2.5;
-constexpr double kLeastRidgeReach = 3.0;
+// Ridges are compared with pixels so many widths off, where a stripe has 6 % of its height, at
+// least and at most so many pixels.
+constexpr double kRidgeReach = 2.4;
+constexpr double kLeastRidgeReach = 2.0;
 constexpr double kMostRidgeReach = 24.0;
 constexpr double kLeastRidge = 3.0;  // Sigmas of noise.
 
@@ -31,6 +31,7 @@ CandidateFinder::CandidateFinder(const ExtractOptions& options)
 
 void CandidateFinder::begin(const LitFrame& frame) {
   ridges_.reserve(frame.lit.size(), options_.axis);
+  ridges_at_edges_.reserve(frame, options_.axis);
   blocks_.find(frame, options_.axis);
   blocks_.rank(BlockMaxima::kFirst);
   detection_.prepare(line_length(frame.lit, options_.axis), options_.false_alarm_rate,
@@ -75,13 +76,13 @@ bool CandidateFinder::is_hidden_by_background(const LitFrame& frame) const {
 
 // Between surfaces: an edge is no ridge, and a wide background would have other surfaces in it.
 void CandidateFinder::take_ridges(const FrameAtHand& at_hand, const WidthModel& width) {
-  const double reach =
-      std::clamp(kRidgeReach * typical_width(width), kLeastRidgeReach, kMostRidgeReach);
+  const auto reach = static_cast<int>(
+      std::ceil(std::clamp(kRidgeReach * typical_width(width), kLeastRidgeReach, kMostRidgeReach)));
   const int least_dn = std::max(2, static_cast<int>(kLeastRidge * at_hand.noise_dn));
   const LitFrame& frame = at_hand.frame;
   if (!frame.dark.empty()) cv::subtract(frame.lit, frame.dark, difference_);
   const cv::Mat& image = frame.dark.empty() ? frame.lit : difference_;
-  ridges_.find(image, options_.axis, static_cast<int>(std::ceil(reach)), least_dn);
+  ridges_.find(image, options_.axis, reach, least_dn);
   candidates_.take_ridges(ridges_);
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, refine, BackgroundReach::kNarrow);
@@ -89,6 +90,9 @@ void CandidateFinder::take_ridges(const FrameAtHand& at_hand, const WidthModel& 
     measure_profiles(at_hand.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
                      peaks->measurements());
   }
+  const RidgesAtEdges::Measured measured{at_hand, plan, reach};
+  ridges_at_edges_.measure(measured, candidates_.primary_rises(), candidates_.primary);
+  ridges_at_edges_.measure(measured, candidates_.secondary_rises(), candidates_.secondary);
   candidates_.blank_false_ridges();
 }
 

@@ -10,6 +10,7 @@
 #include "stripe/candidates/peak_candidates.hpp"
 #include "stripe/candidates/peak_measurer.hpp"
 #include "stripe/candidates/ridges.hpp"
+#include "stripe/candidates/ridges_at_edges.hpp"
 #include "stripe/candidates/searched_part.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
 
@@ -57,6 +58,7 @@ class CandidateFinder {
   bool is_hidden_ = false;
   cv::Mat difference_;  // Lit minus dark, in which ridges are looked for.
   Ridges ridges_;
+  RidgesAtEdges ridges_at_edges_;
 };
 
 }  // namespace striper::detail

@@ -36,6 +36,10 @@ class PeakCandidates {
   /// frames whose background hides the stripe.
   void take_ridges(const Ridges& ridges);
 
+  /// How far the ridge of each peak rises, DN; 0: there is none. Of the last `take_ridges`.
+  const std::vector<std::int32_t>& primary_rises() const noexcept { return primary_rises_; }
+  const std::vector<std::int32_t>& secondary_rises() const noexcept { return secondary_rises_; }
+
   /// Takes back what was measured of scan lines without a ridge, and of peaks that are much higher
   /// than their ridge: at an edge, noise makes a small one, and a straight background a high peak.
   void blank_false_ridges();

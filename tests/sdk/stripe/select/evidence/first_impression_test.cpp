@@ -4,6 +4,7 @@
 #include "stripe/select/evidence/first_impression.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <gtest/gtest.h>

@@ -3,6 +3,7 @@
 // nearer ones more, never the candidate itself.
 #include "stripe/select/evidence/mean_about.hpp"
 
+#include <cstddef>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -35,7 +36,8 @@ class OneLine : public ::testing::Test {
 };
 
 TEST_F(OneLine, OfTheSameValueIsThatValue) {
-  for (const float mean : means_of(std::vector<float>(kLines, 3.0F))) EXPECT_EQ(mean, 3.0F);
+  const std::vector<float> values(kLines, 3.0F);
+  EXPECT_EQ(means_of(values), values);
 }
 
 TEST_F(OneLine, LeavesTheCandidateItselfOut) {
@@ -89,7 +91,7 @@ TEST(MeanAbout, OtherPiecesAreNotHeard) {
   const testing::PeaksOfAFrame frame(6, peaks);
   std::vector<float> means;
   MeanAbout().find(frame.pieces(), values, kNone, means);
-  for (std::size_t i = 0; i < means.size(); ++i) EXPECT_EQ(means[i], values[i]) << i;
+  EXPECT_EQ(means, values);
 }
 
 }  // namespace
