@@ -3,7 +3,7 @@
 // sdk/src/stripe/select/forests/choice_trees.cpp. train_choice.sh says of what the present ones
 // were made.
 //
-//     choice_training rows OUT rooms|off|sessions|'off sessions' FIRST COUNT FRAMES WORDS...
+//     choice_training rows OUT KIND FIRST COUNT FRAMES WORDS...
 //     choice_training real OUT PART PARTS [each]
 //     choice_training fit first|second|scatter|third OUT.inc TREES RATE REAL ROWS...
 //     choice_training fit none OUT.inc
@@ -11,10 +11,11 @@
 // `rows` writes what every candidate of random scenes shows, and whether it is the stripe. Words:
 // `unknown`, there is no model that says how wide and high the stripe is and where it can be;
 // `turned`, it searches along the other axis, where there is none; `green` or `red`, a colour
-// camera's difference; `jpeg`, compressed as cameras on USB do. `real` writes each PARTS-th of the
-// real images, from number PART; the images with an even number are for development, the others
-// held out; with `each`, a new scanner sees each image. REAL is the weight of what files with
-// "real" in their name hold; scatter has no use for them.
+// camera's difference; `jpeg`, compressed as cameras on USB do; `bright`, so bright that stripes
+// clip. KIND is that of tests/support/choice_trial.hpp. `real` writes each PARTS-th of the real
+// images, from number PART; the images with an even number are for development, the others held
+// out; with `each`, a new scanner sees each image. REAL is the weight of what files with "real" in
+// their name hold; scatter has no use for them.
 //
 // The first and the second forest say what is within 2.5 pixels or 1.2 widths of a stripe (of a
 // real image, what is right). The scatter forest says how much more than reckoned the position of
@@ -162,10 +163,11 @@ void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
 }
 
 void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
-  const std::set<std::string> words{"unknown", "turned", "jpeg", "green", "red"};
+  const std::set<std::string> words{"unknown", "turned", "jpeg", "green", "red", "bright"};
   if (!words.contains(word)) throw Error(ErrorKind::kUsage, "rows: " + word + " - no word");
   if (word == "unknown") trial.knows_stripe = false;
   if (word == "turned") is_turned = true;
+  if (word == "bright") trial.is_overexposed = true;
   if (word == "jpeg") trial.is_compressed = true;
   if (word == "green") trial.channel = Channel::kGreenMinusRed;
   if (word == "red") trial.channel = Channel::kRedMinusGreen;

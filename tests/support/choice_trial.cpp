@@ -2,10 +2,12 @@
 #include "support/choice_trial.hpp"
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <striper/core/error.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/simulator/scene_yaml.hpp>
 #include <striper/simulator/simulator.hpp>
@@ -16,14 +18,21 @@
 namespace striper::testing {
 namespace {
 
-Scene scene_of(const ChoiceTrial& trial) {
+Scene usual_scene_of(const ChoiceTrial& trial) {
   if (trial.kind.ends_with(".yaml")) {
     Scene scene = load_scene(trial.kind);
     scene.seed = trial.seed;
     return scene;
   }
   if (trial.kind.ends_with("sessions")) return random_session(trial.seed);
-  return random_room(trial.seed);
+  if (trial.kind == "bare rooms") return random_bare_room(trial.seed);
+  if (trial.kind == "rooms" || trial.kind == "off") return random_room(trial.seed);
+  throw Error(ErrorKind::kUsage, trial.kind + " - no kind of scene: see choice_trial.hpp");
+}
+
+Scene scene_of(const ChoiceTrial& trial) {
+  Scene scene = usual_scene_of(trial);
+  return trial.is_overexposed ? overexposed(std::move(scene)) : scene;
 }
 
 std::string colour_of(const ChoiceTrial& trial) {

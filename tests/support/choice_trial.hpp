@@ -24,7 +24,7 @@ namespace striper::testing {
 /// A scanner before a random scene, one laser always on, with the model that a perfect calibration
 /// would give.
 struct ChoiceTrial {
-  /// `rooms`, `off` (rooms without the laser), `sessions`, `off sessions`, or a file.
+  /// `rooms`, `bare rooms`, `off` (rooms without the laser), `sessions`, `off sessions`, or a file.
   std::string kind = "rooms";
   std::uint64_t seed = 1;
   int frames = 0;  ///< 0: 3, or as many as a session has.
@@ -32,6 +32,7 @@ struct ChoiceTrial {
   bool knows_stripe = true;  ///< The model says what the stripe looks like.
   /// `grey`; `red` or `green`: a colour camera and such a laser; `mixed`: by the seed.
   std::string colour = "grey";
+  bool is_overexposed = false;
   bool is_compressed = false;        ///< By JPEG, as cameras on USB do; 8 bits alone.
   std::optional<Channel> channel{};  ///< Instead of the laser's own.
 };

@@ -291,6 +291,21 @@ Scene random_room(std::uint64_t seed) {
   return scene;
 }
 
+Scene random_bare_room(std::uint64_t seed) {
+  SceneDice dice(seed + 0xBA5E);
+  Scene scene = random_room(seed);
+  std::erase_if(scene.objects, [](const SceneObject& object) {
+    return object.material.radiance_w_m2_sr_nm > 0.0;
+  });
+  for (SceneObject& object : scene.objects) {
+    object.material.texture = {};
+    object.material.mottle_contrast = 0.0;
+  }
+  scene.lasers.front().pulse_energy_j *= dice.ratio(0.05, 0.5);
+  scene.validate();
+  return scene;
+}
+
 Scene random_session(std::uint64_t seed) {
   SceneDice dice(seed + 0x5E55);
   Scene scene;
@@ -322,6 +337,12 @@ Scene random_session(std::uint64_t seed) {
 
 Scene without_laser(Scene scene) {
   for (SimulatedLaser& laser : scene.lasers) laser.pulse_energy_j = 0.0;
+  return scene;
+}
+
+Scene overexposed(Scene scene) {
+  SceneDice dice(scene.seed + 0x0BE5);
+  scene.imager.dn_per_electron *= dice.ratio(1.3, 4.0);
   return scene;
 }
 

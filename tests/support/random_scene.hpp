@@ -36,6 +36,9 @@ class SceneDice {
 /// optics; the laser is always on. Nothing moves: images differ by their noise.
 Scene random_room(std::uint64_t seed);
 
+/// The same room with bare surfaces, no light sources and a weak laser: what only noise moves.
+Scene random_bare_room(std::uint64_t seed);
+
 /// A calibration session as data/scenes/calibration.yaml: a board of one of four kinds is turned
 /// and carried through the laser plane, kSessionFrames frames.
 Scene random_session(std::uint64_t seed);
@@ -43,6 +46,10 @@ inline constexpr int kSessionFrames = 10;
 
 /// The same scene with the laser switched off: every exposure is dark.
 Scene without_laser(Scene scene);
+
+/// The same scene up to four times as bright in the image, by its seed: stripes clip, white paper
+/// may.
+Scene overexposed(Scene scene);
 
 /// What a calibration would store of the stripe's look: width and brightness on white paper over
 /// range, in closed form, and the range that was calibrated.
