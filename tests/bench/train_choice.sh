@@ -124,3 +124,5 @@ real $rows/y_real 0 4
 real $rows/y_real_each 0 4 each
 END
 fit third 700 .15 24 y
+# With this a little more of the real images is found, and no more of the rooms' wrong columns than the counting error (.152 to .158 %).
+sed -i 's/Bias = .*/Bias = 0.7460F;/' "$forests/third_forest.inc" # .7060 as fitted.
