@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ anew.
 #
-# BUILD is a build folder of the release preset. FOLDER takes 12 GB of what candidates show; rows of before are removed from it.
+# BUILD is a build folder of the release preset. FOLDER takes 10 GB of what candidates show; rows of before are removed from it.
 # STRIPER_SHARED_DIR names the folder that holds realdata. Takes an hour of two cores. What each forest learns is said at the head of
 # choice_training.cpp. The rows of each are of scenes that the others do not see (the third's real images are those of the first),
 # written by a program that has those before it. The present ones were made so, beginning with the forests of before, which say whose

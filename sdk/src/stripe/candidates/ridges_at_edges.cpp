@@ -18,8 +18,8 @@ constexpr double kFarOff_px = 1.5;
 // the ridge's rise.
 constexpr double kEdgeSigmas = 4.0;
 constexpr double kEdgeOfRise = 0.3;
-// The kernel moves a window by no more: once to the middle of three pixels, then five times by
-// three.
+// The kernel moves a window by no more: once to the middle of three pixels, then kMostMoves = 5
+// times by three (profile_kernel.cpp; a narrow plan's `aligned` is 1).
 constexpr int kMoves_px = 16;
 constexpr std::size_t kTogether = PeakMeasurements::kMultiple;
 

@@ -25,8 +25,8 @@ namespace striper::detail {
 /// edge, whose noise the kernel takes for that of more. Frames with a variance of their own are
 /// left as they are.
 ///
-/// 0.3 us a ridge that is measured again, and hardly any of the others. No allocation once there
-/// was room.
+/// A copy of its window and one measuring more for each ridge that is measured again, a comparison
+/// for any other. No allocation once there was room.
 class RidgesAtEdges {
  public:
   /// Of a frame.
