@@ -200,6 +200,15 @@ struct Converted {
   bool is_interrupted = false;
 };
 
+// Reads the whole recording for what is in it, or until Ctrl-C.
+RecordingInfo inspect(const std::string& file) {
+  Progress progress("bytes", std::nullopt);
+  return inspect_recording(file, [&](std::uint64_t bytes) {
+    progress.update(bytes);
+    return !stop_requested();
+  });
+}
+
 void copy_recording(const ConvertArguments& arguments, const Part& part, const RecordingInfo& known,
                     const std::string& to, Converted& done) {
   Progress progress("bytes", known.bytes);
@@ -399,7 +408,13 @@ ExitCode convert(const ConvertArguments& arguments) {
   Converted done;
   std::optional<RecordingInfo> known;
   if (is_recording(arguments.scans)) {
-    known = inspect_recording(arguments.scans);
+    known = inspect(arguments.scans);
+    if (stop_requested()) {
+      done.is_interrupted = true;
+      say(fmt::format("interrupted: nothing of {} is written", arguments.scans));
+      if (arguments.json) print_json(summarize(done, arguments));
+      return ExitCode::kFailed;
+    }
     require_head(arguments.head, *known, arguments.scans);
     part.require_within(known->duration_s, arguments.scans);
     done.damages = known->damages;
