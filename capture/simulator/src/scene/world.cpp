@@ -106,8 +106,9 @@ double intersect(const Facet& facet, const Eigen::Vector3d& origin,
   const Eigen::Vector3d to_center = facet.center - origin;
   if (facet.kind != Facet::Kind::kTube) {
     const double slope = facet.normal.dot(direction);
-    if (slope == 0.0) return kInfinity;
-    const double t = facet.normal.dot(to_center) / slope;
+    const double height = facet.normal.dot(to_center);
+    if (!(height * slope > 0.0)) return kInfinity;  // Behind, or along the plane: no division.
+    const double t = height / slope;
     if (!(t > t_min && t < t_max)) return kInfinity;
     return contains(facet, t * direction - to_center) ? t : kInfinity;
   }
@@ -138,6 +139,8 @@ double meet(const Facet& facet, const Eigen::Vector3d& ray, double t_max) noexce
   return contains(facet, t * ray - facet.center) ? t : kInfinity;
 }
 
+/// Whether a ray meets no part of the sphere around a facet. Of a flat facet `intersect` is as
+/// fast.
 bool misses_sphere(const Facet& facet, const Eigen::Vector3d& origin,
                    const Eigen::Vector3d& direction, double direction_norm2) noexcept {
   const Eigen::Vector3d to_center = facet.center - origin;
@@ -206,6 +209,33 @@ bool World::blocked(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
   });
 }
 
+// That something is not in the way is decided with this much to spare, relative to sizes.
+constexpr double kToSpare = 1e-9;
+
+namespace {
+
+/// False where the shadow of a flat facet's whole rectangle is known to fall beside that of another
+/// flat facet. The shadow is on the other's endless plane, whichever is nearer to the sun.
+bool falls_onto(const Facet& caster, const Facet& receiver, const Eigen::Vector3d& to_sun) {
+  constexpr double kGrazing = 1e-3;
+  const double slope = receiver.normal.dot(to_sun);
+  const bool is_flat = caster.kind != Facet::Kind::kTube && receiver.kind != Facet::Kind::kTube;
+  if (!is_flat || caster.is_endless() || std::abs(slope) < kGrazing) return true;
+  Eigen::AlignedBox2d shadow;
+  for (const Eigen::Vector3d& corner : caster.corners()) {
+    const Eigen::Vector3d offset = corner - receiver.center;
+    const Eigen::Vector3d fallen = offset - receiver.normal.dot(offset) / slope * to_sun;
+    shadow.extend(Eigen::Vector2d(receiver.right.dot(fallen), receiver.up.dot(fallen)));
+  }
+  const Eigen::Vector2d half_size(receiver.half_width, receiver.half_height);
+  const double spare =
+      kToSpare * (1.0 + caster.bounding_radius + caster.center.norm()) / std::abs(slope);
+  return ((shadow.min() - half_size).array() <= spare).all() &&
+         ((shadow.max() + half_size).array() >= -spare).all();
+}
+
+}  // namespace
+
 std::vector<int> World::sun_casters(int index) const {
   const Facet& receiver = facet(index);
   std::vector<int> casters;
@@ -218,13 +248,11 @@ std::vector<int> World::sun_casters(int index) const {
     const double reach = caster.bounding_radius + receiver.bounding_radius;
     const double towards_sun = away.dot(to_sun_);
     const bool is_beside = (away - towards_sun * to_sun_).norm() > reach;
-    if (!is_beside && towards_sun >= -reach) casters.push_back(static_cast<int>(i));
+    if (is_beside || towards_sun < -reach) continue;
+    if (falls_onto(caster, receiver, to_sun_)) casters.push_back(static_cast<int>(i));
   }
   return casters;
 }
-
-// That something is not in the way is decided with this much to spare, relative to sizes.
-constexpr double kToSpare = 1e-9;
 
 bool World::may_shade(int index, const Ball& receiver) const noexcept {
   const Facet& caster = facet(index);
@@ -276,8 +304,9 @@ bool World::in_shade(const Eigen::Vector3d& point, std::span<const int> casters)
   const double margin = kShadowMargin * (1.0 + point.norm());
   return std::any_of(casters.begin(), casters.end(), [&](int index) {
     const Facet& caster = facet(index);
-    return !misses_sphere(caster, point, to_sun_, 1.0) &&
-           intersect(caster, point, to_sun_, margin) < kInfinity;
+    if (caster.kind == Facet::Kind::kTube && misses_sphere(caster, point, to_sun_, 1.0))
+      return false;
+    return intersect(caster, point, to_sun_, margin) < kInfinity;
   });
 }
 
