@@ -145,8 +145,11 @@ void put_chosen(const StripeChoice& choice, int line, const ExtractOptions& opti
   }
   const auto at = static_cast<std::size_t>(taken);
   const Candidate& candidate = choice.pieces().candidate(at);
+  if (candidate.list->status[candidate.at] == ReturnStatus::kNoStripe) {
+    stripe.drop(i, ReturnStatus::kNoStripe);
+    return;
+  }
   put_peak(peak_of(candidate), i, stripe);
-  if (stripe.status[i] == ReturnStatus::kNoStripe) return;
   const auto scatter =
       static_cast<float>(grid_across(stripe.grid, stripe.axis).step) * choice.scatter_px(at);
   stripe.sigma_px[i] = std::hypot(stripe.sigma_px[i], scatter);
