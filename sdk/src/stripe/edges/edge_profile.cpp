@@ -34,8 +34,11 @@ struct Step {
   double density;  // and its density.
 };
 
+constexpr double kGone = 5.5;  // Sigmas: a normal distribution has 4e-8 beyond.
+
 // To 1.5e-7 (Abramowitz & Stegun 1964, equation 7.1.26).
 Step step_at(double z) {
+  if (std::abs(z) > kGone) return {z > 0.0 ? 1.0 : 0.0, 0.0};
   const double x = std::abs(z) * 0.70710678118654752;
   const double t = 1.0 / (1.0 + 0.3275911 * x);
   const double e = std::exp(-x * x);
@@ -71,39 +74,50 @@ class Light {
   };
 
   Value at(double x) const {
+    Value v;
+    v.of_background.setZero();
+    v.of_laser.setZero();
+    add_background(x, v);
+    add_laser(x, v);
+    return v;
+  }
+
+ private:
+  void add_background(double x, Value& v) const {
     const double contrast = p_[EdgeModel::kContrast];
     const double ambient = p_[EdgeModel::kAmbient];
-    const double off = x - p_[EdgeModel::kPosition];
     const double z = (x - p_[EdgeModel::kEdge]) * per_blur_;
     const Step wide = step_at(z);
-    const double g = std::exp(-0.5 * off * off / width2_);
-    const double share = blur2_ / width2_;
-    const double y = (x - off * share - p_[EdgeModel::kEdge]) * per_mixed_;
-    const Step lit = step_at(y);
     const double side = 2.0 * wide.part - 1.0;
-    const double lit_side = laser_contrast_ * (lit.part - 0.5);
-    const double light = p_[EdgeModel::kAmplitude] * g;
-
-    Value v;
+    const double edge = 2.0 * contrast * ambient * wide.density;
     v.background = p_[EdgeModel::kBlack] + ambient * (1.0 + contrast * side) +
                    p_[EdgeModel::kSlope] * (x - middle_);
-    v.laser = light * (1.0 + contrast * lit_side);
-    const double edge = 2.0 * contrast * ambient * wide.density;
-    const double lit_edge = laser_contrast_ * contrast * light * lit.density;
-    v.of_background.setZero();
     v.of_background[EdgeModel::kContrast] = ambient * side;
     v.of_background[EdgeModel::kEdge] = -edge * per_blur_;
     v.of_background[EdgeModel::kAmbient] = 1.0 + contrast * side;
     v.of_background[EdgeModel::kBlack] = 1.0;
     v.of_background[EdgeModel::kSlope] = x - middle_;
-    const double blur = p_[EdgeModel::kBlur];
-    v.of_background[EdgeModel::kBlur] = -edge * z * blur / blur2_;
-    v.of_laser.setZero();
+    v.of_background[EdgeModel::kBlur] = -edge * z * p_[EdgeModel::kBlur] / blur2_;
+  }
+
+  void add_laser(double x, Value& v) const {
+    const double off = x - p_[EdgeModel::kPosition];
+    if (off * off > kGone * kGone * width2_) return;
+    const double contrast = p_[EdgeModel::kContrast];
+    const double g = std::exp(-0.5 * off * off / width2_);
+    const double share = blur2_ / width2_;
+    const double y = (x - off * share - p_[EdgeModel::kEdge]) * per_mixed_;
+    const Step lit = step_at(y);
+    const double lit_side = laser_contrast_ * (lit.part - 0.5);
+    const double light = p_[EdgeModel::kAmplitude] * g;
+    const double lit_edge = laser_contrast_ * contrast * light * lit.density;
+    v.laser = light * (1.0 + contrast * lit_side);
     v.of_laser[EdgeModel::kPosition] = v.laser * off / width2_ + lit_edge * share * per_mixed_;
     v.of_laser[EdgeModel::kAmplitude] = g * (1.0 + contrast * lit_side);
     v.of_laser[EdgeModel::kContrast] = light * lit_side;
     v.of_laser[EdgeModel::kEdge] = -lit_edge * per_mixed_;
     // Of m, and of t = sqrt(laser2 blur2 / width2).
+    const double blur = p_[EdgeModel::kBlur];
     const double by_blur = -2.0 * off * per_mixed_ / width2_ - y * (1.0 / blur2_ - 1.0 / laser2_);
     v.of_laser[EdgeModel::kBlur] = lit_edge * blur * by_blur;
     const double width = p_[EdgeModel::kWidth];
@@ -111,10 +125,8 @@ class Light {
         2.0 * off * share * per_mixed_ / width2_ - y * (1.0 / laser2_ - 1.0 / width2_);
     v.of_laser[EdgeModel::kWidth] =
         width * (v.laser * off * off / (width2_ * width2_) + lit_edge * by_width);
-    return v;
   }
 
- private:
   const std::array<double, EdgeModel::kCount>& p_;
   double middle_;
   double laser_contrast_;
@@ -123,23 +135,59 @@ class Light {
 
 // The normal equations at one model.
 struct Normal {
-  Matrix information = Matrix::Zero();
+  Matrix information = Matrix::Zero();  // Its lower triangle.
   Vector gradient = Vector::Zero();
   double cost = 0.0;
   double chi2 = 0.0;
   double freedom = -kFitted;
+};
 
+// Makes the normal equations of one pixel after the other: a column of derivatives for each
+// parameter, whose products are then summed over all pixels at once.
+class NormalSum {
+ public:
   void add(double residual, double variance, bool is_core, const Vector& derivative) {
     const double r2 = residual * residual / variance;
+    if (is_core) {
+      core_chi2_ += r2;
+    } else {
+      add_far(1.0 + r2 / kScale2);
+    }
     const double weight = is_core ? 1.0 : kScale2 / (kScale2 + r2);
-    const double part = is_core ? r2 : kScale2 * std::log1p(r2 / kScale2);
-    cost += part;
-    chi2 += part;
-    freedom += 1.0;
-    const double w = weight / variance;
-    gradient.noalias() += (w * residual) * derivative;
-    information.noalias() += (w * derivative) * derivative.transpose();
+    const double root = std::sqrt(weight / variance);
+    derivatives_.row(rows_) = root * derivative;
+    residuals_[rows_++] = root * residual;
   }
+
+  Normal total() const {
+    Normal normal;
+    const auto column = [this](int i) { return derivatives_.col(i).head(rows_); };
+    for (int i = 0; i < kParameters; ++i) {
+      for (int j = 0; j <= i; ++j) normal.information(i, j) = column(i).dot(column(j));
+      normal.gradient[i] = column(i).dot(residuals_.head(rows_));
+    }
+    normal.cost = normal.chi2 = core_chi2_ + kScale2 * (far_logs_ + std::log(far_product_));
+    normal.freedom += rows_;
+    return normal;
+  }
+
+ private:
+  // One logarithm of a product takes the time of one of a factor.
+  void add_far(double factor) {
+    constexpr double kLarge = 1e100;
+    far_product_ *= factor;
+    if (far_product_ < kLarge) return;
+    far_logs_ += std::log(far_product_);
+    far_product_ = 1.0;
+  }
+
+  static constexpr int kMostRows = 2 * static_cast<int>(EdgeProfile::kMost);
+  Eigen::Matrix<double, kMostRows, kParameters> derivatives_;
+  Eigen::Matrix<double, kMostRows, 1> residuals_;
+  int rows_ = 0;
+  double core_chi2_ = 0.0;
+  double far_product_ = 1.0;
+  double far_logs_ = 0.0;
 };
 
 void add_prior(const EdgePrior& prior, const EdgeModel& model, Normal& normal) {
@@ -160,19 +208,21 @@ Normal normal_at(const EdgeProfile& profile, const PlanNoise& noise, const EdgeP
   const Light light(model, kind, middle);
   const double core = kCore * std::hypot(model.of[EdgeModel::kWidth], std::sqrt(kPixelBox2));
   const double speckle2 = noise.speckle_contrast * noise.speckle_contrast;
-  Normal normal;
+  NormalSum sum;
   for (std::size_t i = 0; i < profile.count; ++i) {
     const Light::Value v = light.at(profile.at[i]);
     const bool is_core = std::abs(profile.at[i] - model.of[EdgeModel::kPosition]) < core;
     const double value = v.background + v.laser;
     const double variance =
         noise.model.variance_dn2(value) + speckle2 * v.laser * v.laser + profile.extra[i];
-    normal.add(profile.lit[i] - value, variance, is_core, v.of_background + v.of_laser);
+    const bool is_above = profile.clipped[i] && value >= profile.lit[i];
+    if (!is_above) sum.add(profile.lit[i] - value, variance, is_core, v.of_background + v.of_laser);
     if (!profile.has_dark) continue;
     const double gain = std::max(0.05, noise.dark_noise_gain);
-    normal.add(profile.dark[i] - v.background, gain * noise.model.variance_dn2(v.background),
-               is_core, v.of_background);
+    sum.add(profile.dark[i] - v.background, gain * noise.model.variance_dn2(v.background), is_core,
+            v.of_background);
   }
+  Normal normal = sum.total();
   add_prior(prior, model, normal);
   return normal;
 }
@@ -203,7 +253,10 @@ EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const 
   for (int step = 0; step < most_steps && damping < kMostDamping; ++step) {
     Matrix damped = normal.information;
     damped.diagonal() *= 1.0 + damping;
-    const EdgeModel next = moved(best.model, damped.ldlt().solve(normal.gradient));
+    const Vector change = damped.llt().solve(normal.gradient);
+    // What the step would gain if the model were linear.
+    if (change.dot(normal.gradient) < kSettled * (1.0 + normal.cost)) break;
+    const EdgeModel next = moved(best.model, change);
     const Normal there = normal_at(profile, noise, prior, next, kind);
     if (!(there.cost < normal.cost)) {
       damping *= 10.0;
@@ -217,9 +270,11 @@ EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const 
   }
   best.cost = normal.cost;
   best.misfit = normal.chi2 / std::max(kLeastFreedom, normal.freedom);
+  const Eigen::LLT<Matrix> factors(normal.information);
   const Vector unit = Vector::Unit(static_cast<int>(EdgeModel::kPosition));
-  const double variance = normal.information.ldlt().solve(unit)[0];
-  best.variance = std::isfinite(variance) ? variance : -1.0;
+  const double variance = factors.solve(unit)[0];
+  const bool is_known = factors.info() == Eigen::Success && std::isfinite(variance);
+  best.variance = is_known ? variance : -1.0;
   return best;
 }
 
