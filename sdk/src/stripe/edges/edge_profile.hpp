@@ -8,15 +8,16 @@
 
 namespace striper::detail {
 
-/// The pixels of one scan line about a stripe, those that are neither clipped nor masked.
+/// The pixels of one scan line about a stripe, those that are not masked.
 struct EdgeProfile {
   static constexpr std::size_t kMost = 64;
 
   std::size_t count = 0;
   bool has_dark = false;
-  bool is_clipped = false;          // Some pixels are left out for it.
+  bool is_clipped = false;          // Some pixel is.
   std::array<double, kMost> at;     // Pixel of the image.
   std::array<double, kMost> lit;    // DN,
+  std::array<bool, kMost> clipped;  // which was so much or more,
   std::array<double, kMost> dark;   // where there is a dark exposure,
   std::array<double, kMost> extra;  // and what motion leaves in lit - dark, DN^2.
 };
@@ -61,7 +62,8 @@ struct EdgeEstimate {
 };
 
 /// Fits the model by damped Gauss-Newton, each pixel weighted with the variance that the model
-/// gives it; background pixels that other edges disturb count less.
+/// gives it; background pixels that other edges disturb count less. A clipped pixel says only that
+/// the model is not below it.
 EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const EdgePrior& prior,
                       const EdgeModel& start, EdgeKind kind, int most_steps);
 

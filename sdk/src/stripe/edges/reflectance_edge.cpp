@@ -171,10 +171,11 @@ EdgeProfile profile_at(const LitFrame& frame, StripeAxis axis, int line, double 
   if (!frame.variance.empty()) variance = image_line<float>(frame.variance, axis, line);
   const int end = std::min(pixels.length(), middle + reach + 1);
   for (int k = std::max(0, middle - reach); k < end; ++k) {
-    profile.is_clipped = profile.is_clipped || pixels.clipped(k);
-    if (pixels.clipped(k) || pixels.masked(k)) continue;
+    if (pixels.masked(k)) continue;
     profile.at[profile.count] = k;
     profile.lit[profile.count] = pixels.lit(k);
+    profile.clipped[profile.count] = pixels.clipped(k);
+    profile.is_clipped = profile.is_clipped || pixels.clipped(k);
     profile.dark[profile.count] = pixels.dark(k);
     profile.extra[profile.count] =
         variance.first != nullptr ? static_cast<double>(variance[k]) : 0.0;
@@ -331,15 +332,15 @@ void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& no
       frame.lit.depth() == CV_8U
           ? profile_at<std::uint8_t>(frame, place.axis, place.line, place.position, reach)
           : profile_at<std::uint16_t>(frame, place.axis, place.line, place.position, reach);
-  if (profile.is_clipped) return;  // The brightest pixels would tell the most.
   const EdgePrior prior =
       prior_of(frame, noise, profile, place.position, place.amplitude, place.width);
   const EdgeEstimate both = find_edge(profile, noise, prior, place.line);
   learn_width(both, place.width);
   // A shadow's edge leaves the stripe where it is.
   if (!(both.gain > kEvidence && both.likelihood > 0.5)) return;
-  // Nor is anything known where the dark exposure shows more than one edge.
-  if (profile.has_dark && both.misfit > kGoodMisfit) return;
+  // Nor is anything known where the dark exposure shows more than one edge, or what is left of a
+  // clipped stripe is not as the model has it: its foot is wider on one side, say.
+  if ((profile.has_dark || profile.is_clipped) && both.misfit > kGoodMisfit) return;
   last_moved_line_ = place.line;
   const double position = both.model.of[EdgeModel::kPosition];
   const double largest = kLargestSigma * reach;

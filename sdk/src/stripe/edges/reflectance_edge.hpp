@@ -19,6 +19,8 @@ namespace striper::detail {
 /// left. Without daylight only the shape does, and the error is large. An edge of the light alone
 /// (a shadow) is the other hypothesis; both have their say by their likelihood.
 ///
+/// A clipped stripe is corrected where what is left of it fits well.
+///
 /// Only scan lines whose background differs between both sides, or whose width is not the stripe's,
 /// are looked at; their fits cost much more than the test. No allocation.
 class ReflectanceEdges {
