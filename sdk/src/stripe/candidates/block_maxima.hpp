@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <striper/core/lit_frame.hpp>
@@ -100,6 +101,15 @@ class BlockMaxima {
       brightest = std::max(brightest, number_at(maxima_, block, line));
     }
     return brightest;
+  }
+
+  /// How much brighter the brightest block of a scan line is than the darkest, by their maxima.
+  int contrast_dn(int line) const noexcept {
+    int darkest = std::numeric_limits<int>::max();
+    for (int block = 0; block < blocks_; ++block) {
+      darkest = std::min(darkest, number_at(maxima_, block, line));
+    }
+    return brightest_dn(line) - darkest;
   }
 
   /// Whether a pixel of the scan line was masked.

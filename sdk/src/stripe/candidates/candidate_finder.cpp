@@ -15,8 +15,10 @@ namespace striper::detail {
 namespace {
 
 // So often the brightest thing of a frame's scan lines, no noise, may change before ridges are
-// looked for.
+// looked for; and in so many there may be none, though their background is no even one.
 constexpr double kMostUnclear = 0.03;
+constexpr double kMostEmpty = 0.03;
+constexpr double kUneven = 12.0;  // Sigmas of noise between the block maxima of a scan line.
 // Ridges are compared with pixels so many widths off, where a stripe has 6 % of its height, at
 // least and at most so many pixels.
 constexpr double kRidgeReach = 2.4;
@@ -48,7 +50,7 @@ void CandidateFinder::find(const FrameAtHand& at_hand, const SearchedPart& part,
   measurer_.measure({at_hand, width, plan, threshold, nullptr}, candidates_.primary);
   candidates_.look_behind(static_cast<float>(threshold), at_hand.frame, options_.axis, blocks_);
   measurer_.measure({at_hand, width, plan, threshold, &candidates_.primary}, candidates_.secondary);
-  is_hidden_ = is_hidden_by_background(at_hand.frame);
+  is_hidden_ = is_hidden_by_background(at_hand);
   if (is_hidden_) take_ridges(at_hand, width);
   drop_what_is_none(part);
 }
@@ -67,11 +69,19 @@ void CandidateFinder::drop_what_is_none(const SearchedPart& part) {
 }
 
 // Whether the brightest thing of a scan line so often is another than that of the next that the
-// stripe may not be among the brightest pixels.
-bool CandidateFinder::is_hidden_by_background(const LitFrame& frame) const {
-  if (is_background_subtracted(frame) || options_.each_line_by_itself) return false;
+// stripe may not be among the brightest pixels; or so often is none, and brighter surfaces are in
+// the scan line: on a dark one of them the stripe is not the brightest.
+bool CandidateFinder::is_hidden_by_background(const FrameAtHand& at_hand) const {
+  if (is_background_subtracted(at_hand.frame) || options_.each_line_by_itself) return false;
   const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));
-  return unclear > kMostUnclear * blocks_.lines();
+  if (unclear > kMostUnclear * blocks_.lines()) return true;
+  int empty = 0;
+  for (int line = 0; line < blocks_.lines(); ++line) {
+    if (candidates_.has_peak(line, kClearSignificance)) continue;
+    const double sigma_dn = std::sqrt(at_hand.noise.model.variance_dn2(blocks_.brightest_dn(line)));
+    empty += blocks_.contrast_dn(line) > kUneven * sigma_dn ? 1 : 0;
+  }
+  return empty > kMostEmpty * blocks_.lines();
 }
 
 // Between surfaces: an edge is no ridge, and a wide background would have other surfaces in it.

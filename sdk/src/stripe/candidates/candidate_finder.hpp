@@ -46,7 +46,7 @@ class CandidateFinder {
   PeakCandidates& candidates() noexcept { return candidates_; }
 
  private:
-  bool is_hidden_by_background(const LitFrame& frame) const;
+  bool is_hidden_by_background(const FrameAtHand& at_hand) const;
   void take_ridges(const FrameAtHand& at_hand, const WidthModel& width);
   void drop_what_is_none(const SearchedPart& part);
 

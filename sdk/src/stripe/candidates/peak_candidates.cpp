@@ -186,6 +186,15 @@ std::size_t PeakCandidates::unclear_lines(float significance) const {
   return unclear;
 }
 
+bool PeakCandidates::has_peak(int line, float significance) const {
+  if (primary.significance[static_cast<std::size_t>(line)] >= significance) return true;
+  for (std::size_t i = first_secondary(line);
+       i < secondary.size() && secondary.seeds[i].line == line; ++i) {
+    if (secondary.significance[i] >= significance) return true;
+  }
+  return false;
+}
+
 void PeakCandidates::take_ridges(const Ridges& ridges) {
   secondary.seeds.clear();
   secondary.seeds.reserve(primary.size() * Ridges::kMost);

@@ -48,6 +48,9 @@ class PeakCandidates {
   /// line before.
   std::size_t unclear_lines(float significance) const;
 
+  /// Whether a scan line has a peak of at least that significance.
+  bool has_peak(int line, float significance) const;
+
   /// Scan lines without any contrast have a place among the primary peaks and nothing to be
   /// measured: this takes back what was measured.
   void blank_flat_lines();
