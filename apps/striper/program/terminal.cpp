@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "program/program.hpp"
+
 namespace striper::program {
 namespace {
 
@@ -75,6 +77,11 @@ Progress::~Progress() {
   const std::lock_guard lock(terminal_mutex);
   if (line_is_open) write_to_stderr(std::string(kClearLine));
   line_is_open = false;
+}
+
+bool Progress::go_on(std::uint64_t done) {
+  update(done);
+  return !stop_requested();
 }
 
 void Progress::update(std::uint64_t done) {

@@ -35,6 +35,9 @@ class Progress {
   /// Draws at most ten times a second.
   void update(std::uint64_t done);
 
+  /// The same. @return false once Ctrl-C came.
+  bool go_on(std::uint64_t done);
+
  private:
   using Clock = std::chrono::steady_clock;
 

@@ -203,10 +203,7 @@ struct Converted {
 // Reads the whole recording for what is in it, or until Ctrl-C.
 RecordingInfo inspect(const std::string& file) {
   Progress progress("bytes", std::nullopt);
-  return inspect_recording(file, [&](std::uint64_t bytes) {
-    progress.update(bytes);
-    return !stop_requested();
-  });
+  return inspect_recording(file, [&](std::uint64_t bytes) { return progress.go_on(bytes); });
 }
 
 void copy_recording(const ConvertArguments& arguments, const Part& part, const RecordingInfo& known,
@@ -223,10 +220,7 @@ void copy_recording(const ConvertArguments& arguments, const Part& part, const R
     return is_standing || part.has(since_begin_s);
   };
   selection.extra = [&](std::string_view name) { return part.has_name(name, known.heads); };
-  selection.go_on = [&](std::uint64_t bytes) {
-    progress.update(bytes);
-    return !stop_requested();
-  };
+  selection.go_on = [&](std::uint64_t bytes) { return progress.go_on(bytes); };
   const wire::McapCopied copied = wire::copy_mcap(arguments.scans, to, selection);
   done.messages += copied.messages;
   done.is_interrupted = done.is_interrupted || copied.was_stopped;

@@ -99,8 +99,7 @@ ExitCode info(const InfoArguments& arguments) {
   std::optional<Progress> progress(std::in_place, "bytes", std::nullopt);
   bool is_interrupted = false;
   const RecordingInfo info = inspect_recording(arguments.file, [&](std::uint64_t bytes) {
-    progress->update(bytes);
-    is_interrupted = stop_requested();
+    is_interrupted = !progress->go_on(bytes);
     return !is_interrupted;
   });
   progress.reset();

@@ -54,11 +54,9 @@ class McapInspection {
   }
 
   RecordingInfo run(const std::function<bool(std::uint64_t)>& go_on) {
-    constexpr std::uint64_t kBetween = 1000;  // Messages.
-    std::uint64_t messages = 0;
     for (wire::McapMessage message; reader_.next(message);) {
       add(message);
-      if (go_on && ++messages % kBetween == 0 && !go_on(reader_.whole_bytes())) break;
+      if (go_on && !go_on(reader_.whole_bytes())) break;
     }
     for (const wire::McapAttachment& attachment : reader_.attachments()) add(attachment);
     for (const wire::McapDamage& damage : reader_.damages())

@@ -54,8 +54,8 @@ struct RecordingInfo {
 
 /// Reads a recording (.mcap) or a table of scans (.csv, .jsonl) from end to end, damaged or not.
 ///
-/// Memory: a chunk, or a line. @param go_on asked now and then with the bytes read so far; false
-/// ends the inspection early, which then knows what it has seen. Thread-safe.
+/// Memory: a chunk, or a line. @param go_on asked after each message, or scan, with the bytes read
+/// so far; false ends the inspection early, which then knows what it has seen. Thread-safe.
 /// @throws Error: kUnsupported for another kind of file; kNotFound, kIo; kBadFile where nothing at
 /// all can be read.
 RecordingInfo inspect_recording(const std::filesystem::path& path,
