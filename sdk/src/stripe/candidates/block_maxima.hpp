@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <cstdlib>
 #include <vector>
 
 #include <striper/core/lit_frame.hpp>
@@ -103,13 +103,14 @@ class BlockMaxima {
     return brightest;
   }
 
-  /// How much brighter the brightest block of a scan line is than the darkest, by their maxima.
-  int contrast_dn(int line) const noexcept {
-    int darkest = std::numeric_limits<int>::max();
-    for (int block = 0; block < blocks_; ++block) {
-      darkest = std::min(darkest, number_at(maxima_, block, line));
+  /// How much the maxima of two blocks of a scan line that are next to one another differ at most.
+  int largest_step_dn(int line) const noexcept {
+    int largest = 0;
+    for (int block = 1; block < blocks_; ++block) {
+      const int step = number_at(maxima_, block, line) - number_at(maxima_, block - 1, line);
+      largest = std::max(largest, std::abs(step));
     }
-    return brightest_dn(line) - darkest;
+    return largest;
   }
 
   /// Whether a pixel of the scan line was masked.

@@ -15,10 +15,10 @@ namespace striper::detail {
 namespace {
 
 // So often the brightest thing of a frame's scan lines, no noise, may change before ridges are
-// looked for; and in so many there may be none, though their background is no even one.
+// looked for; and in so many there may be none, though they have surfaces of different brightness.
 constexpr double kMostUnclear = 0.03;
 constexpr double kMostEmpty = 0.03;
-constexpr double kUneven = 12.0;  // Sigmas of noise between the block maxima of a scan line.
+constexpr double kOtherSurface = 12.0;  // Sigmas of noise from a block's maximum to the next one's.
 // Ridges are compared with pixels so many widths off, where a stripe has 6 % of its height, at
 // least and at most so many pixels.
 constexpr double kRidgeReach = 2.4;
@@ -75,11 +75,14 @@ bool CandidateFinder::is_hidden_by_background(const FrameAtHand& at_hand) const 
   if (is_background_subtracted(at_hand.frame) || options_.each_line_by_itself) return false;
   const auto unclear = static_cast<double>(candidates_.unclear_lines(kClearSignificance));
   if (unclear > kMostUnclear * blocks_.lines()) return true;
+  const PlanNoise& noise = at_hand.noise;
   int empty = 0;
   for (int line = 0; line < blocks_.lines(); ++line) {
-    if (candidates_.has_peak(line, kClearSignificance)) continue;
-    const double sigma_dn = std::sqrt(at_hand.noise.model.variance_dn2(blocks_.brightest_dn(line)));
-    empty += blocks_.contrast_dn(line) > kUneven * sigma_dn ? 1 : 0;
+    if (blocks_.is_partly_masked(line) || candidates_.has_peak(line, kClearSignificance)) continue;
+    const double variance_dn2 =
+        noise.model.variance_dn2(blocks_.brightest_dn(line)) * (1.0 + noise.dark_noise_gain);
+    const double step_dn = blocks_.largest_step_dn(line);
+    empty += step_dn * step_dn > kOtherSurface * kOtherSurface * variance_dn2 ? 1 : 0;
   }
   return empty > kMostEmpty * blocks_.lines();
 }

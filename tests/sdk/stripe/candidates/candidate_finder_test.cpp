@@ -43,8 +43,9 @@ double board(int line, int k) {
 
 double shaded_wall(int line, int k) { return 40.0 + 0.2 * k + stripe_dn(line, k, 100.0); }
 
+// Its stripe ends half way.
 double half_lit_wall(int line, int k) {
-  return 40.0 + (line < kLines / 2 ? stripe_dn(line, k, 100.0) : 0.0);
+  return 40.0 + 0.2 * k + (line < kLines / 2 ? stripe_dn(line, k, 100.0) : 0.0);
 }
 
 LitFrame picture_of(const Look& look, StripeAxis axis) {
@@ -60,12 +61,18 @@ LitFrame picture_of(const Look& look, StripeAxis axis) {
   return axis == StripeAxis::kColumns ? frame : testing::transposed(frame);
 }
 
-class CandidatesOf : public ::testing::TestWithParam<StripeAxis> {
+class Candidates : public ::testing::TestWithParam<StripeAxis> {
  protected:
-  CandidatesOf() { options_.axis = GetParam(); }
+  Candidates() { options_.axis = GetParam(); }
 
-  void find(const Look& look) {
+  void find(const Look& look, bool is_masked = false) {
     frame_ = picture_of(look, options_.axis);
+    if (is_masked) {
+      frame_.masked = cv::Mat::zeros(frame_.lit.size(), CV_8U);
+      frame_.masked(cv::Rect(0, 0, frame_.lit.cols, frame_.lit.rows) &
+                    (options_.axis == StripeAxis::kColumns ? cv::Rect(200, 170, 100, 80)
+                                                           : cv::Rect(170, 200, 80, 100))) = 255;
+    }
     PlanNoise noise;
     noise.model.read_noise_dn = kNoise_dn;
     const FrameAtHand at_hand{frame_, options_.axis, images_of(frame_, options_.axis),
@@ -95,7 +102,7 @@ class CandidatesOf : public ::testing::TestWithParam<StripeAxis> {
   CandidateFinder finder_{options_};
 };
 
-TEST_P(CandidatesOf, ABoardAreRidgesOnItsDarkSquaresToo) {
+TEST_P(Candidates, AreRidgesOnABoardWithDarkSquares) {
   find(board);
   EXPECT_TRUE(finder_.is_hidden());
   constexpr int kFromBorder = 4;
@@ -106,18 +113,24 @@ TEST_P(CandidatesOf, ABoardAreRidgesOnItsDarkSquaresToo) {
   }
 }
 
-TEST_P(CandidatesOf, AShadedWallAreItsBrightestPixels) {
+TEST_P(Candidates, AreTheBrightestPixelsOfAShadedWall) {
   find(shaded_wall);
   EXPECT_FALSE(finder_.is_hidden());
   for (int line = 0; line < kLines; ++line) EXPECT_TRUE(has_stripe(line)) << line;
 }
 
-TEST_P(CandidatesOf, AnEvenWallWithHalfAStripeAreItsBrightestPixels) {
+TEST_P(Candidates, AreTheBrightestPixelsWhereTheStripeEnds) {
   find(half_lit_wall);
   EXPECT_FALSE(finder_.is_hidden());
 }
 
-INSTANTIATE_TEST_SUITE_P(CandidateFinder, CandidatesOf,
+// What is masked has no value: that of the block is 0.
+TEST_P(Candidates, AreTheBrightestPixelsBesideMaskedOnes) {
+  find(half_lit_wall, true);
+  EXPECT_FALSE(finder_.is_hidden());
+}
+
+INSTANTIATE_TEST_SUITE_P(CandidateFinder, Candidates,
                          ::testing::Values(StripeAxis::kColumns, StripeAxis::kRows),
                          [](const auto& tested) {
                            return tested.param == StripeAxis::kColumns ? "Columns" : "Rows";
