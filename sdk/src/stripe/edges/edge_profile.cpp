@@ -253,10 +253,7 @@ EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const 
   for (int step = 0; step < most_steps && damping < kMostDamping; ++step) {
     Matrix damped = normal.information;
     damped.diagonal() *= 1.0 + damping;
-    const Vector change = damped.llt().solve(normal.gradient);
-    // What the step would gain if the model were linear.
-    if (change.dot(normal.gradient) < kSettled * (1.0 + normal.cost)) break;
-    const EdgeModel next = moved(best.model, change);
+    const EdgeModel next = moved(best.model, damped.llt().solve(normal.gradient));
     const Normal there = normal_at(profile, noise, prior, next, kind);
     if (!(there.cost < normal.cost)) {
       damping *= 10.0;

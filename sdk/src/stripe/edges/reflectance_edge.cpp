@@ -48,8 +48,11 @@ constexpr std::array kStarts{Start{-0.4, -0.3, 0.6}, Start{0.4, 0.3, -0.6}, Star
                              Start{0.4, 1.3, -0.8},  Start{1.2, 0.0, 0.4},  Start{-1.2, 0.0, -0.4},
                              Start{-2.2, 0.0, 0.4},  Start{2.2, 0.0, -0.4}};
 constexpr double kSeenContrast = 0.05;
+// What clips may be so many times as high as was reckoned without the edge.
+constexpr std::array kHeights{1.0, 2.0, 4.0};
 
 constexpr int kFirstSteps = 3;
+constexpr int kFirstStepsOfClipped = 8;
 constexpr int kMostSteps = 10;
 // What was tracked from the scan line before is searched for anew where it fits no better, or
 // gains less over a shadow: chi squared of three parameters with 90 %.
@@ -79,6 +82,7 @@ struct ReflectanceEdges::Place {
   double sigma;
   double width;  // Expected, without the pixel's box,
   double step;   // and sensor pixels per pixel.
+  bool is_edge;  // The background is brighter on one side.
 };
 
 namespace {
@@ -261,15 +265,20 @@ EdgeEstimate search_edge(const EdgeProfile& profile, const PlanNoise& noise,
   const double seen = (ends.after - ends.before) / std::max(1.0, light);
   const bool is_seen = std::abs(seen) > kSeenContrast;
   EdgeEstimate best;
+  const std::size_t heights = profile.is_clipped ? kHeights.size() : 1;
+  const int steps = profile.is_clipped ? kFirstStepsOfClipped : kFirstSteps;
   for (const Start& from : kStarts) {
     if (is_seen && from.contrast * seen < 0.0) continue;
-    EdgeModel start = prior.mean;
-    start.of[EdgeModel::kEdge] = position + from.edge * width;
-    start.of[EdgeModel::kPosition] = position + from.position * width;
-    start.of[EdgeModel::kContrast] = is_seen ? std::clamp(seen, -0.9, 0.9) : from.contrast;
-    const EdgeEstimate found =
-        fit_edge(profile, noise, prior, start, EdgeKind::kReflectance, kFirstSteps);
-    if (best.variance < 0.0 || found.cost < best.cost) best = found;
+    for (std::size_t i = 0; i < heights; ++i) {
+      EdgeModel start = prior.mean;
+      start.of[EdgeModel::kAmplitude] *= kHeights[i];
+      start.of[EdgeModel::kEdge] = position + from.edge * width;
+      start.of[EdgeModel::kPosition] = position + from.position * width;
+      start.of[EdgeModel::kContrast] = is_seen ? std::clamp(seen, -0.9, 0.9) : from.contrast;
+      const EdgeEstimate found =
+          fit_edge(profile, noise, prior, start, EdgeKind::kReflectance, steps);
+      if (best.variance < 0.0 || found.cost < best.cost) best = found;
+    }
   }
   return fit_edge(profile, noise, prior, best.model, EdgeKind::kReflectance, kMostSteps);
 }
@@ -313,14 +322,14 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
     const double own =
         width_scale_ * (width.slope == 0.0 ? level_width : without_pixel_box(width.at(position)));
     const double odd = std::abs(static_cast<double>(stripe.width_px[i]) * per_step - own);
-    const bool is_suspicious = last_moved_line_ == line - 1 ||
-                               odd > kOddWidth * own + kOddErrors * sigma ||
-                               (is_8_bit ? test8.is_edge(stripe.axis, line, at, sigma)
-                                         : test16.is_edge(stripe.axis, line, at, sigma));
+    const bool is_edge = is_8_bit ? test8.is_edge(stripe.axis, line, at, sigma)
+                                  : test16.is_edge(stripe.axis, line, at, sigma);
+    const bool is_suspicious =
+        is_edge || last_moved_line_ == line - 1 || odd > kOddWidth * own + kOddErrors * sigma;
     if (!is_suspicious) continue;
     ++looked_at_;
-    const Place place{stripe.axis, line, position,   static_cast<double>(stripe.amplitude_dn[i]),
-                      sigma,       own,  across.step};
+    const Place place{stripe.axis, line, position,    static_cast<double>(stripe.amplitude_dn[i]),
+                      sigma,       own,  across.step, is_edge};
     correct_return(frame, noise, place, stripe, i);
   }
 }
@@ -335,9 +344,16 @@ void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& no
   const EdgePrior prior =
       prior_of(frame, noise, profile, place.position, place.amplitude, place.width);
   const EdgeEstimate both = find_edge(profile, noise, prior, place.line);
-  learn_width(both, place.width);
+  if (!profile.is_clipped) learn_width(both, place.width);
+  const double unknown = std::hypot(place.sigma, kUnknown * place.width);
+  if (!(both.gain > kEvidence)) {
+    // What is left of a clipped stripe may fit with an edge and without.
+    if (profile.is_clipped && place.is_edge && both.misfit < kGoodMisfit)
+      stripe.sigma_px[i] = static_cast<float>(unknown * place.step);
+    return;
+  }
   // A shadow's edge leaves the stripe where it is.
-  if (!(both.gain > kEvidence && both.likelihood > 0.5)) return;
+  if (!(both.likelihood > 0.5)) return;
   // Nor is anything known where the dark exposure shows more than one edge, or what is left of a
   // clipped stripe is not as the model has it: its foot is wider on one side, say.
   if ((profile.has_dark || profile.is_clipped) && both.misfit > kGoodMisfit) return;
@@ -347,7 +363,7 @@ void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& no
   const bool is_fitted = both.variance > 0.0 && both.variance < largest * largest &&
                          std::abs(position - place.position) < kLargestMove * reach &&
                          position > -0.5 && position < line_length(frame.lit, place.axis) - 0.5;
-  double sigma = std::hypot(place.sigma, kUnknown * place.width);
+  double sigma = unknown;
   if (is_fitted) {
     stripe.across_px[i] += (position - place.position) * place.step;
     stripe.width_px[i] = static_cast<float>(both.model.of[EdgeModel::kWidth] * place.step);
