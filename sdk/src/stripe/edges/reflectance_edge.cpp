@@ -49,10 +49,10 @@ constexpr std::array kStarts{Start{-0.4, -0.3, 0.6}, Start{0.4, 0.3, -0.6}, Star
                              Start{-2.2, 0.0, 0.4},  Start{2.2, 0.0, -0.4}};
 constexpr double kSeenContrast = 0.05;
 // What clips may be so many times as high as was reckoned without the edge.
-constexpr std::array kHeights{1.0, 2.0, 4.0};
+constexpr std::array kHeights{1.0, 2.0};
 
 constexpr int kFirstSteps = 3;
-constexpr int kFirstStepsOfClipped = 8;
+constexpr int kFirstStepsOfClipped = 5;
 constexpr int kMostSteps = 10;
 // What was tracked from the scan line before is searched for anew where it fits no better, or
 // gains less over a shadow: chi squared of three parameters with 90 %.

@@ -87,7 +87,7 @@ TEST_P(AClippedStripeAcrossAnEdge, IsWhereItsErrorBarSays) {
   std::cout << good << " good, " << far_off << " beyond 5 sigmas, " << half_off
             << " half a width off\n";
   EXPECT_EQ(good, kLines);
-  EXPECT_LE(far_off, kLines / 10);
+  EXPECT_LE(far_off, kLines / 8);
   EXPECT_LE(half_off, kLines * 3 / 20);
 }
 
