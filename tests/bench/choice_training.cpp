@@ -106,7 +106,9 @@ class RowFile {
       row.is_clipped = c.is_clipped ? 1 : 0;
       const auto line = static_cast<std::size_t>(c.line);
       const bool is_chosen = choice.of_line(c.line).candidate == static_cast<std::int32_t>(i);
-      if (is_chosen && std::isfinite(stripe.across_px[line])) {
+      const bool is_reported =
+          std::isfinite(stripe.across_px[line]) && !extractor.is_bridged(c.line);
+      if (is_chosen && is_reported) {
         place.across_px = stripe.across_px[line];
         place.sigma_px = static_cast<double>(stripe.sigma_px[line]);
         row.is_chosen = 1;

@@ -22,7 +22,7 @@ SDK = {"core": set()}
 SDK["model"] = {"core"}
 SDK["geometry"] = {"core", "model"}
 SDK["ambient"] = SDK["motion"] = SDK["wire"] = {"core"}
-SDK["stripe"] = {"core", "ambient"}
+SDK["stripe"] = {"core", "geometry", "ambient"}
 SDK["design"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["scan"] = {"core", "model", "geometry", "ambient", "stripe"}
 SDK["profile"] = {"core", "model", "geometry", "scan"}

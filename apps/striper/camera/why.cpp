@@ -102,6 +102,11 @@ void print(std::uint64_t frame, const ScanExplanation& why) {
                                 : "the scan line's highest peak is the stripe");
   print_candidates(line);
   fmt::print("\n");
+  if (line.is_bridged) {
+    fmt::print(
+        "measured on the straight line of the returns on both sides, beside an edge of the "
+        "surface\n");
+  }
   print_result(why);
 }
 

@@ -55,6 +55,7 @@ nlohmann::json to_json(std::uint64_t frame, const ScanExplanation& why) {
           {"from_px", number(line.from_px)},
           {"to_px", number(line.to_px)},
           {"chosen_over_lines", line.is_chosen_over_lines},
+          {"bridged", line.is_bridged},
           {"candidates", candidates},
           {"sigma_px", to_json(line.sigma_px)},
           {"first_px", line.first_px},

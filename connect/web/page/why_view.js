@@ -9,6 +9,7 @@ import { reasonOf } from "./reasons.js";
  * @typedef {{frame: number, line: number, status: string, range_m: number | null, sigma_m: number | null, sigma_cal_m: number | null,
  *   u_px: number, v_px: number | null, confidence: number | null, range_m_per_px: number | null, range_m_per_deg: number | null,
  *   noise_dn: number, least_significance: number, expected_width_px: number, from_px: number, to_px: number, chosen_over_lines: boolean,
+ *   bridged: boolean,
  *   candidates: Candidate[], sigma_px: Record<string, number | null>, first_px: number, step_px: number, lit_dn: number[],
  *   dark_dn: number[]}} Why
  */

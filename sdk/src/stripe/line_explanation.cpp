@@ -101,6 +101,7 @@ LineExplanation ProfileExtractor::explain(int line) const {
     why.to_px = std::min(why.to_px, across.sensor(part_.last_of(line)));
   }
   why.is_chosen_over_lines = !choice_.is_plain();
+  why.is_bridged = bridges_.has(line);
   explain_candidates(across, why);
   explain_sigma(across, why);
   return why;

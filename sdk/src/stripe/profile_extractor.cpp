@@ -41,6 +41,7 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   const std::optional<WidthModel> known = known_width(frame, options_);
   const WidthModel& width = known ? *known : learnt.model();
   errors_.add(current, {width, known.has_value()}, choice_, options_, stripe);
+  bridge_gaps(current, width, stripe);
   if (options_.can_explain) keep_for_explanation(frame, current.noise, width, stripe);
 }
 
@@ -95,6 +96,17 @@ void ProfileExtractor::try_widths(const FrameAtHand& at_hand, WidthTracker& widt
 bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
   return !finder_.is_hidden() && !is_background_subtracted(frame) &&
          !options_.each_line_by_itself && !choice_.is_plain();
+}
+
+// Where the background hides the stripe, and there is one return a scan line, whichever is it.
+void ProfileExtractor::bridge_gaps(const FrameAtHand& at_hand, const WidthModel& width,
+                                   Stripe& stripe) {
+  bridges_.clear();
+  const bool is_by_place =
+      options_.peak != PeakRule::kBrightest && options_.peak != PeakRule::kContinuous;
+  if (choice_.is_plain() || is_by_place) return;
+  if (options_.min_confidence > BridgedGaps::kConfidence) return;
+  bridges_.measure(at_hand, width, stripe);
 }
 
 ChoiceContext ProfileExtractor::context_of(const FrameAtHand& at_hand,

@@ -11,6 +11,7 @@
 #include "stripe/report/error_budget.hpp"
 #include "stripe/report/stripe_report.hpp"
 #include "stripe/select/stripe_choice.hpp"
+#include "stripe/track/bridged_gaps.hpp"
 
 namespace striper::detail {
 
@@ -29,6 +30,10 @@ class ProfileExtractor : public StripeExtractor {
 
   /// What was decided of the last frame, for whoever fits the weights of the evidence.
   const StripeChoice& choice() const noexcept { return choice_; }
+
+  /// Whether the return of a scan line is none of the choice's: it was measured on the line of
+  /// those about it.
+  bool is_bridged(int line) const noexcept { return bridges_.has(line); }
 
   /// The first pixel across of the part of that frame that was searched.
   int searched_from_px() const noexcept { return part_.from_px(); }
@@ -50,6 +55,7 @@ class ProfileExtractor : public StripeExtractor {
   ChoiceContext context_of(const FrameAtHand& at_hand, const WidthTracker& width) const;
   float threshold() const;
   bool is_more_than_peaks(const LitFrame& frame) const;
+  void bridge_gaps(const FrameAtHand& at_hand, const WidthModel& width, Stripe& stripe);
 
   void keep_for_explanation(const LitFrame& frame, const PlanNoise& noise, const WidthModel& width,
                             const Stripe& stripe);
@@ -64,6 +70,7 @@ class ProfileExtractor : public StripeExtractor {
   StripeChoice choice_;
   StripeReport report_;
   ErrorBudget errors_;
+  BridgedGaps bridges_;
   Kept kept_;
 };
 

@@ -22,7 +22,8 @@ constexpr double kScale2 = 9.0;
 constexpr double kSettled = 1e-3;  // Of the cost.
 constexpr double kFirstDamping = 1e-2;
 constexpr double kMostDamping = 1e4;
-constexpr double kFitted = 6.0;  // Parameters that the pixels, not the priors, determine.
+constexpr double kFitted = 6.0;        // Parameters that the pixels, not the priors, determine.
+constexpr double kFittedToCore = 3.0;  // Of them to those that the stripe is on.
 constexpr double kLeastFreedom = 3.0;
 
 constexpr auto kParameters = static_cast<int>(EdgeModel::kCount);
@@ -140,6 +141,8 @@ struct Normal {
   double cost = 0.0;
   double chi2 = 0.0;
   double freedom = -kFitted;
+  double core_chi2 = 0.0;  // Of the pixels that the stripe is on.
+  int core_rows = 0;
 };
 
 // Makes the normal equations of one pixel after the other: a column of derivatives for each
@@ -150,6 +153,7 @@ class NormalSum {
     const double r2 = residual * residual / variance;
     if (is_core) {
       core_chi2_ += r2;
+      ++core_rows_;
     } else {
       add_far(1.0 + r2 / kScale2);
     }
@@ -168,6 +172,8 @@ class NormalSum {
     }
     normal.cost = normal.chi2 = core_chi2_ + kScale2 * (far_logs_ + std::log(far_product_));
     normal.freedom += rows_;
+    normal.core_chi2 = core_chi2_;
+    normal.core_rows = core_rows_;
     return normal;
   }
 
@@ -186,6 +192,7 @@ class NormalSum {
   Eigen::Matrix<double, kMostRows, 1> residuals_;
   int rows_ = 0;
   double core_chi2_ = 0.0;
+  int core_rows_ = 0;
   double far_product_ = 1.0;
   double far_logs_ = 0.0;
 };
@@ -267,6 +274,7 @@ EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const 
   }
   best.cost = normal.cost;
   best.misfit = normal.chi2 / std::max(kLeastFreedom, normal.freedom);
+  best.core_misfit = normal.core_chi2 / std::max(kLeastFreedom, normal.core_rows - kFittedToCore);
   const Eigen::LLT<Matrix> factors(normal.information);
   const Vector unit = Vector::Unit(static_cast<int>(EdgeModel::kPosition));
   const double variance = factors.solve(unit)[0];

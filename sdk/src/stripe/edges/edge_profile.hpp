@@ -54,11 +54,12 @@ enum class EdgeKind { kReflectance, kShadow };
 /// A fit of the model.
 struct EdgeEstimate {
   EdgeModel model;
-  double cost = 0.0;        // Chi squared with the priors' part.
-  double misfit = 0.0;      // Chi squared of the pixels over their degrees of freedom.
-  double gain = 0.0;        // Of an edge over none, chi squared.
-  double likelihood = 0.0;  // Of reflectance rather than a shadow.
-  double variance = -1.0;   // Of the position, pixels^2; negative: there is none.
+  double cost = 0.0;         // Chi squared with the priors' part.
+  double misfit = 0.0;       // Chi squared of the pixels over their degrees of freedom.
+  double core_misfit = 0.0;  // The same of the pixels that the stripe is on.
+  double gain = 0.0;         // Of an edge over none, chi squared.
+  double likelihood = 0.0;   // Of reflectance rather than a shadow.
+  double variance = -1.0;    // Of the position, pixels^2; negative: there is none.
 };
 
 /// Fits the model by damped Gauss-Newton, each pixel weighted with the variance that the model

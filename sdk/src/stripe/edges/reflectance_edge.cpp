@@ -6,14 +6,12 @@
 #include <cmath>
 
 #include "core/pixel_box.hpp"
+#include "stripe/edges/edge_view.hpp"
 #include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {
 namespace {
 
-// Widths from the middle to where the stripe is gone; the fit has some more pixels of background.
-constexpr double kStripeReach = 3.0;
-constexpr int kBackgroundPixels = 3;
 // From there on, the second pair of pixels that is compared.
 constexpr int kFarther = 4;
 constexpr double kPlain2 = 16.0;  // Variances of a difference: 4 sigma.
@@ -25,17 +23,8 @@ constexpr double kLargestShift = 0.8;
 constexpr double kOddWidth = 0.1;
 constexpr double kOddErrors = 5.0;
 
-// What is known beforehand. Lenses that are in focus blur by a third to half a pixel and more; a
-// width that is learnt from most scan lines is true to some percent.
-constexpr double kBlur = 0.45;
-constexpr double kBlurSigma = 0.15;
-constexpr double kWidthSigma = 0.045;
-constexpr double kWidthRate = 0.06;  // Of a scan line.
-constexpr double kSlope = 0.03;      // Of the daylight, per pixel: shading.
-constexpr double kContrastSigma = 0.6;
-constexpr double kKnownBlack = 1.0 / 255.0;  // Of full scale, where the noise model has it,
-constexpr double kUnknownBlack = 0.06;       // and where it does not.
-constexpr double kReflectanceOdds = 9.0;     // Against a shadow's edge.
+constexpr double kWidthRate = 0.06;       // Of a scan line, where the width is learnt.
+constexpr double kReflectanceOdds = 9.0;  // Against a shadow's edge.
 
 // Where the fit begins, in widths from the peak that was found: that is on the brighter side, and
 // the stripe's middle may be on the darker one.
@@ -162,77 +151,6 @@ class EdgeTest {
   double shift_;
 };
 
-template <typename Pixel>
-EdgeProfile profile_at(const LitFrame& frame, StripeAxis axis, int line, double position,
-                       double width) {
-  const LitLine<Pixel> pixels(frame, axis, line);
-  EdgeProfile profile;
-  profile.has_dark = !frame.dark.empty();
-  const int middle = static_cast<int>(std::lround(position));
-  const int reach = std::min(static_cast<int>(std::ceil(kStripeReach * width)) + kBackgroundPixels,
-                             static_cast<int>(EdgeProfile::kMost) / 2 - 1);
-  StridedLine<const float> variance;
-  if (!frame.variance.empty()) variance = image_line<float>(frame.variance, axis, line);
-  const int end = std::min(pixels.length(), middle + reach + 1);
-  for (int k = std::max(0, middle - reach); k < end; ++k) {
-    if (pixels.masked(k)) continue;
-    profile.at[profile.count] = k;
-    profile.lit[profile.count] = pixels.lit(k);
-    profile.clipped[profile.count] = pixels.clipped(k);
-    profile.is_clipped = profile.is_clipped || pixels.clipped(k);
-    profile.dark[profile.count] = pixels.dark(k);
-    profile.extra[profile.count] =
-        variance.first != nullptr ? static_cast<double>(variance[k]) : 0.0;
-    ++profile.count;
-  }
-  return profile;
-}
-
-// The background at both ends of the profile, DN.
-struct Ends {
-  double before = 0.0;
-  double after = 0.0;
-};
-
-Ends ends_of(const EdgeProfile& profile) {
-  const auto& values = profile.has_dark ? profile.dark : profile.lit;
-  const std::size_t pixels = std::min<std::size_t>(kBackgroundPixels, profile.count / 2);
-  Ends ends;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    ends.before += values[i];
-    ends.after += values[profile.count - 1 - i];
-  }
-  ends.before /= static_cast<double>(std::max<std::size_t>(1, pixels));
-  ends.after /= static_cast<double>(std::max<std::size_t>(1, pixels));
-  return ends;
-}
-
-EdgePrior prior_of(const LitFrame& frame, const PlanNoise& noise, const EdgeProfile& profile,
-                   double position, double amplitude, double width) {
-  const Ends ends = ends_of(profile);
-  const double black = noise.model.black_level_dn;
-  const bool is_known = noise.model.dn_per_electron > 0.0 || black > 0.0;
-  EdgePrior prior;
-  auto& mean = prior.mean.of;
-  mean[EdgeModel::kPosition] = mean[EdgeModel::kEdge] = position;
-  mean[EdgeModel::kAmplitude] = amplitude;
-  mean[EdgeModel::kContrast] = 0.0;
-  mean[EdgeModel::kAmbient] = std::max(0.0, 0.5 * (ends.before + ends.after) - black);
-  mean[EdgeModel::kBlack] = black;
-  mean[EdgeModel::kBlur] = std::min(kBlur, 0.7 * width);
-  mean[EdgeModel::kWidth] = width;
-  auto& sigma = prior.sigma;
-  sigma[EdgeModel::kPosition] = 2.0 * width;
-  sigma[EdgeModel::kEdge] = kStripeReach * width + kBackgroundPixels;
-  sigma[EdgeModel::kContrast] = kContrastSigma;
-  sigma[EdgeModel::kBlack] = (is_known ? kKnownBlack : kUnknownBlack) * frame.full_scale_dn;
-  const double seen = std::abs(ends.after - ends.before) / (2.0 * kStripeReach * width);
-  sigma[EdgeModel::kSlope] = std::max(seen, kSlope * std::max(1.0, mean[EdgeModel::kAmbient]));
-  sigma[EdgeModel::kBlur] = std::min(kBlurSigma, 0.3 * width);
-  sigma[EdgeModel::kWidth] = kWidthSigma * width;
-  return prior;
-}
-
 // What both hypotheses say of the position, each by its likelihood. In what neither explains,
 // their difference counts less.
 EdgeEstimate combined(const EdgeEstimate& reflectance, const EdgeEstimate& shadow) {
@@ -260,7 +178,7 @@ EdgeEstimate search_edge(const EdgeProfile& profile, const PlanNoise& noise,
                          const EdgePrior& prior) {
   const double position = prior.mean.of[EdgeModel::kPosition];
   const double width = with_pixel_box(prior.mean.of[EdgeModel::kWidth]);
-  const Ends ends = ends_of(profile);
+  const EdgeEnds ends = ends_of(profile);
   const double light = 2.0 * prior.mean.of[EdgeModel::kAmbient];
   const double seen = (ends.after - ends.before) / std::max(1.0, light);
   const bool is_seen = std::abs(seen) > kSeenContrast;
@@ -337,12 +255,9 @@ void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
 void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& noise,
                                       const Place& place, Stripe& stripe, std::size_t i) {
   const double reach = with_pixel_box(place.width);
-  const EdgeProfile profile =
-      frame.lit.depth() == CV_8U
-          ? profile_at<std::uint8_t>(frame, place.axis, place.line, place.position, reach)
-          : profile_at<std::uint16_t>(frame, place.axis, place.line, place.position, reach);
+  const EdgeProfile profile = edge_profile_at(frame, place.axis, place.line, place.position, reach);
   const EdgePrior prior =
-      prior_of(frame, noise, profile, place.position, place.amplitude, place.width);
+      edge_prior(frame, noise, profile, place.position, place.amplitude, place.width);
   const EdgeEstimate both = find_edge(profile, noise, prior, place.line);
   if (!profile.is_clipped) learn_width(both, place.width);
   const double unknown = std::hypot(place.sigma, kUnknown * place.width);

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <striper/stripe/extractor.hpp>
+#include <striper/stripe/stripe.hpp>
+
+#include "stripe/edges/edge_profile.hpp"
+#include "stripe/profile/frame_at_hand.hpp"
+#include "stripe/profile/profile_plan.hpp"
+
+namespace striper::detail {
+
+/// Measures scan lines that cannot tell by themselves, where sure returns on both sides lie on a
+/// straight line: what their line says is fitted together with an edge of reflectance.
+///
+/// A stripe a few pixels beside the edge of a much brighter surface is no peak, but a shoulder of
+/// the edge: no candidate is there, or one that the edge has drawn aside. Where the fit is good,
+/// the light is far more than noise makes, and it is where the line says, the scan line gets that
+/// return. On a surface that is not flat, or of which the line passes by, no light is there.
+///
+/// Frames whose background is subtracted have no need of it. No allocation after the first frame.
+class BridgedGaps {
+ public:
+  /// That what is measured is the stripe, as often as it is in simulated rooms and boards.
+  static constexpr float kConfidence = 0.993F;
+
+  /// @param stripe of this frame, one return a scan line, errors and all. @param width effective.
+  void measure(const FrameAtHand& at_hand, const WidthModel& width, Stripe& stripe);
+
+  /// Nothing was measured in this frame.
+  void clear() noexcept { lines_.clear(); }
+
+  /// Whether the return of a scan line of the last frame was measured so.
+  bool has(int line) const noexcept {
+    return std::binary_search(lines_.begin(), lines_.end(), line);
+  }
+
+ private:
+  // A return that is the stripe for sure. Pixels of the image.
+  struct Sure {
+    int line;
+    double position, sigma, amplitude;
+  };
+  // Where the stripe of a scan line should be.
+  struct Expected {
+    double position, sigma, amplitude;
+  };
+  void find_sure(const Stripe& stripe);
+  std::span<const Sure> about(int line) const;
+  std::optional<Expected> expected_at(int line) const;
+  std::optional<EdgeEstimate> fit(const FrameAtHand& at_hand, double width, int line,
+                                  const Expected& expected) const;
+
+  std::vector<Sure> sure_;
+  std::vector<int> lines_;  // What was measured, in order.
+};
+
+}  // namespace striper::detail

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves that scan lines in whose midst a brighter surface hides the stripe's peak get it from the
+// line of the sure returns on both sides, where it is and as well as they say, along both axes; and
+// none where no light is there, where the returns about them are on no line, or on one side alone,
+// or where something else than an edge is beside. Does not prove which frames need that.
+#include "stripe/track/bridged_gaps.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include <striper/core/robust.hpp>
+
+#include "core/pixel_box.hpp"
+#include "support/allocation_counter.hpp"
+#include "support/edge_light.hpp"
+#include "support/random.hpp"
+
+namespace striper::detail {
+namespace {
+
+constexpr int kLines = 200;
+constexpr int kLength = 90;
+constexpr int kGapBegin = 80;
+constexpr int kGapEnd = 120;
+constexpr double kWidth_px = 0.8;
+constexpr double kBlur_px = 0.45;
+constexpr double kDark_dn = 13.0;
+constexpr double kBright_dn = 86.0;
+constexpr double kBlack_dn = 5.0;
+constexpr double kAmplitude_dn = 12.0;  // On the dark surface.
+constexpr double kSigma_px = 0.05;      // Of the sure returns.
+
+struct Case {
+  std::string name;
+  StripeAxis axis = StripeAxis::kColumns;
+  double bend_px = 0.0;     // The second half of the stripe is so far off.
+  bool has_light = true;    // In the gap.
+  bool has_after = true;    // Sure returns behind it.
+  double texture_dn = 0.0;  // Of what is beside, from pixel to pixel.
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+bool is_in_gap(int line) { return line >= kGapBegin && line < kGapEnd; }
+
+class Gap {
+ public:
+  explicit Gap(const Case& c) : case_(c) {
+    noise_.model.read_noise_dn = 0.7;
+    noise_.model.dn_per_electron = 0.02;
+    noise_.model.black_level_dn = kBlack_dn;
+    frame_.full_scale_dn = 255;
+    draw();
+    report();
+  }
+
+  double position(int line) const {
+    return 45.0 + 0.02 * line + (line >= kLines / 2 ? case_.bend_px : 0.0);
+  }
+
+  void measure(BridgedGaps& gaps) {
+    const FrameAtHand at_hand{frame_, case_.axis, images_of(frame_, case_.axis), noise_, 1.0, 1.0};
+    const double effective = std::sqrt(kWidth_px * kWidth_px + kPixelBox2);
+    gaps.measure(at_hand, WidthModel{.at_pivot = effective}, stripe_);
+  }
+
+  const Stripe& stripe() const { return stripe_; }
+
+ private:
+  void draw() {
+    cv::Mat image(kLength, kLines, CV_8U);
+    for (int line = 0; line < kLines; ++line) {
+      const double edge = is_in_gap(line) ? position(line) + 2.6 : 1e3;
+      const double laser_sigma = std::sqrt(kWidth_px * kWidth_px - kBlur_px * kBlur_px);
+      const bool is_lit = case_.has_light || !is_in_gap(line);
+      const double height = is_lit ? kAmplitude_dn * kWidth_px / laser_sigma : 0.0;
+      // The laser lights a surface in proportion to what the daylight does.
+      const auto light = [&](double x) {
+        const double z = (x - position(line)) / laser_sigma;
+        const double surface = x > edge ? kBright_dn - kBlack_dn : kDark_dn - kBlack_dn;
+        const double laser = height / (kDark_dn - kBlack_dn) * std::exp(-0.5 * z * z);
+        return surface * (1.0 + laser);
+      };
+      for (int k = 0; k < kLength; ++k) {
+        const double near_edge = std::abs(edge - k) < 20.0 ? edge : k;
+        const double mean = kBlack_dn + testing::seen_of_edge(light, near_edge, k, kBlur_px);
+        const double texture = std::abs(k - position(line)) > 1.0 ? case_.texture_dn : 0.0;
+        const double sigma = std::hypot(std::sqrt(noise_.model.variance_dn2(mean)), texture);
+        image.at<std::uint8_t>(k, line) =
+            cv::saturate_cast<std::uint8_t>(testing::normal(mean, sigma));
+      }
+    }
+    frame_.lit = case_.axis == StripeAxis::kColumns ? image : image.t();
+  }
+
+  void report() {
+    stripe_.axis = case_.axis;
+    stripe_.reset(kLines);
+    for (int line = 0; line < kLines; ++line) {
+      const auto i = static_cast<std::size_t>(line);
+      if (is_in_gap(line) || (line >= kGapEnd && !case_.has_after)) continue;
+      stripe_.across_px[i] = testing::normal(position(line), kSigma_px);
+      stripe_.sigma_px[i] = static_cast<float>(kSigma_px);
+      stripe_.amplitude_dn[i] = static_cast<float>(kAmplitude_dn);
+      stripe_.width_px[i] = static_cast<float>(kWidth_px);
+      stripe_.confidence[i] = 0.999F;
+      stripe_.status[i] = ReturnStatus::kOk;
+    }
+  }
+
+  Case case_;
+  LitFrame frame_;
+  PlanNoise noise_;
+  Stripe stripe_;
+};
+
+class AGap : public ::testing::TestWithParam<StripeAxis> {};
+
+TEST_P(AGap, IsBridgedBesideABrighterSurface) {
+  Gap gap({"Bridged", GetParam()});
+  BridgedGaps gaps;
+  gap.measure(gaps);
+  std::vector<double> pulls;
+  double amplitude_dn = 0.0;
+  for (int line = kGapBegin; line < kGapEnd; ++line) {
+    if (!gaps.has(line)) continue;
+    const auto i = static_cast<std::size_t>(line);
+    EXPECT_EQ(gap.stripe().status[i], ReturnStatus::kOk);
+    EXPECT_FLOAT_EQ(gap.stripe().confidence[i], BridgedGaps::kConfidence);
+    amplitude_dn += gap.stripe().amplitude_dn[i];
+    const double off_px = gap.stripe().across_px[i] - gap.position(line);
+    EXPECT_LT(std::abs(off_px), 0.6) << line;
+    pulls.push_back(std::abs(off_px / gap.stripe().sigma_px[i]));
+  }
+  ASSERT_GT(pulls.size(), static_cast<std::size_t>(3 * (kGapEnd - kGapBegin) / 4));
+  EXPECT_NEAR(robust_sigma(pulls), 1.0, 0.4);
+  amplitude_dn /= static_cast<double>(pulls.size());
+  EXPECT_NEAR(amplitude_dn, kAmplitude_dn, 0.15 * kAmplitude_dn);
+  for (int line = 0; line < kGapBegin; ++line) EXPECT_FALSE(gaps.has(line));
+}
+
+INSTANTIATE_TEST_SUITE_P(BridgedGaps, AGap,
+                         ::testing::Values(StripeAxis::kColumns, StripeAxis::kRows),
+                         [](const auto& tested) {
+                           return tested.param == StripeAxis::kColumns ? "Columns" : "Rows";
+                         });
+
+class NoGap : public ::testing::TestWithParam<Case> {};
+
+TEST_P(NoGap, IsBridged) {
+  Gap gap(GetParam());
+  BridgedGaps gaps;
+  gap.measure(gaps);
+  int bridged = 0;
+  for (int line = 0; line < kLines; ++line) bridged += gaps.has(line) ? 1 : 0;
+  EXPECT_LE(bridged, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    BridgedGaps, NoGap,
+    ::testing::Values(Case{.name = "WithoutLight", .has_light = false},
+                      Case{.name = "OfABentStripe", .bend_px = 3.0},
+                      Case{.name = "OfOneSide", .has_after = false},
+                      Case{.name = "OfTexture", .has_light = false, .texture_dn = 12.0}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST(BridgedGaps, AllocateNothingOnceAsManyWereThere) {
+  Gap gap({"Bridged"});
+  BridgedGaps gaps;
+  gap.measure(gaps);
+  Gap other({"Bridged"});
+  const testing::AllocationCounter counter;
+  other.measure(gaps);
+  EXPECT_EQ(counter.count(), 0);
+}
+
+}  // namespace
+}  // namespace striper::detail
