@@ -130,7 +130,7 @@ void ProfileExtractor::explain_candidates(const AxisGrid& across, LineExplanatio
     const Piece& piece = pieces.pieces()[static_cast<std::size_t>(pieces.link(i).piece)];
     add(*candidate.list, candidate.at);
     LineCandidate& c = why.candidates.back();
-    const bool is_chosen = static_cast<std::int32_t>(i) == chosen.candidate;
+    const bool is_chosen = static_cast<std::int32_t>(i) == chosen.candidate && !why.is_bridged;
     const bool is_rival = static_cast<std::int32_t>(i) == chosen.rival_candidate;
     c.fate = is_chosen ? CandidateFate::kChosen : CandidateFate::kLessProbable;
     c.probability = static_cast<double>(is_chosen  ? chosen.confidence

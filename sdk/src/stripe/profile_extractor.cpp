@@ -101,12 +101,18 @@ bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
 // Where the background hides the stripe, and there is one return a scan line, whichever is it.
 void ProfileExtractor::bridge_gaps(const FrameAtHand& at_hand, const WidthModel& width,
                                    Stripe& stripe) {
-  bridges_.clear();
+  bridges_.begin(static_cast<std::size_t>(finder_.blocks().lines()));
   const bool is_by_place =
       options_.peak != PeakRule::kBrightest && options_.peak != PeakRule::kContinuous;
   if (choice_.is_plain() || is_by_place) return;
   if (options_.min_confidence > BridgedGaps::kConfidence) return;
-  bridges_.measure(at_hand, width, stripe);
+  const BridgedGaps::Measured measured{at_hand,
+                                       part_,
+                                       width,
+                                       errors_.excess_sigma_px(at_hand, options_),
+                                       options_.threshold_dn.value_or(0.0),
+                                       options_.min_snr};
+  bridges_.measure(measured, stripe);
 }
 
 ChoiceContext ProfileExtractor::context_of(const FrameAtHand& at_hand,

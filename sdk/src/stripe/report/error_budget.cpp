@@ -31,15 +31,19 @@ void scale_by_evidence(const StripeChoice& choice, double step, Stripe& stripe) 
 
 void ErrorBudget::add(const FrameAtHand& at_hand, const Width& width, const StripeChoice& choice,
                       const ExtractOptions& options, Stripe& stripe) {
-  ExcessScatter& excess = excess_of(at_hand.frame.laser);
-  const std::optional<double> given = options.excess_sigma_px;
-  if (!given) excess.update(stripe);
+  const bool is_given = options.excess_sigma_px.has_value();
+  if (!is_given) excess_of(at_hand.frame.laser).update(stripe);
   edges_.correct(at_hand.frame, at_hand.noise, width.model, stripe);
-  add_everywhere(given ? *given * at_hand.step : excess.sigma_px(), stripe);
+  add_everywhere(excess_sigma_px(at_hand, options), stripe);
   const AxisGrid& across = grid_across(at_hand.frame.grid, options.axis);
-  if (!given) texture_.add(width.model, width.is_known, across, stripe);
+  if (!is_given) texture_.add(width.model, width.is_known, across, stripe);
   const bool is_one_a_line = options.peak != PeakRule::kAll;
   if (!choice.is_plain() && is_one_a_line) scale_by_evidence(choice, at_hand.step, stripe);
+}
+
+double ErrorBudget::excess_sigma_px(const FrameAtHand& at_hand, const ExtractOptions& options) {
+  if (options.excess_sigma_px) return *options.excess_sigma_px * at_hand.step;
+  return excess_of(at_hand.frame.laser).sigma_px();
 }
 
 ExcessScatter& ErrorBudget::excess_of(int laser) {

@@ -27,6 +27,9 @@ class ErrorBudget {
   void add(const FrameAtHand& at_hand, const Width& width, const StripeChoice& choice,
            const ExtractOptions& options, Stripe& stripe);
 
+  /// What every return of this frame's laser scatters beyond its noise, given or learnt until now.
+  double excess_sigma_px(const FrameAtHand& at_hand, const ExtractOptions& options);
+
  private:
   ExcessScatter& excess_of(int laser);
 

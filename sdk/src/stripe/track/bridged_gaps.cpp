@@ -34,6 +34,7 @@ constexpr int kMostSteps = 30;
 // That no light is there: its amplitude, DN, and how sure that is.
 constexpr double kNone_dn = 0.5;
 constexpr double kNoneSigma_dn = 0.01;
+constexpr double kAnyWidths = 4.0;  // That the blur of an edge alone is a part of.
 
 // What is taken: of 100 rooms 478 of 481, of 24 boards 1632 of 1651 and of a board session 259 of
 // 259 (stripe_choice_table's, from 1 on) are right. Beside fainter edges textures are taken for the
@@ -42,12 +43,16 @@ constexpr double kLeastContrast = 0.6;
 constexpr double kMostMisfit = 1.6;   // Of the pixels that the stripe is on,
 constexpr double kMostBeside = 20.0;  // and of all: other edges are near.
 constexpr double kMostSigma_px = 0.4;
-constexpr double kMostOff = 3.0;     // Sigmas off the line,
-constexpr double kLeastGain = 25.0;  // and what the light explains: chi squared.
+constexpr double kMostOff = 3.0;      // Sigmas off the line,
+constexpr double kMostHeights = 2.0;  // Of the highest of the sure returns.
+constexpr double kWholeWidths = 1.5;  // On either side of the middle no pixel is masked.
+constexpr double kLeastGain = 25.0;   // and what the light explains: chi squared.
 
+// What is there by itself, or what a limit of the user's refused, stays as it is.
 bool may_be_bridged(ReturnStatus status) {
-  return status != ReturnStatus::kOk && status != ReturnStatus::kBlind &&
-         status != ReturnStatus::kEdge;
+  return status == ReturnStatus::kNoStripe || status == ReturnStatus::kOutlier ||
+         status == ReturnStatus::kAmbiguous || status == ReturnStatus::kNarrow ||
+         status == ReturnStatus::kWide;
 }
 
 struct Steep {
@@ -78,45 +83,80 @@ double height_of(const EdgeModel& model) {
   return model.of[EdgeModel::kAmplitude] * (1.0 + model.of[EdgeModel::kContrast] * side);
 }
 
-// How much more the model explains with the stripe's light than without.
+// How much more the model explains with the stripe's light than without. An edge alone may be as
+// soft as it likes: a shadow's, or one out of focus.
 double gain_of(const EdgeProfile& profile, const PlanNoise& noise, EdgePrior prior,
                const EdgeEstimate& found) {
   prior.mean.of[EdgeModel::kAmplitude] = kNone_dn;
   prior.sigma[EdgeModel::kAmplitude] = kNoneSigma_dn;
+  prior.sigma[EdgeModel::kBlur] = 0.0;
+  prior.sigma[EdgeModel::kWidth] = kAnyWidths * prior.mean.of[EdgeModel::kWidth];
   EdgeModel start = found.model;
   start.of[EdgeModel::kAmplitude] = kNone_dn;
   return fit_edge(profile, noise, prior, start, EdgeKind::kReflectance, kMostSteps).cost -
          found.cost;
 }
 
+// Whether no pixel that the stripe is on is masked.
+bool is_whole(const EdgeProfile& profile, const EdgeModel& model) {
+  const double position = model.of[EdgeModel::kPosition];
+  const double reach = kWholeWidths * with_pixel_box(model.of[EdgeModel::kWidth]);
+  const auto first = static_cast<int>(std::ceil(position - reach));
+  const auto last = static_cast<int>(std::floor(position + reach));
+  const auto seen = std::count_if(profile.at.begin(),
+                                  profile.at.begin() + static_cast<std::ptrdiff_t>(profile.count),
+                                  [&](double at) { return at >= first && at <= last; });
+  return seen == last - first + 1;
+}
+
+bool is_searched(const BridgedGaps::Measured& frame, int line, double position) {
+  const auto& [at_hand, part, width, excess, least_dn, least_snr] = frame;
+  if (at_hand.ignored.has(at_hand.axis, line, static_cast<int>(std::lround(position))))
+    return false;
+  return !part.is_limited() || (position >= static_cast<double>(part.first_of(line)) &&
+                                position <= static_cast<double>(part.last_of(line)));
+}
+
+bool is_high(const BridgedGaps::Measured& frame, const EdgeModel& model) {
+  const double height_dn = height_of(model);
+  const double value_dn = model.of[EdgeModel::kBlack] + height_dn;
+  const double noise_dn = std::sqrt(frame.at_hand.noise.model.variance_dn2(value_dn));
+  return height_dn >= frame.least_dn && height_dn >= frame.least_snr * noise_dn;
+}
+
 }  // namespace
 
-void BridgedGaps::measure(const FrameAtHand& at_hand, const WidthModel& width, Stripe& stripe) {
+void BridgedGaps::begin(std::size_t lines) {
   lines_.clear();
-  lines_.reserve(stripe.size());
+  lines_.reserve(lines);
+  sure_.reserve(lines);
+}
+
+void BridgedGaps::measure(const Measured& frame, Stripe& stripe) {
   find_sure(stripe);
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     if (!may_be_bridged(stripe.status[i])) continue;
-    const auto expected = expected_at(stripe.line[i]);
-    if (!expected) continue;
-    const double own_width = without_pixel_box(width.at(expected->position));
-    const auto found = fit(at_hand, own_width, stripe.line[i], *expected);
-    if (!found) continue;
+    const int line = stripe.line[i];
+    const auto expected = expected_at(line);
+    if (!expected || !is_searched(frame, line, expected->position)) continue;
+    const double own_width = without_pixel_box(frame.width.at(expected->position));
+    const auto found = fit(frame, own_width, line, *expected);
+    if (!found || !is_searched(frame, line, found->model.of[EdgeModel::kPosition])) continue;
+    const double sigma = std::sqrt(found->variance * std::max(1.0, found->core_misfit));
     stripe.across_px[i] = across.sensor(found->model.of[EdgeModel::kPosition]);
-    stripe.sigma_px[i] = static_cast<float>(across.step * std::sqrt(found->variance));
+    stripe.sigma_px[i] = static_cast<float>(std::hypot(across.step * sigma, frame.excess_sigma_px));
     stripe.amplitude_dn[i] = static_cast<float>(height_of(found->model));
     stripe.width_px[i] = static_cast<float>(across.step * found->model.of[EdgeModel::kWidth]);
     stripe.confidence[i] = kConfidence;
     stripe.status[i] = ReturnStatus::kOk;
-    lines_.push_back(stripe.line[i]);
+    lines_.push_back(line);
   }
 }
 
 void BridgedGaps::find_sure(const Stripe& stripe) {
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   sure_.clear();
-  sure_.reserve(stripe.size());
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     if (stripe.status[i] != ReturnStatus::kOk || stripe.confidence[i] < kSure) continue;
     const double sigma = static_cast<double>(stripe.sigma_px[i]) / across.step;
@@ -144,19 +184,22 @@ std::optional<BridgedGaps::Expected> BridgedGaps::expected_at(int line) const {
   if (asked.empty()) return std::nullopt;
   LineSums sums;
   double amplitude = 0.0;
+  double most = 0.0;
   for (const Sure& sure : asked) {
     sums.add(1.0, sure.line - line, sure.position, 1.0 / (sure.sigma * sure.sigma));
     amplitude += sure.amplitude / static_cast<double>(asked.size());
+    most = std::max(most, sure.amplitude);
   }
   const LineFit fitted = sums.solve();
   const double scatter = std::max(1.0, fitted.chi2 / fitted.dof());
   const double sigma = std::sqrt(fitted.variance_at(1.0, 0.0) * scatter);
   if (scatter > kMostScatter || !(sigma < kMostUncertain_px)) return std::nullopt;
-  return Expected{fitted.at(1.0, 0.0), sigma, amplitude};
+  return Expected{fitted.at(1.0, 0.0), sigma, amplitude, most};
 }
 
-std::optional<EdgeEstimate> BridgedGaps::fit(const FrameAtHand& at_hand, double width, int line,
-                                             const Expected& expected) const {
+std::optional<EdgeEstimate> BridgedGaps::fit(const Measured& frame, double width, int line,
+                                             const Expected& expected) {
+  const FrameAtHand& at_hand = frame.at_hand;
   const EdgeProfile profile =
       edge_profile_at(at_hand.frame, at_hand.axis, line, expected.position, with_pixel_box(width));
   const PlanNoise& noise = at_hand.noise;
@@ -181,7 +224,10 @@ std::optional<EdgeEstimate> BridgedGaps::fit(const FrameAtHand& at_hand, double 
                         best.core_misfit < kMostMisfit && best.misfit < kMostBeside &&
                         off < kOffLine_px && off * off < most_off2 &&
                         std::abs(best.model.of[EdgeModel::kContrast]) > kLeastContrast;
-  if (!is_there || gain_of(profile, noise, prior, best) < kLeastGain) return std::nullopt;
+  const bool is_like_them = height_of(best.model) < kMostHeights * expected.most_amplitude &&
+                            is_high(frame, best.model) && is_whole(profile, best.model);
+  if (!is_there || !is_like_them || gain_of(profile, noise, prior, best) < kLeastGain)
+    return std::nullopt;
   return best;
 }
 

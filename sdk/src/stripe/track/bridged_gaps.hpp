@@ -9,6 +9,7 @@
 #include <striper/stripe/extractor.hpp>
 #include <striper/stripe/stripe.hpp>
 
+#include "stripe/candidates/searched_part.hpp"
 #include "stripe/edges/edge_profile.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/profile/profile_plan.hpp"
@@ -23,17 +24,29 @@ namespace striper::detail {
 /// the light is far more than noise makes, and it is where the line says, the scan line gets that
 /// return. On a surface that is not flat, or of which the line passes by, no light is there.
 ///
+/// Limits: a strip as narrow as the stripe that lies on its line, beside a surface four times as
+/// bright as what is on its other side, is taken for it: one image does not tell them apart.
+///
 /// Frames whose background is subtracted have no need of it. No allocation after the first frame.
 class BridgedGaps {
  public:
   /// That what is measured is the stripe, as often as it is in simulated rooms and boards.
   static constexpr float kConfidence = 0.993F;
 
-  /// @param stripe of this frame, one return a scan line, errors and all. @param width effective.
-  void measure(const FrameAtHand& at_hand, const WidthModel& width, Stripe& stripe);
+  struct Measured {
+    const FrameAtHand& at_hand;
+    const SearchedPart& part;
+    const WidthModel& width;  ///< Effective.
+    double excess_sigma_px;   ///< That every return has, sensor pixels,
+    double least_dn;          ///< and what each must rise, DN
+    double least_snr;         ///< and noises.
+  };
 
-  /// Nothing was measured in this frame.
-  void clear() noexcept { lines_.clear(); }
+  /// After `begin`. @param stripe of this frame, one return a scan line, errors and all.
+  void measure(const Measured& frame, Stripe& stripe);
+
+  /// Begins a frame of so many scan lines, of which none is measured yet.
+  void begin(std::size_t lines);
 
   /// Whether the return of a scan line of the last frame was measured so.
   bool has(int line) const noexcept {
@@ -48,13 +61,14 @@ class BridgedGaps {
   };
   // Where the stripe of a scan line should be.
   struct Expected {
-    double position, sigma, amplitude;
+    double position, sigma;
+    double amplitude, most_amplitude;  // Of the sure returns, on the mean and at most.
   };
   void find_sure(const Stripe& stripe);
   std::span<const Sure> about(int line) const;
   std::optional<Expected> expected_at(int line) const;
-  std::optional<EdgeEstimate> fit(const FrameAtHand& at_hand, double width, int line,
-                                  const Expected& expected) const;
+  static std::optional<EdgeEstimate> fit(const Measured& frame, double width, int line,
+                                         const Expected& expected);
 
   std::vector<Sure> sure_;
   std::vector<int> lines_;  // What was measured, in order.

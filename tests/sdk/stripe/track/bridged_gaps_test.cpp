@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that scan lines in whose midst a brighter surface hides the stripe's peak get it from the
 // line of the sure returns on both sides, where it is and as well as they say, along both axes; and
-// none where no light is there, where the returns about them are on no line, or on one side alone,
-// or where something else than an edge is beside. Does not prove which frames need that.
+// none where no light is there, however soft the edge is, where the returns about them are on no
+// line, or on one side alone, where something else than a bright surface is beside, or where no
+// return may be. Does not prove which frames need that.
 #include "stripe/track/bridged_gaps.hpp"
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -34,14 +36,23 @@ constexpr double kBright_dn = 86.0;
 constexpr double kBlack_dn = 5.0;
 constexpr double kAmplitude_dn = 12.0;  // On the dark surface.
 constexpr double kSigma_px = 0.05;      // Of the sure returns.
+constexpr double kExcess_px = 0.02;
 
 struct Case {
   std::string name;
   StripeAxis axis = StripeAxis::kColumns;
-  double bend_px = 0.0;     // The second half of the stripe is so far off.
-  bool has_light = true;    // In the gap.
-  bool has_after = true;    // Sure returns behind it.
-  double texture_dn = 0.0;  // Of what is beside, from pixel to pixel.
+  double bend_px = 0.0;           // The second half of the stripe is so far off.
+  bool has_light = true;          // In the gap.
+  bool has_after = true;          // Sure returns behind it.
+  double texture_dn = 0.0;        // Of what is beside, from pixel to pixel.
+  double edge_px = 2.6;           // From the stripe's middle to where the bright surface begins,
+  double edge_sigma_px = 0.0;     // how soft that is,
+  double bright_dn = kBright_dn;  // and how bright it is.
+  double scatter_px = kSigma_px;  // Of the sure returns, whatever they say.
+  bool is_masked = false;         // Two pixels on either side of the middle.
+  bool is_ignored = false;        // The whole gap.
+  double least_dn = 0.0;
+  ReturnStatus status = ReturnStatus::kOutlier;  // Of the gap's scan lines.
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -64,25 +75,42 @@ class Gap {
   }
 
   void measure(BridgedGaps& gaps) {
-    const FrameAtHand at_hand{frame_, case_.axis, images_of(frame_, case_.axis), noise_, 1.0, 1.0};
+    ExpectedStripe expected;
+    if (case_.is_ignored) {
+      expected.ignored = cv::Mat::zeros(frame_.lit.size(), CV_8U);
+      const cv::Rect gap(kGapBegin, 0, kGapEnd - kGapBegin, kLength);
+      expected.ignored(gap) = 255;
+    }
+    const FrameAtHand at_hand{frame_, case_.axis, images_of(frame_, case_.axis),        noise_,
+                              1.0,    1.0,        IgnoredPixels(&expected, frame_.grid)};
     const double effective = std::sqrt(kWidth_px * kWidth_px + kPixelBox2);
-    gaps.measure(at_hand, WidthModel{.at_pivot = effective}, stripe_);
+    const WidthModel width{.at_pivot = effective};
+    const SearchedPart part;
+    gaps.begin(kLines);
+    gaps.measure({at_hand, part, width, kExcess_px, case_.least_dn, 0.0}, stripe_);
   }
 
   const Stripe& stripe() const { return stripe_; }
 
  private:
+  // Of the bright surface, so far beyond its edge.
+  double part_beyond(double off) const {
+    if (case_.edge_sigma_px == 0.0) return off > 0.0 ? 1.0 : 0.0;
+    return 0.5 * std::erfc(-off / (case_.edge_sigma_px * std::numbers::sqrt2));
+  }
+
   void draw() {
     cv::Mat image(kLength, kLines, CV_8U);
     for (int line = 0; line < kLines; ++line) {
-      const double edge = is_in_gap(line) ? position(line) + 2.6 : 1e3;
+      const double edge = is_in_gap(line) ? position(line) + case_.edge_px : 1e3;
       const double laser_sigma = std::sqrt(kWidth_px * kWidth_px - kBlur_px * kBlur_px);
       const bool is_lit = case_.has_light || !is_in_gap(line);
       const double height = is_lit ? kAmplitude_dn * kWidth_px / laser_sigma : 0.0;
       // The laser lights a surface in proportion to what the daylight does.
       const auto light = [&](double x) {
         const double z = (x - position(line)) / laser_sigma;
-        const double surface = x > edge ? kBright_dn - kBlack_dn : kDark_dn - kBlack_dn;
+        const double surface =
+            kDark_dn - kBlack_dn + (case_.bright_dn - kDark_dn) * part_beyond(x - edge);
         const double laser = height / (kDark_dn - kBlack_dn) * std::exp(-0.5 * z * z);
         return surface * (1.0 + laser);
       };
@@ -95,6 +123,12 @@ class Gap {
             cv::saturate_cast<std::uint8_t>(testing::normal(mean, sigma));
       }
     }
+    cv::Mat masked = cv::Mat::zeros(image.size(), CV_8U);
+    for (int line = kGapBegin; line < kGapEnd && case_.is_masked; ++line) {
+      const auto middle = static_cast<int>(std::lround(position(line)));
+      masked.col(line).rowRange(middle - 2, middle + 3) = 255;
+    }
+    if (case_.is_masked) frame_.masked = masked;
     frame_.lit = case_.axis == StripeAxis::kColumns ? image : image.t();
   }
 
@@ -103,8 +137,9 @@ class Gap {
     stripe_.reset(kLines);
     for (int line = 0; line < kLines; ++line) {
       const auto i = static_cast<std::size_t>(line);
+      if (is_in_gap(line)) stripe_.status[i] = case_.status;
       if (is_in_gap(line) || (line >= kGapEnd && !case_.has_after)) continue;
-      stripe_.across_px[i] = testing::normal(position(line), kSigma_px);
+      stripe_.across_px[i] = testing::normal(position(line), case_.scatter_px);
       stripe_.sigma_px[i] = static_cast<float>(kSigma_px);
       stripe_.amplitude_dn[i] = static_cast<float>(kAmplitude_dn);
       stripe_.width_px[i] = static_cast<float>(kWidth_px);
@@ -163,10 +198,20 @@ TEST_P(NoGap, IsBridged) {
 
 INSTANTIATE_TEST_SUITE_P(
     BridgedGaps, NoGap,
-    ::testing::Values(Case{.name = "WithoutLight", .has_light = false},
-                      Case{.name = "OfABentStripe", .bend_px = 3.0},
-                      Case{.name = "OfOneSide", .has_after = false},
-                      Case{.name = "OfTexture", .has_light = false, .texture_dn = 12.0}),
+    ::testing::Values(
+        Case{.name = "WithoutLight", .has_light = false},
+        Case{.name = "OfABentStripe", .bend_px = 3.0},
+        Case{.name = "OfOneSide", .has_after = false},
+        Case{.name = "OfTexture", .has_light = false, .texture_dn = 12.0},
+        Case{.name = "OfASoftEdge", .has_light = false, .edge_px = 0.4, .edge_sigma_px = 1.2},
+        Case{.name = "OfASofterEdge", .has_light = false, .edge_px = 0.0, .edge_sigma_px = 1.6},
+        Case{.name = "BesideAFaintEdge", .bright_dn = 22.0},
+        Case{.name = "OfReturnsOnNoLine", .scatter_px = 0.6},
+        Case{.name = "OfMaskedPixels", .is_masked = true},
+        Case{.name = "OfIgnoredPixels", .is_ignored = true},
+        Case{.name = "OfBlindLines", .status = ReturnStatus::kBlind},
+        Case{.name = "OfWeakLines", .status = ReturnStatus::kWeak},
+        Case{.name = "BelowALimit", .least_dn = 40.0}),
     [](const auto& tested) { return tested.param.name; });
 
 TEST(BridgedGaps, AllocateNothingOnceAsManyWereThere) {
