@@ -7,7 +7,8 @@
 # choice_training.cpp. The rows of each are of scenes that the others do not see (the third's real images are those of the first),
 # written by a program that has those before it. The present ones were made so, beginning with the forests of before, which say whose
 # positions are looked at: to begin with these makes others that are about as good. Of the present ones the first and the second learnt
-# from candidates found without RidgesAtEdges. A run that stops leaves forests in the tree that do not belong together: `git checkout`
+# from candidates found without RidgesAtEdges, and all of them before clipped stripes were corrected at edges: they doubt what is right
+# there. A run that stops leaves forests in the tree that do not belong together: `git checkout`
 # brings those of before. No path has spaces.
 set -euo pipefail
 build=$(realpath "${1:?BUILD}") rows=$(realpath "${2:?FOLDER}")
