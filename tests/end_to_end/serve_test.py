@@ -17,7 +17,7 @@ import time
 import unittest
 
 from gige_test import VirtualCamera, small_scene
-from program import STRIPER, SOURCE_DIR, InScratch, slowed, striper
+from program import STRIPER, SOURCE_DIR, InScratch, at_most, slowed, striper
 
 
 class Serve(InScratch):
@@ -201,11 +201,15 @@ class Systemd(Serve):
                 self.source("realtime=yes&fps=20"), "--to", self.path("a.csv"),
                 env={"NOTIFY_SOCKET": name, "WATCHDOG_USEC": "400000"},
             )
-            time.sleep(1.5)
+            messages = []  # Read in time: ten of them fit.
+            for _ in range(10):
+                time.sleep(0.15)
+                messages += self.messages(receiver)
             program.send_signal(signal.SIGUSR1)
             self.wait_for_line(program, "frames/s")
+            messages += self.messages(receiver)
             self.end(program)
-            messages = self.messages(receiver)
+            messages += self.messages(receiver)
         self.assertEqual(messages[0], "READY=1")
         self.assertEqual(messages[-1], "STOPPING=1")
         self.assertGreaterEqual(messages.count("WATCHDOG=1"), 4)
@@ -217,6 +221,18 @@ class Systemd(Serve):
     def test_socket_in_the_abstract_space(self):
         name = "striper-test-" + os.path.basename(self.scratch)
         self.check("\0" + name, "@" + name)
+
+    def test_who_does_not_listen_holds_up_nothing(self):
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as receiver:
+            receiver.bind(self.path("notify"))
+            program = self.start(
+                self.source("realtime=yes&fps=20"), "--to", self.path("a.csv"),
+                env={"NOTIFY_SOCKET": self.path("notify"), "WATCHDOG_USEC": "40000"},
+            )
+            time.sleep(1.5)  # Ten messages fit, and 75 are due.
+            begin = time.monotonic()
+            self.end(program)
+            self.assertLess(time.monotonic() - begin, at_most(2.0))
 
     def test_watchdog_of_another_process_is_not_fed(self):
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as receiver:
