@@ -260,7 +260,7 @@ EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const 
   for (int step = 0; step < most_steps && damping < kMostDamping; ++step) {
     Matrix damped = normal.information;
     damped.diagonal() *= 1.0 + damping;
-    const EdgeModel next = moved(best.model, damped.llt().solve(normal.gradient));
+    const EdgeModel next = moved(best.model, damped.ldlt().solve(normal.gradient));
     const Normal there = normal_at(profile, noise, prior, next, kind);
     if (!(there.cost < normal.cost)) {
       damping *= 10.0;
@@ -275,11 +275,9 @@ EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const 
   best.cost = normal.cost;
   best.misfit = normal.chi2 / std::max(kLeastFreedom, normal.freedom);
   best.core_misfit = normal.core_chi2 / std::max(kLeastFreedom, normal.core_rows - kFittedToCore);
-  const Eigen::LLT<Matrix> factors(normal.information);
   const Vector unit = Vector::Unit(static_cast<int>(EdgeModel::kPosition));
-  const double variance = factors.solve(unit)[0];
-  const bool is_known = factors.info() == Eigen::Success && std::isfinite(variance);
-  best.variance = is_known ? variance : -1.0;
+  const double variance = normal.information.ldlt().solve(unit)[0];
+  best.variance = std::isfinite(variance) ? variance : -1.0;
   return best;
 }
 

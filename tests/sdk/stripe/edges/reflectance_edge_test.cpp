@@ -37,7 +37,7 @@ struct Case {
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
-double position_of(int line) { return kEdge + 3.0 * (line - kLines / 2) / kLines; }
+double position_of(int line) { return kEdge + 3.0 * (line - 0.5 * kLines) / kLines; }
 
 // The noise of 12 bits is that of 8, in parts of full scale.
 LitFrame drifting(const Case& c) {
