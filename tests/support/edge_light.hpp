@@ -6,7 +6,7 @@
 namespace striper::testing {
 
 /// What a pixel sees of light that jumps at an edge, through the lens and its own box: by the
-// midpoint rule, the edge between two of its steps.
+/// midpoint rule, the edge between two of its steps.
 template <typename Light>
 double seen_of_edge(const Light& light, double edge, double pixel, double blur_px) {
   constexpr double kStep_px = 1.0 / 40.0;

@@ -139,10 +139,11 @@ double meet(const Facet& facet, const Eigen::Vector3d& ray, double t_max) noexce
   return contains(facet, t * ray - facet.center) ? t : kInfinity;
 }
 
-/// Whether a ray meets no part of the sphere around a facet. Of a flat facet `intersect` is as
-/// fast.
+/// Whether a ray is known to miss a tube, by the sphere around it; of a flat facet `intersect` is
+/// as fast.
 bool misses_sphere(const Facet& facet, const Eigen::Vector3d& origin,
                    const Eigen::Vector3d& direction, double direction_norm2) noexcept {
+  if (facet.kind != Facet::Kind::kTube) return false;
   const Eigen::Vector3d to_center = facet.center - origin;
   const double along = to_center.dot(direction);
   const double radius2 = facet.bounding_radius * facet.bounding_radius;
@@ -304,9 +305,8 @@ bool World::in_shade(const Eigen::Vector3d& point, std::span<const int> casters)
   const double margin = kShadowMargin * (1.0 + point.norm());
   return std::any_of(casters.begin(), casters.end(), [&](int index) {
     const Facet& caster = facet(index);
-    if (caster.kind == Facet::Kind::kTube && misses_sphere(caster, point, to_sun_, 1.0))
-      return false;
-    return intersect(caster, point, to_sun_, margin) < kInfinity;
+    return !misses_sphere(caster, point, to_sun_, 1.0) &&
+           intersect(caster, point, to_sun_, margin) < kInfinity;
   });
 }
 

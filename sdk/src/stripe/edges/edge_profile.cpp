@@ -281,4 +281,17 @@ EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const 
   return best;
 }
 
+EdgeEstimate fit_edge_from(std::span<const EdgeModel> starts, const EdgeProfile& profile,
+                           const PlanNoise& noise, const EdgePrior& prior, int first_steps,
+                           int most_steps) {
+  EdgeEstimate best;
+  for (const EdgeModel& start : starts) {
+    const EdgeEstimate found =
+        fit_edge(profile, noise, prior, start, EdgeKind::kReflectance, first_steps);
+    if (best.variance < 0.0 || found.cost < best.cost) best = found;
+  }
+  if (starts.empty()) return best;
+  return fit_edge(profile, noise, prior, best.model, EdgeKind::kReflectance, most_steps);
+}
+
 }  // namespace striper::detail

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "stripe/profile/profile_plan.hpp"
 
@@ -67,5 +68,11 @@ struct EdgeEstimate {
 /// the model is not below it.
 EdgeEstimate fit_edge(const EdgeProfile& profile, const PlanNoise& noise, const EdgePrior& prior,
                       const EdgeModel& start, EdgeKind kind, int most_steps);
+
+/// The best fit of an edge of reflectance from several starts: some steps from each, then from the
+/// best of them to the end. Without a start there is none.
+EdgeEstimate fit_edge_from(std::span<const EdgeModel> starts, const EdgeProfile& profile,
+                           const PlanNoise& noise, const EdgePrior& prior, int first_steps,
+                           int most_steps);
 
 }  // namespace striper::detail

@@ -182,23 +182,21 @@ EdgeEstimate search_edge(const EdgeProfile& profile, const PlanNoise& noise,
   const double light = 2.0 * prior.mean.of[EdgeModel::kAmbient];
   const double seen = (ends.after - ends.before) / std::max(1.0, light);
   const bool is_seen = std::abs(seen) > kSeenContrast;
-  EdgeEstimate best;
   const std::size_t heights = profile.is_clipped ? kHeights.size() : 1;
-  const int steps = profile.is_clipped ? kFirstStepsOfClipped : kFirstSteps;
+  std::array<EdgeModel, kStarts.size() * kHeights.size()> starts;
+  std::size_t count = 0;
   for (const Start& from : kStarts) {
     if (is_seen && from.contrast * seen < 0.0) continue;
     for (std::size_t i = 0; i < heights; ++i) {
-      EdgeModel start = prior.mean;
+      EdgeModel& start = starts[count++] = prior.mean;
       start.of[EdgeModel::kAmplitude] *= kHeights[i];
       start.of[EdgeModel::kEdge] = position + from.edge * width;
       start.of[EdgeModel::kPosition] = position + from.position * width;
       start.of[EdgeModel::kContrast] = is_seen ? std::clamp(seen, -0.9, 0.9) : from.contrast;
-      const EdgeEstimate found =
-          fit_edge(profile, noise, prior, start, EdgeKind::kReflectance, steps);
-      if (best.variance < 0.0 || found.cost < best.cost) best = found;
     }
   }
-  return fit_edge(profile, noise, prior, best.model, EdgeKind::kReflectance, kMostSteps);
+  const int first_steps = profile.is_clipped ? kFirstStepsOfClipped : kFirstSteps;
+  return fit_edge_from({starts.data(), count}, profile, noise, prior, first_steps, kMostSteps);
 }
 
 double cost_without_edge(const EdgeProfile& profile, const PlanNoise& noise, EdgePrior prior) {

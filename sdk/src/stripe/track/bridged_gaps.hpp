@@ -30,7 +30,7 @@ namespace striper::detail {
 /// Frames whose background is subtracted have no need of it. No allocation after the first frame.
 class BridgedGaps {
  public:
-  /// That what is measured is the stripe, as often as it is in simulated rooms and boards.
+  /// That what is measured is the stripe: the lower end of what simulated rooms and boards show.
   static constexpr float kConfidence = 0.993F;
 
   struct Measured {
