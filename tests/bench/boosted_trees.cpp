@@ -5,12 +5,13 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <iostream>
 #include <random>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
-#include <opencv2/core/utility.hpp>
 
 namespace striper::bench {
 namespace {
@@ -209,12 +210,16 @@ class Booster {
       if (!data_.limits[kind].empty() && dice_() % 4 != 0) asked.push_back(kind);
     }
     std::vector<Question> questions(asked.size());
-    cv::parallel_for_(cv::Range(0, static_cast<int>(asked.size())), [&](const cv::Range& range) {
-      for (int i = range.start; i < range.end; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        questions[at] = best_question_of(asked[at], leaves);
-      }
-    });
+    const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
+    std::vector<std::future<void>> parts;
+    for (std::size_t first = 0; first < threads; ++first) {
+      parts.push_back(std::async(std::launch::async, [&, first] {
+        for (std::size_t i = first; i < asked.size(); i += threads) {
+          questions[i] = best_question_of(asked[i], leaves);
+        }
+      }));
+    }
+    for (std::future<void>& part : parts) part.get();
     Question best;
     for (const Question& question : questions) {
       if (question.gain > best.gain) best = question;

@@ -136,7 +136,7 @@ TEST(SimulatedSource, RealTimeWaitsUntilAFrameIsDue) {
 
 // Who waits for the next frame hears of a Ctrl-C meanwhile, and misses nothing.
 TEST(SimulatedSource, RealTimeTimesOutBeforeAFrameIsDue) {
-  const auto source = open_source(wall("?frames=2&fps=1&realtime=yes"));
+  const auto source = open_source(wall("?frames=2&fps=0.25&realtime=yes"));
   source->start();
   Frame frame;
   int timeouts = 0;
