@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/pixel_box.hpp"
 #include "stripe/edges/edge_view.hpp"
@@ -40,7 +41,7 @@ constexpr double kSeenContrast = 0.05;
 // What clips may be so many times as high as was reckoned without the edge.
 constexpr std::array kHeights{1.0, 2.0};
 
-constexpr int kFirstSteps = 3;
+constexpr int kFirstSteps = 2;
 constexpr int kFirstStepsOfClipped = 5;
 constexpr int kMostSteps = 10;
 // What was tracked from the scan line before is searched for anew where it fits no better, or
@@ -214,11 +215,20 @@ EdgeEstimate shadow_beside(const EdgeProfile& profile, const PlanNoise& noise,
   return fit_edge(profile, noise, prior, start, EdgeKind::kShadow, kMostSteps);
 }
 
+EdgeFinding finding_of(const EdgeEstimate& estimate) {
+  const auto& of = estimate.model.of;
+  return {true, static_cast<float>(estimate.gain), static_cast<float>(estimate.misfit),
+          static_cast<float>(of[EdgeModel::kContrast]),
+          static_cast<float>(of[EdgeModel::kEdge] - of[EdgeModel::kPosition])};
+}
+
 }  // namespace
 
 void ReflectanceEdges::correct(const LitFrame& frame, const PlanNoise& noise,
                                const WidthModel& width, Stripe& stripe) {
   looked_at_ = 0;
+  findings_.reserve(stripe.status.capacity());  // With PeakRule::kAll frames differ.
+  findings_.assign(stripe.size(), EdgeFinding{});
   last_line_ = last_moved_line_ = -2;
   width_scale_ = 1.0;
   const AxisGrid& across = grid_across(frame.grid, stripe.axis);
@@ -257,6 +267,7 @@ void ReflectanceEdges::correct_return(const LitFrame& frame, const PlanNoise& no
   const EdgePrior prior =
       edge_prior(frame, noise, profile, place.position, place.amplitude, place.width);
   const EdgeEstimate both = find_edge(profile, noise, prior, place.line);
+  findings_[i] = finding_of(both);
   if (!profile.is_clipped) learn_width(both, place.width);
   const double unknown = std::hypot(place.sigma, kUnknown * place.width);
   if (!(both.gain > kEvidence)) {
@@ -300,9 +311,11 @@ void ReflectanceEdges::learn_width(const EdgeEstimate& found, double expected) {
 EdgeEstimate ReflectanceEdges::find_edge(const EdgeProfile& profile, const PlanNoise& noise,
                                          const EdgePrior& prior, int line) {
   EdgeEstimate reflectance;
+  reflectance.cost = std::numeric_limits<double>::infinity();
   EdgeEstimate shadow;
   bool is_doubtful = true;
-  if (last_line_ == line - 1) {
+  bool has_shadow = last_line_ == line - 1;
+  if (has_shadow) {
     EdgeModel start = prior.mean;
     for (const auto i : {EdgeModel::kPosition, EdgeModel::kContrast, EdgeModel::kEdge}) {
       start.of[i] = last_.of[i];
@@ -315,16 +328,20 @@ EdgeEstimate ReflectanceEdges::find_edge(const EdgeProfile& profile, const PlanN
   }
   if (is_doubtful) {
     const EdgeEstimate found = search_edge(profile, noise, prior);
-    if (reflectance.variance < 0.0 || found.cost < reflectance.cost) {
+    if (found.cost < reflectance.cost) {
       reflectance = found;
-      shadow = shadow_beside(profile, noise, prior, reflectance);
+      has_shadow = false;
     }
   }
   last_line_ = line;
   last_ = reflectance.model;
+  const double without = cost_without_edge(profile, noise, prior);
+  // Whether a shadow explains as much matters where there is something to correct.
+  reflectance.gain = (without - reflectance.cost) / std::max(1.0, reflectance.misfit);
+  if (!(reflectance.gain > kEvidence) && !profile.is_clipped) return reflectance;
+  if (!has_shadow) shadow = shadow_beside(profile, noise, prior, reflectance);
   EdgeEstimate both = combined(reflectance, shadow);
-  const double edge = std::min(reflectance.cost, shadow.cost);
-  both.gain = (cost_without_edge(profile, noise, prior) - edge) / both.misfit;
+  both.gain = (without - std::min(reflectance.cost, shadow.cost)) / both.misfit;
   return both;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include <striper/core/lit_frame.hpp>
 #include <striper/stripe/stripe.hpp>
@@ -10,6 +11,15 @@
 #include "stripe/profile/profile_plan.hpp"
 
 namespace striper::detail {
+
+/// What was found of an edge under a return.
+struct EdgeFinding {
+  bool is_any = false;  ///< It was looked for.
+  float gain = 0.0F;    ///< As EdgeEstimate has them.
+  float misfit = 0.0F;
+  float contrast = 0.0F;
+  float away_px = 0.0F;  ///< From the stripe's middle, pixels of the image.
+};
 
 /// Corrects returns whose stripe lies across an edge of the surface's reflectance (print, road
 /// markings, wood), where its middle is drawn to the brighter side by up to 0.8 widths.
@@ -22,7 +32,8 @@ namespace striper::detail {
 /// A clipped stripe is corrected where what is left of it fits well.
 ///
 /// Only scan lines whose background differs between both sides, or whose width is not the stripe's,
-/// are looked at; their fits cost much more than the test. No allocation.
+/// are looked at; their fits cost much more than the test. No allocation after the first frame of a
+/// size.
 class ReflectanceEdges {
  public:
   /// @param stripe of this frame, with the errors that the noise of the pixels makes.
@@ -31,6 +42,9 @@ class ReflectanceEdges {
 
   /// How many returns of the last frame were looked at.
   std::size_t looked_at() const noexcept { return looked_at_; }
+
+  /// What was found under a return of the last frame, by its index.
+  const EdgeFinding& finding(std::size_t i) const noexcept { return findings_[i]; }
 
  private:
   struct Place;
@@ -46,6 +60,7 @@ class ReflectanceEdges {
   int last_line_ = -2;
   int last_moved_line_ = -2;
   std::size_t looked_at_ = 0;
+  std::vector<EdgeFinding> findings_;
 };
 
 }  // namespace striper::detail
