@@ -16,14 +16,18 @@ void add_everywhere(double sigma_px, Stripe& stripe) {
   for (float& sigma : stripe.sigma_px) sigma = std::sqrt(sigma * sigma + added);
 }
 
-// Never below the noise of the candidate itself.
+// What lies near the line of those beside it is chosen: its errors are smaller than its noise, by
+// a tenth and more of the weakest stripes.
+constexpr float kLeastOfNoise = 0.9F;
+
 void scale_by_evidence(const StripeChoice& choice, double step, Stripe& stripe) {
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     const StripeChoice::Chosen& chosen = choice.of_line(stripe.line[i]);
     if (chosen.candidate < 0 || std::isnan(stripe.sigma_px[i])) continue;
     const float noise = choice.pieces().candidate(static_cast<std::size_t>(chosen.candidate)).sigma;
     stripe.sigma_px[i] =
-        std::max(static_cast<float>(step) * noise, stripe.sigma_px[i] * chosen.sigma_factor);
+        std::max(kLeastOfNoise * static_cast<float>(step) * noise,
+                 stripe.sigma_px[i] * chosen.sigma_factor);
   }
 }
 
