@@ -4,25 +4,27 @@
 // were made.
 //
 //     choice_training rows OUT KIND FIRST COUNT FRAMES WORDS...
-//     choice_training real OUT PART PARTS [each]
-//     choice_training fit first|second|scatter|third OUT.inc TREES RATE REAL ROWS...
-//     choice_training fit none OUT.inc
+//     choice_training real OUT PART PARTS [each] [chosen]
+//     choice_training fit first|second|scatter|third|fourth OUT.inc TREES RATE REAL ROWS...
+//     choice_training fit none scatter|fourth OUT.inc
 //
-// `rows` writes what every candidate of random scenes shows, and whether it is the stripe. Words:
-// `unknown`, there is no model that says how wide and high the stripe is and where it can be;
-// `turned`, it searches along the other axis, where there is none; `green` or `red`, a colour
-// camera's difference; `jpeg`, compressed as cameras on USB do; `bright`, so bright that stripes
-// clip. KIND is that of tests/support/choice_trial.hpp. `real` writes each PARTS-th of the real
-// images, from number PART; the images with an even number are for development, the others held
-// out; with `each`, a new scanner sees each image. REAL is the weight of what files with "real" in
-// their name hold; scatter has no use for them.
+// `rows` writes what every candidate of random scenes shows, and whether it is the stripe.
+// Words: `unknown`, there is no model that says how wide and high the stripe is and where it can
+// be; `turned`, it searches along the other axis, where there is none; `green` or `red`, a
+// colour camera's difference; `jpeg`, compressed as cameras on USB do; `bright`, so bright that
+// stripes clip; `chosen`, only what is reported. KIND is that of tests/support/choice_trial.hpp.
+// `real` writes each PARTS-th of the real images, from number PART; the images with an even
+// number are for development, the others held out; with `each`, a new scanner sees each image;
+// `chosen` as above. REAL is the weight of what files with "real" in their name hold; scatter
+// has no use for them.
 //
 // The first and the second forest say what is within 2.5 pixels or 1.2 widths of a stripe (of a
-// real image, what is right). The scatter forest says how much more than reckoned the position of
-// what was chosen scatters; the tail forest, written beside it, by how much that must be wider for
-// three sigmas to hold. The third forest says what is right as `ok` has it: within .5 pixels or
-// three of those sigmas. The rows of each must be written by a program that has those before it in
-// it, and of other scenes; those of scatter, by one whose scatter forest says nothing (`fit none`).
+// real image, what is right). The scatter forest says how much more than reckoned the position
+// of what was chosen scatters; the tail forest, written beside it, by how much that must be
+// wider for three sigmas to hold. The third forest says what is right as `ok` has it: within .5
+// pixels or three of those sigmas; the fourth, what is right of what is reported, by how it was
+// measured too. The rows of each must be written by a program that has those before it in it,
+// and of other scenes; those of scatter, by one whose scatter forest says nothing (`fit none`).
 // What was chosen there is the choice of the third forest of before.
 #include <algorithm>
 #include <array>
@@ -90,7 +92,8 @@ using Judge = std::function<void(const Place& place, Row& row)>;
 
 class RowFile {
  public:
-  explicit RowFile(const std::string& path) : file_(path, std::ios::binary) {}
+  RowFile(const std::string& path, bool is_only_chosen)
+      : file_(path, std::ios::binary), is_only_chosen_(is_only_chosen) {}
 
   /// The candidates of the frame that was last extracted.
   void add(const detail::ProfileExtractor& extractor, const Stripe& stripe, const Judge& judge) {
@@ -102,7 +105,7 @@ class RowFile {
       Place place{c.line, static_cast<double>(c.across) + extractor.searched_from_px(),
                   std::hypot(static_cast<double>(c.sigma), choice.scatter_px(i)),
                   static_cast<double>(c.width)};
-      Row row{choice.evidence(i)};
+      Row row;
       row.is_clipped = c.is_clipped ? 1 : 0;
       const auto line = static_cast<std::size_t>(c.line);
       const bool is_chosen = choice.of_line(c.line).candidate == static_cast<std::int32_t>(i);
@@ -113,6 +116,8 @@ class RowFile {
         place.sigma_px = static_cast<double>(stripe.sigma_px[line]);
         row.is_chosen = 1;
       }
+      if (is_only_chosen_ && row.is_chosen == 0) continue;
+      row.evidence = row.is_chosen != 0 ? extractor.evidence(stripe, c.line) : choice.evidence(i);
       judge(place, row);
       file_.write(reinterpret_cast<const char*>(&row), sizeof row);
     }
@@ -120,6 +125,7 @@ class RowFile {
 
  private:
   std::ofstream file_;
+  bool is_only_chosen_;
 };
 
 void judge_by_truth(const Truth& truth, const Place& place, Row& row) {
@@ -165,7 +171,8 @@ void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
 }
 
 void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
-  const std::set<std::string> words{"unknown", "turned", "jpeg", "green", "red", "bright"};
+  const std::set<std::string> words{"unknown", "turned", "jpeg",  "green",
+                                    "red",     "bright", "chosen"};
   if (!words.contains(word)) throw Error(ErrorKind::kUsage, "rows: " + word + " - no word");
   if (word == "unknown") trial.knows_stripe = false;
   if (word == "turned") is_turned = true;
@@ -176,8 +183,12 @@ void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
   if (word == "green" || word == "red") trial.colour = word;
 }
 
+bool has(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
 void write_rows(const std::vector<std::string>& words) {
-  RowFile file(words.at(1));
+  RowFile file(words.at(1), has(words, "chosen"));
   ChoiceTrial trial{.kind = words.at(2)};
   const std::uint64_t first = std::stoull(words.at(3));
   trial.frames = std::stoi(words.at(5));
@@ -211,11 +222,15 @@ void judge_by_path(const RealImage& image, const Place& place, Row& row) {
 
 // All of a folder by one extractor, one after the other, as `capture images:` does.
 void write_real(const std::vector<std::string>& words) {
-  RowFile file(words.at(1));
+  RowFile file(words.at(1), has(words, "chosen"));
+  for (std::size_t i = 4; i < words.size(); ++i) {
+    const bool is_word = words[i] == "each" || words[i] == "chosen";
+    if (!is_word) throw Error(ErrorKind::kUsage, "real: " + words[i] + " - no word");
+  }
   const std::size_t part = std::stoul(words.at(2));
   const std::size_t parts = std::stoul(words.at(3));
   const std::vector<RealImage> all = all_real_images();
-  const bool is_each = words.size() > 4 && words[4] == "each";
+  const bool is_each = has(words, "each");
   std::unique_ptr<detail::ProfileExtractor> extractor;
   std::unique_ptr<AmbientStage> stage;
   std::string last;
@@ -240,14 +255,16 @@ void write_real(const std::vector<std::string>& words) {
   }
 }
 
-enum class Learnt { kNear, kNearAgain, kScatter, kRight };
+enum class Learnt { kNear, kNearAgain, kScatter, kRight, kReported };
 
 Learnt learnt_by(const std::string& word) {
   if (word == "first") return Learnt::kNear;
   if (word == "second") return Learnt::kNearAgain;
   if (word == "scatter") return Learnt::kScatter;
   if (word == "third") return Learnt::kRight;
-  throw Error(ErrorKind::kUsage, "fit " + word + " - expected first, second, scatter or third");
+  if (word == "fourth") return Learnt::kReported;
+  throw Error(ErrorKind::kUsage,
+              "fit " + word + " - expected first, second, scatter, third or fourth");
 }
 
 bool is_learnt_from(const Row& row, Learnt learnt) {
@@ -257,13 +274,15 @@ bool is_learnt_from(const Row& row, Learnt learnt) {
   if (learnt == Learnt::kNear) return true;
   if (learnt == Learnt::kNearAgain) return first >= kHopeless;
   if (learnt == Learnt::kRight) return second >= kHopeless;
+  if (learnt == Learnt::kReported) return row.is_chosen != 0;
   return row.is_near != 0 && row.is_chosen != 0 && row.is_clipped == 0 && row.sigma_px > 0.0F &&
          second >= kHopelessChosen;
 }
 
 void add_example(const Row& row, Learnt learnt, float weight, bench::Examples& examples) {
   examples.evidence.push_back(row.evidence);
-  examples.is_stripe.push_back(learnt == Learnt::kRight ? row.is_right : row.is_near);
+  const bool is_of_right = learnt == Learnt::kRight || learnt == Learnt::kReported;
+  examples.is_stripe.push_back(is_of_right ? row.is_right : row.is_near);
   examples.weight.push_back(weight);
   if (learnt != Learnt::kScatter) return;
   const float pull = row.error_px / row.sigma_px;
@@ -281,7 +300,8 @@ bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt
   bench::Examples examples;
   examples.kinds = learnt == Learnt::kNear        ? Evidence::kFirstKinds
                    : learnt == Learnt::kNearAgain ? Evidence::kSecondKinds
-                                                  : Evidence::kCount;
+                   : learnt == Learnt::kReported  ? Evidence::kCount
+                                                  : Evidence::kThirdKinds;
   std::size_t sparse = 0;
   std::size_t number = 0;
   for (const std::string& path : paths) {
@@ -317,14 +337,20 @@ void fit_scatter(const std::vector<std::string>& paths, const bench::BoostOption
                      out.parent_path() / "tail_forest.inc");
 }
 
+void fit_none(const std::string& forest, const std::filesystem::path& out) {
+  if (forest != "scatter" && forest != "fourth") {
+    throw Error(ErrorKind::kUsage, "fit none " + forest + " - expected scatter or fourth");
+  }
+  const bench::BoostedTrees none{.trees = {detail::ChoiceTree{}}};
+  if (forest == "fourth") return bench::write_trees(none, "Fourth", out);
+  bench::write_trees(none, "Scatter", out);
+  bench::write_trees(none, "Tail", out.parent_path() / "tail_forest.inc");
+}
+
 void fit(const std::vector<std::string>& words) {
   cv::setNumThreads(-1);
+  if (words.at(1) == "none") return fit_none(words.at(2), words.at(3));
   const std::filesystem::path out = words.at(2);
-  if (words.at(1) == "none") {
-    const bench::BoostedTrees none{.trees = {detail::ChoiceTree{}}};
-    bench::write_trees(none, "Scatter", out);
-    return bench::write_trees(none, "Tail", out.parent_path() / "tail_forest.inc");
-  }
   const Learnt learnt = learnt_by(words.at(1));
   const std::vector<std::string> paths{words.begin() + 6, words.end()};
   const bench::BoostOptions options{.trees = std::stoi(words.at(3)),
@@ -333,7 +359,7 @@ void fit(const std::vector<std::string>& words) {
   const auto is_any = [](std::size_t) { return true; };
   const bench::BoostedTrees trees =
       bench::boost(examples_of(paths, learnt, std::stof(words.at(5)), is_any), options);
-  constexpr std::array kNames{"First", "Second", "Scatter", "Third"};
+  constexpr std::array kNames{"First", "Second", "Scatter", "Third", "Fourth"};
   bench::write_trees(trees, kNames[static_cast<std::size_t>(learnt)], out);
 }
 

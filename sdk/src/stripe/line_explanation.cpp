@@ -111,6 +111,8 @@ LineExplanation ProfileExtractor::explain(int line) const {
 void ProfileExtractor::explain_candidates(const AxisGrid& across, LineExplanation& why) const {
   const StripePieces& pieces = choice_.pieces();
   const StripeChoice::Chosen& chosen = choice_.of_line(why.line);
+  const auto index = static_cast<std::size_t>(why.line);
+  const float probability = confidence_.of_line(index).value_or(chosen.confidence);
   const auto add = [&](const PeakList& list, std::size_t i) {
     LineCandidate c;
     // What was refused before it was measured has no finer position than its pixel.
@@ -133,8 +135,8 @@ void ProfileExtractor::explain_candidates(const AxisGrid& across, LineExplanatio
     const bool is_chosen = static_cast<std::int32_t>(i) == chosen.candidate && !why.is_bridged;
     const bool is_rival = static_cast<std::int32_t>(i) == chosen.rival_candidate;
     c.fate = is_chosen ? CandidateFate::kChosen : CandidateFate::kLessProbable;
-    c.probability = static_cast<double>(is_chosen  ? chosen.confidence
-                                        : is_rival ? chosen.rival
+    c.probability = static_cast<double>(is_chosen  ? probability
+                                        : is_rival ? std::min(chosen.rival, 1.0F - probability)
                                                    : 0.0F);
     c.lines = piece.count;
     c.support = piece.support;

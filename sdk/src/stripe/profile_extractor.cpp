@@ -36,11 +36,17 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   const FrameAtHand current = at_hand(frame);
   WidthTracker& learnt = widths_.of(current, finder_.blocks(), options_);
   find_and_choose(current, learnt);
-  report_.write({current, options_, finder_, choice_, learnt.model()}, stripe);
+  const StripeReport::Choice chosen{current, options_, finder_, choice_, learnt.model()};
+  report_.write(chosen, stripe);
 
   const std::optional<WidthModel> known = known_width(frame, options_);
   const WidthModel& width = known ? *known : learnt.model();
   errors_.add(current, {width, known.has_value()}, choice_, options_, stripe);
+  confidence_.begin(static_cast<std::size_t>(lines));
+  if (StripeReport::is_rated(choice_, options_)) {
+    confidence_.rate({choice_, errors_.edges()}, stripe);
+    report_.settle(chosen, confidence_, stripe);
+  }
   bridge_gaps(current, width, stripe);
   if (options_.can_explain) keep_for_explanation(frame, current.noise, width, stripe);
 }
@@ -98,13 +104,10 @@ bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
          !options_.each_line_by_itself && !choice_.is_plain();
 }
 
-// Where the background hides the stripe, and there is one return a scan line, whichever is it.
 void ProfileExtractor::bridge_gaps(const FrameAtHand& at_hand, const WidthModel& width,
                                    Stripe& stripe) {
   bridges_.begin(static_cast<std::size_t>(finder_.blocks().lines()));
-  const bool is_by_place =
-      options_.peak != PeakRule::kBrightest && options_.peak != PeakRule::kContinuous;
-  if (choice_.is_plain() || is_by_place) return;
+  if (!StripeReport::is_rated(choice_, options_)) return;
   if (options_.min_confidence > BridgedGaps::kConfidence) return;
   const BridgedGaps::Measured measured{at_hand,
                                        part_,

@@ -9,6 +9,7 @@
 #include "stripe/noise/extraction_noise.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/report/error_budget.hpp"
+#include "stripe/report/return_confidence.hpp"
 #include "stripe/report/stripe_report.hpp"
 #include "stripe/select/stripe_choice.hpp"
 #include "stripe/track/bridged_gaps.hpp"
@@ -34,6 +35,11 @@ class ProfileExtractor : public StripeExtractor {
   /// Whether the return of a scan line is none of the choice's: it was measured on the line of
   /// those about it.
   bool is_bridged(int line) const noexcept { return bridges_.has(line); }
+
+  /// All that is known of the return of a scan line that was chosen, not bridged.
+  Evidence evidence(const Stripe& stripe, int line) const noexcept {
+    return confidence_.evidence({choice_, errors_.edges()}, stripe, static_cast<std::size_t>(line));
+  }
 
   /// The first pixel across of the part of that frame that was searched.
   int searched_from_px() const noexcept { return part_.from_px(); }
@@ -70,6 +76,7 @@ class ProfileExtractor : public StripeExtractor {
   StripeChoice choice_;
   StripeReport report_;
   ErrorBudget errors_;
+  ReturnConfidence confidence_;
   BridgedGaps bridges_;
   Kept kept_;
 };

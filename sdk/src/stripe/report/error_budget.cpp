@@ -25,9 +25,8 @@ void scale_by_evidence(const StripeChoice& choice, double step, Stripe& stripe) 
     const StripeChoice::Chosen& chosen = choice.of_line(stripe.line[i]);
     if (chosen.candidate < 0 || std::isnan(stripe.sigma_px[i])) continue;
     const float noise = choice.pieces().candidate(static_cast<std::size_t>(chosen.candidate)).sigma;
-    stripe.sigma_px[i] =
-        std::max(kLeastOfNoise * static_cast<float>(step) * noise,
-                 stripe.sigma_px[i] * chosen.sigma_factor);
+    stripe.sigma_px[i] = std::max(kLeastOfNoise * static_cast<float>(step) * noise,
+                                  stripe.sigma_px[i] * chosen.sigma_factor);
   }
 }
 

@@ -30,6 +30,9 @@ class ErrorBudget {
   /// What every return of this frame's laser scatters beyond its noise, given or learnt until now.
   double excess_sigma_px(const FrameAtHand& at_hand, const ExtractOptions& options);
 
+  /// What edges did to the last frame's returns.
+  const ReflectanceEdges& edges() const noexcept { return edges_; }
+
  private:
   ExcessScatter& excess_of(int laser);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 #include "stripe/profile/line_view.hpp"
 #include "stripe/profile/profile_plan.hpp"
@@ -71,10 +72,10 @@ bool is_any_good(const Stripe& stripe) {
 
 // What is good is the stripe with the probability that was asked for. And where fewer scan lines
 // certainly have it than a stripe that is in view gives, the image has none.
-void mark_outliers(const Choice& chosen, Stripe& stripe) {
+void mark_outliers(const Choice& chosen, double min_confidence, Stripe& stripe) {
   stripe.is_seen = is_any_good(stripe);
   if (chosen.options.each_line_by_itself) return;
-  const auto least = static_cast<float>(chosen.options.min_confidence);
+  const auto least = static_cast<float>(min_confidence);
   std::size_t good = 0;
   std::size_t sure = 0;
   for (std::size_t i = 0; i < stripe.size(); ++i) {
@@ -109,14 +110,31 @@ void mark_masked_lines(const LitFrame& frame, const BlockMaxima& blocks, Stripe&
 
 }  // namespace
 
+bool StripeReport::is_rated(const StripeChoice& choice, const ExtractOptions& options) noexcept {
+  const bool is_whichever =
+      options.peak == PeakRule::kBrightest || options.peak == PeakRule::kContinuous;
+  return is_whichever && !choice.is_plain();
+}
+
 void StripeReport::write(const Choice& chosen, Stripe& stripe) {
   put_chosen(chosen, stripe);
   const LitFrame& frame = chosen.at_hand.frame;
   const bool has_background =
       !is_background_subtracted(frame) && !chosen.options.each_line_by_itself;
   if (chosen.choice.is_plain() && has_background) mark_alone(chosen, stripe);
-  mark_outliers(chosen, stripe);
+  // What is rated once more is measured alike whatever is asked of it then.
+  const bool is_final = !is_rated(chosen.choice, chosen.options);
+  mark_outliers(chosen, is_final ? chosen.options.min_confidence : double{kSure}, stripe);
   mark_masked_lines(frame, chosen.finder.blocks(), stripe);
+}
+
+void StripeReport::settle(const Choice& chosen, const ReturnConfidence& confidence,
+                          Stripe& stripe) const {
+  for (std::size_t line = 0; line < stripe.size(); ++line) {
+    const std::optional<float> probability = confidence.of_line(line);
+    if (probability) rate_chosen(chosen.choice, line, *probability, chosen.options, stripe);
+  }
+  mark_outliers(chosen, chosen.options.min_confidence, stripe);
 }
 
 void StripeReport::put_chosen(const Choice& chosen, Stripe& stripe) {

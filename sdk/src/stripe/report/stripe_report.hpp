@@ -6,6 +6,7 @@
 
 #include "stripe/candidates/candidate_finder.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
+#include "stripe/report/return_confidence.hpp"
 #include "stripe/select/stripe_choice.hpp"
 #include "stripe/track/line_follower.hpp"
 
@@ -22,8 +23,16 @@ class StripeReport {
     const WidthModel& width;
   };
 
+  /// Whether returns are rated once they were measured, see ReturnConfidence: those that were
+  /// chosen over the whole image, one a scan line, whichever is the stripe.
+  static bool is_rated(const StripeChoice& choice, const ExtractOptions& options) noexcept;
+
+  /// What is rated later is given the status that the candidates' probability makes of it.
   /// @param stripe has a return for every scan line, and its grid.
   void write(const Choice& chosen, Stripe& stripe);
+
+  /// Says it once more, of returns that were measured and rated since.
+  void settle(const Choice& chosen, const ReturnConfidence& confidence, Stripe& stripe) const;
 
  private:
   void put_chosen(const Choice& chosen, Stripe& stripe);

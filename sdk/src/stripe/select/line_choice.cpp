@@ -110,10 +110,14 @@ LinePeak peak_of(const Candidate& candidate) {
   return {candidate.list, candidate.at, static_cast<double>(candidate.across)};
 }
 
+bool is_by_place(const ExtractOptions& options) {
+  return options.peak == PeakRule::kNearest || options.peak == PeakRule::kFarthest;
+}
+
 // Which of a scan line's candidates the rule takes; -1: none that can be the stripe.
 std::int32_t candidate_of(const StripeChoice& choice, int line, const ExtractOptions& options) {
   const std::int32_t best = choice.of_line(line).candidate;
-  if (options.peak != PeakRule::kNearest && options.peak != PeakRule::kFarthest) return best;
+  if (!is_by_place(options)) return best;
   const bool from_first =
       (options.peak == PeakRule::kNearest) == (options.near_end == NearEnd::kFirstPixel);
   const StripePieces& pieces = choice.pieces();
@@ -135,6 +139,27 @@ bool is_about_as_high(const Candidate& chosen, const Candidate& rival, double ra
          static_cast<double>(rival.amplitude) >= ratio * static_cast<double>(chosen.amplitude);
 }
 
+void put_probability(const StripeChoice& choice, const Candidate& candidate, float probability,
+                     const ExtractOptions& options, std::size_t i, Stripe& stripe) {
+  stripe.confidence[i] = std::min(candidate.list->confidence[candidate.at], probability);
+  stripe.status[i] = candidate.list->status[candidate.at];
+  // Its width was weighed with the rest: beside texture it is another than the stripe's.
+  const bool is_other_width =
+      stripe.status[i] == ReturnStatus::kWide || stripe.status[i] == ReturnStatus::kNarrow;
+  if (is_other_width && static_cast<double>(probability) >= options.min_confidence) {
+    stripe.status[i] = ReturnStatus::kOk;
+  }
+  if (stripe.status[i] != ReturnStatus::kOk || is_by_place(options)) return;
+  const StripeChoice::Chosen& chosen = choice.of_line(candidate.line);
+  const float rival_probability = std::min(chosen.rival, 1.0F - probability);
+  if (chosen.rival_candidate < 0 || rival_probability < kLikelyRival) return;
+  const Candidate& rival =
+      choice.pieces().candidate(static_cast<std::size_t>(chosen.rival_candidate));
+  if (is_about_as_high(candidate, rival, options.ambiguity_ratio)) {
+    stripe.status[i] = ReturnStatus::kAmbiguous;
+  }
+}
+
 void put_chosen(const StripeChoice& choice, int line, const ExtractOptions& options,
                 Stripe& stripe) {
   const auto i = static_cast<std::size_t>(line);
@@ -153,24 +178,9 @@ void put_chosen(const StripeChoice& choice, int line, const ExtractOptions& opti
   const auto scatter =
       static_cast<float>(grid_across(stripe.grid, stripe.axis).step) * choice.scatter_px(at);
   stripe.sigma_px[i] = std::hypot(stripe.sigma_px[i], scatter);
-  const bool is_by_place =
-      options.peak == PeakRule::kNearest || options.peak == PeakRule::kFarthest;
-  const StripeChoice::Chosen& chosen = choice.of_line(line);
-  const float probability = is_by_place ? confidence_of(choice, at) : chosen.confidence;
-  stripe.confidence[i] = std::min(stripe.confidence[i], probability);
-  // Its width was weighed with the rest: beside texture it is another than the stripe's.
-  const bool is_other_width =
-      stripe.status[i] == ReturnStatus::kWide || stripe.status[i] == ReturnStatus::kNarrow;
-  if (is_other_width && static_cast<double>(probability) >= options.min_confidence) {
-    stripe.status[i] = ReturnStatus::kOk;
-  }
-  if (stripe.status[i] != ReturnStatus::kOk || is_by_place) return;
-  if (chosen.rival_candidate < 0 || chosen.rival < kLikelyRival) return;
-  const Candidate& rival =
-      choice.pieces().candidate(static_cast<std::size_t>(chosen.rival_candidate));
-  if (is_about_as_high(candidate, rival, options.ambiguity_ratio)) {
-    stripe.status[i] = ReturnStatus::kAmbiguous;
-  }
+  const float probability =
+      is_by_place(options) ? confidence_of(choice, at) : choice.of_line(line).confidence;
+  put_probability(choice, candidate, probability, options, i, stripe);
 }
 
 // The candidates of a scan line that are anything, in order across.
@@ -263,6 +273,13 @@ void choose_by_evidence(const StripeChoice& choice, const ExtractOptions& option
   for (int line = 0; line < choice.pieces().lines(); ++line) {
     put_chosen(choice, line, options, stripe);
   }
+}
+
+void rate_chosen(const StripeChoice& choice, std::size_t line, float probability,
+                 const ExtractOptions& options, Stripe& stripe) {
+  const std::int32_t chosen = choice.of_line(static_cast<int>(line)).candidate;
+  const Candidate& candidate = choice.pieces().candidate(static_cast<std::size_t>(chosen));
+  put_probability(choice, candidate, probability, options, line, stripe);
 }
 
 }  // namespace striper::detail

@@ -48,4 +48,9 @@ void choose_by_height(const PeakCandidates& candidates, const WidthModel& width,
 /// The same from what was chosen over the whole image.
 void choose_by_evidence(const StripeChoice& choice, const ExtractOptions& options, Stripe& stripe);
 
+/// Gives the return of a scan line, in which something was chosen and reported, another
+/// probability, and the status that comes of it.
+void rate_chosen(const StripeChoice& choice, std::size_t line, float probability,
+                 const ExtractOptions& options, Stripe& stripe);
+
 }  // namespace striper::detail

@@ -26,9 +26,6 @@ constexpr float kClearSignificance = 8.0F;
 constexpr double kLittle = 0.02;
 constexpr float kPlainLogOdds = 12.0F;
 
-// Beyond these log odds no frame of those that were learnt from can tell.
-constexpr float kMostLogOdds = 9.0F;
-
 }  // namespace
 
 void StripeChoice::reserve() {
@@ -36,7 +33,6 @@ void StripeChoice::reserve() {
   log_odds_.reserve(pieces_.most());
   scatter_.reserve(pieces_.most());
   evidence_.reserve(pieces_);
-  batched_.reserve(EvidenceBatch::kMost);
 }
 
 void StripeChoice::survey(const PeakCandidates& candidates, const ChoiceContext& context,
@@ -130,7 +126,6 @@ float StripeChoice::merit() const noexcept {
 void StripeChoice::weigh_first() {
   evidence_.begin(looked_at());
   log_odds_.resize(pieces_.size());
-  batched_.clear();
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     add_to_batch(first_forest(), i, evidence_.for_first(looked_at(), i), log_odds_);
   }
@@ -157,17 +152,15 @@ void StripeChoice::weigh_last() {
 
 void StripeChoice::add_to_batch(const ChoiceForest& forest, std::size_t candidate,
                                 const Evidence& evidence, std::vector<float>& odds) {
-  batch_.add(evidence);
-  batched_.push_back(candidate);
+  batch_.add(evidence, candidate);
   if (batch_.is_full()) finish_batch(forest, odds);
 }
 
 void StripeChoice::finish_batch(const ChoiceForest& forest, std::vector<float>& odds) {
   BatchOdds weighed{};
   detail::weigh(forest, batch_, weighed);
-  for (std::size_t n = 0; n < batched_.size(); ++n) odds[batched_[n]] = weighed[n];
+  for (std::size_t n = 0; n < batch_.count(); ++n) odds[batch_.owner(n)] = weighed[n];
   batch_.clear();
-  batched_.clear();
 }
 
 // The candidates of a scan line exclude one another, and each is the stripe or not.
@@ -198,14 +191,12 @@ void StripeChoice::choose_in_lines() {
 // Beside edges, at ends and between textures a position is off by more than noise and its
 // neighbours tell; by how much, scenes with truth do.
 void StripeChoice::widen_chosen() {
-  batched_.clear();
   for (std::size_t line = 0; line < chosen_.size(); ++line) {
     const Chosen& chosen = chosen_[line];
     if (chosen.candidate < 0) continue;
     const auto i = static_cast<std::size_t>(chosen.candidate);
     if (log_odds_[i] < kHopelessChosen || pieces_.candidate(i).is_clipped) continue;
-    batch_.add(evidence(i));
-    batched_.push_back(line);
+    batch_.add(evidence(i), line);
     if (batch_.is_full()) widen_batch();
   }
   widen_batch();
@@ -216,12 +207,11 @@ void StripeChoice::widen_batch() {
   BatchOdds log_tail{};
   detail::weigh(scatter_forest(), batch_, log_variance);
   detail::weigh(tail_forest(), batch_, log_tail);
-  for (std::size_t n = 0; n < batched_.size(); ++n) {
+  for (std::size_t n = 0; n < batch_.count(); ++n) {
     const float more = log_variance[n] + std::max(0.0F, log_tail[n]);
-    chosen_[batched_[n]].sigma_factor = std::exp(0.5F * more);
+    chosen_[batch_.owner(n)].sigma_factor = std::exp(0.5F * more);
   }
   batch_.clear();
-  batched_.clear();
 }
 
 }  // namespace striper::detail

@@ -27,7 +27,7 @@ class StripeChoice {
 
   struct Chosen {
     std::int32_t candidate = -1;  // Of `pieces()`; -1: the scan line has none.
-    float confidence = 0.0F;      // That it is the stripe.
+    float confidence = 0.0F;      // That it is the stripe, as far as candidates tell.
     float rival = 0.0F;           // Confidence of the scan line's next best.
     std::int32_t rival_candidate = -1;
     float sigma_factor = 1.0F;  // Its sigma over the reckoned one, by such evidence: a third of
@@ -67,8 +67,8 @@ class StripeChoice {
   /// How many scan lines the main pieces cover, each as far as it is like a stripe and alone. 5 us.
   float merit() const noexcept;
 
-  /// For whoever fits the trees; of a frame that is not plain. What came of weighing is the latest
-  /// frame's, as each forest weighed it.
+  /// For whoever weighs once more, or fits the trees; of a frame that is not plain. What came of
+  /// weighing is the latest frame's, as each forest weighed it.
   Evidence evidence(std::size_t candidate) const noexcept {
     return evidence_.for_third(looked_at(), candidate);
   }
@@ -99,7 +99,6 @@ class StripeChoice {
   FrameEvidence evidence_;
   std::vector<float> log_odds_;
   EvidenceBatch batch_;
-  std::vector<std::size_t> batched_;  // Its candidates; when they are widened, their scan lines.
   std::vector<Chosen> chosen_;
 };
 

@@ -99,10 +99,26 @@ struct Evidence {
     kSecondLineNear,
     kSecondLineFarRival,  ///< and the best of others in its scan line.
     kSecondLineNearRival,
+    // Of a return, once it was chosen, corrected beside edges and given its error.
+    kThird,          ///< Log odds of the candidate,
+    kThirdRival,     ///< of the best other candidate of its scan line,
+    kThirdNear,      ///< and mean of what was chosen in the scan lines about it.
+    kThirdCoverage,  ///< Part of the scan lines whose choice is probably right.
+    kReturnWidth,    ///< Log of the stripe's width in pixels,
+    kReturnSigma,    ///< of its error in pixels,
+    kReturnWidened,  ///< and of that over what noise makes.
+    kReturnMoved,    ///< By how much it was corrected, in widths.
+    kReturnOffNear,  ///< Log of what it lies off the middle of those beside it, over what is right,
+    kReturnOffFar,   ///< and of those farther off.
+    kEdgeGain,       ///< EdgeFinding: log of what an edge explains; kUnknown: none was looked for.
+    kEdgeMisfit,     ///< Log.
+    kEdgeContrast,
+    kEdgeAway,  ///< In widths.
     kCount
   };
   static constexpr std::size_t kFirstKinds = kFirst;    ///< Those before anything was weighed,
-  static constexpr std::size_t kSecondKinds = kSecond;  ///< and before it was weighed again.
+  static constexpr std::size_t kSecondKinds = kSecond;  ///< before it was weighed again,
+  static constexpr std::size_t kThirdKinds = kThird;    ///< and before it was measured.
 
   std::array<float, kCount> of{};
 };

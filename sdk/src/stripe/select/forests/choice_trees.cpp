@@ -59,6 +59,7 @@ namespace {
 
 // Written by tests/bench/train_choice.sh, which says from what.
 #include "stripe/select/forests/first_forest.inc"
+#include "stripe/select/forests/fourth_forest.inc"
 #include "stripe/select/forests/scatter_forest.inc"
 #include "stripe/select/forests/second_forest.inc"
 #include "stripe/select/forests/tail_forest.inc"
@@ -71,6 +72,7 @@ HWY_EXPORT(weigh_batch);
 ChoiceForest first_forest() noexcept { return {kFirstBias, kFirstTrees}; }
 ChoiceForest second_forest() noexcept { return {kSecondBias, kSecondTrees}; }
 ChoiceForest third_forest() noexcept { return {kThirdBias, kThirdTrees}; }
+ChoiceForest fourth_forest() noexcept { return {kFourthBias, kFourthTrees}; }
 ChoiceForest scatter_forest() noexcept { return {kScatterBias, kScatterTrees}; }
 ChoiceForest tail_forest() noexcept { return {kTailBias, kTailTrees}; }
 

@@ -35,6 +35,11 @@ struct ChoiceForest {
 ChoiceForest first_forest() noexcept;
 ChoiceForest second_forest() noexcept;
 ChoiceForest third_forest() noexcept;
+/// From that and from how a return was measured: that it is right as it is reported.
+ChoiceForest fourth_forest() noexcept;
+
+/// Beyond these log odds no frame of those that were learnt from can tell.
+inline constexpr float kMostLogOdds = 9.0F;
 
 /// From all of that evidence of what was chosen: natural log of the variance of its position over
 /// that which was reckoned.
@@ -46,12 +51,14 @@ ChoiceForest tail_forest() noexcept;
 /// 2 ns a tree.
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept;
 
-/// The evidence of a few candidates, kind by kind.
+/// The evidence of a few candidates, kind by kind, and whose it is.
 class EvidenceBatch {
  public:
   static constexpr std::size_t kMost = 16;
 
-  void add(const Evidence& evidence) noexcept {
+  /// @param owner for whoever asks for it again: a candidate, or a scan line.
+  void add(const Evidence& evidence, std::size_t owner) noexcept {
+    owners_[count_] = owner;
     for (std::size_t kind = 0; kind < Evidence::kCount; ++kind) {
       of_[kind * kMost + count_] = evidence.of[kind];
     }
@@ -60,10 +67,12 @@ class EvidenceBatch {
   void clear() noexcept { count_ = 0; }
   bool is_full() const noexcept { return count_ == kMost; }
   std::size_t count() const noexcept { return count_; }
+  std::size_t owner(std::size_t n) const noexcept { return owners_[n]; }
   const float* of(std::size_t kind) const noexcept { return of_.data() + kind * kMost; }
 
  private:
   alignas(64) std::array<float, kMost * Evidence::kCount> of_{};
+  std::array<std::size_t, kMost> owners_{};
   std::size_t count_ = 0;
 };
 

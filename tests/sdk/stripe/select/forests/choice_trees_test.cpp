@@ -29,13 +29,16 @@ void expect_batch_is_as_single(const ChoiceForest& forest) {
     std::vector<float> single;
     for (std::size_t n = 0; n < count; ++n) {
       const Evidence evidence = any_evidence();
-      batch.add(evidence);
+      batch.add(evidence, 100 + n);
       single.push_back(weigh(forest, evidence));
     }
     EXPECT_EQ(batch.is_full(), count == EvidenceBatch::kMost);
     BatchOdds odds{};
     weigh(forest, batch, odds);
-    for (std::size_t n = 0; n < count; ++n) EXPECT_NEAR(odds[n], single[n], 1e-5) << n;
+    for (std::size_t n = 0; n < count; ++n) {
+      EXPECT_NEAR(odds[n], single[n], 1e-5) << n;
+      EXPECT_EQ(batch.owner(n), 100 + n);
+    }
   }
 }
 
@@ -44,6 +47,7 @@ TEST(ChoiceTrees, WeighABatchAsOneByOne) {
     expect_batch_is_as_single(first_forest());
     expect_batch_is_as_single(second_forest());
     expect_batch_is_as_single(third_forest());
+    expect_batch_is_as_single(fourth_forest());
     expect_batch_is_as_single(scatter_forest());
     expect_batch_is_as_single(tail_forest());
   });
@@ -58,8 +62,11 @@ TEST(ChoiceTrees, AskForWhatIsThere) {
   }
   for (const ChoiceForest& forest : {scatter_forest(), tail_forest(), third_forest()}) {
     for (const ChoiceTree& tree : forest.trees) {
-      for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
+      for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kThirdKinds);
     }
+  }
+  for (const ChoiceTree& tree : fourth_forest().trees) {
+    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
   }
 }
 
