@@ -348,7 +348,6 @@ void fit_none(const std::string& forest, const std::filesystem::path& out) {
 }
 
 void fit(const std::vector<std::string>& words) {
-  cv::setNumThreads(-1);
   if (words.at(1) == "none") return fit_none(words.at(2), words.at(3));
   const std::filesystem::path out = words.at(2);
   const Learnt learnt = learnt_by(words.at(1));

@@ -165,5 +165,5 @@ real $rows/w_real_each 0 4 each chosen
 real $rows/w_more_real 2 4 chosen
 real $rows/w_more_real_each 2 4 each chosen
 END
-# A real image counts 60 times, by the figures of all of them: with 24 less is found, and no less of it is wrong.
+# A real image counts 60 times: chosen by what real_choice_table says of all of them, those that are held out too.
 fit fourth 800 .12 60 w

@@ -235,8 +235,8 @@ Normal normal_at(const EdgeProfile& profile, const PlanNoise& noise, const EdgeP
   return normal;
 }
 
-// NaN where the matrix is not positive definite. Half the time of LDLT, which looks for pivots; its
-// two halves by themselves, since clang-tidy takes what `solve` allocates for a leak.
+// NaN where the matrix is not positive definite. Its two halves by themselves, since clang-tidy
+// takes what `solve` allocates for a leak.
 Vector solved(const Matrix& information, Vector right) {
   const Eigen::LLT<Matrix> factors(information);
   if (factors.info() != Eigen::Success) return Vector::Constant(std::nan(""));
