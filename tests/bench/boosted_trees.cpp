@@ -16,10 +16,10 @@
 namespace striper::bench {
 namespace {
 
-using detail::ChoiceTree;
+using detail::ChoiceForest;
+using detail::ChoiceQuestion;
 
 constexpr std::size_t kBins = 64;
-constexpr std::size_t kLeaves = std::size_t{1} << ChoiceTree::kDepth;
 constexpr std::size_t kSamples = 100000;  // Of all and of the stripes, for the quantiles.
 constexpr double kLargestStep = 3.0;
 constexpr float kLeastHessian = 1e-6F;
@@ -109,6 +109,7 @@ class Booster {
     gradients_.resize(size);
     hessians_.resize(size);
     leaves_.resize(size);
+    trees_.depth = options.depth;
   }
 
   // From here on trees are fitted to the tails of the errors that `forest` leaves.
@@ -122,7 +123,7 @@ class Booster {
   BoostedTrees run() {
     for (int t = 0; t < options_.trees; ++t) {
       differentiate();
-      trees_.trees.push_back(grow());
+      grow();
       if (t % 20 == 19) std::cout << fmt::format("{:4} trees: loss {:.5f}\n", t + 1, loss());
     }
     return trees_;
@@ -141,7 +142,7 @@ class Booster {
       } else {
         differentiate_odds(i);
       }
-      if (dice_() % 2 == 0) sample_.push_back(static_cast<std::uint32_t>(i));
+      if (dice_() % options_.one_in == 0) sample_.push_back(static_cast<std::uint32_t>(i));
     }
   }
 
@@ -175,32 +176,35 @@ class Booster {
            static_cast<double>(log_variance);
   }
 
-  ChoiceTree grow() {
-    ChoiceTree tree{};
+  void grow() {
     std::fill(leaves_.begin(), leaves_.end(), std::uint8_t{0});
-    for (std::size_t level = 0; level < ChoiceTree::kDepth; ++level) {
+    for (std::size_t level = 0; level < options_.depth; ++level) {
       const auto [kind, bin] = best_question(std::size_t{1} << level);
-      tree.kind[level] = static_cast<std::uint8_t>(kind);
-      tree.limit[level] = data_.limits[kind][bin];
+      trees_.questions.push_back({static_cast<std::uint8_t>(kind), data_.limits[kind][bin]});
       for (std::size_t i = 0; i < leaves_.size(); ++i) {
         const int is_above = data_.bins[kind][i] > bin ? 1 : 0;
         leaves_[i] = static_cast<std::uint8_t>(leaves_[i] | (is_above << level));
       }
     }
-    std::array<Sums, kLeaves> sums{};
+    step();
+  }
+
+  // Of all leaves of the tree whose questions were found.
+  void step() {
+    std::vector<Sums> sums(std::size_t{1} << options_.depth);
     for (std::size_t i = 0; i < leaves_.size(); ++i) {
       sums[leaves_[i]].add({gradients_[i], hessians_[i]});
     }
-    for (std::size_t l = 0; l < kLeaves; ++l) {
-      const double newton = sums[l].gradient / (sums[l].hessian + 2.0 * options_.prior);
-      const double step = std::clamp(options_.rate * newton, -kLargestStep, kLargestStep);
-      tree.leaf[l] =
-          static_cast<std::int32_t>(std::lround(step / static_cast<double>(ChoiceTree::kUnit)));
+    const std::size_t first = trees_.leaves.size();
+    for (const Sums& of_leaf : sums) {
+      const double newton = of_leaf.gradient / (of_leaf.hessian + 2.0 * options_.prior);
+      const double odds = std::clamp(options_.rate * newton, -kLargestStep, kLargestStep);
+      const double units = odds / static_cast<double>(ChoiceForest::kUnit);
+      trees_.leaves.push_back(static_cast<std::int32_t>(std::lround(units)));
     }
     for (std::size_t i = 0; i < leaves_.size(); ++i) {
-      odds_[i] += ChoiceTree::kUnit * static_cast<float>(tree.leaf[leaves_[i]]);
+      odds_[i] += ChoiceForest::kUnit * static_cast<float>(trees_.leaves[first + leaves_[i]]);
     }
-    return tree;
   }
 
   // Of which evidence and beyond which bin, asked of all leaves that there are.
@@ -290,13 +294,6 @@ class Booster {
   std::mt19937 dice_{7};
 };
 
-template <typename Values>
-std::string joined(const Values& values, const char* format) {
-  std::string text;
-  for (const auto value : values) text += fmt::format(fmt::runtime(format), value) + ",";
-  return text;
-}
-
 }  // namespace
 
 BoostedTrees boost(const Examples& examples, const BoostOptions& options) {
@@ -310,13 +307,23 @@ BoostedTrees boost_tails(const Examples& held_out, const BoostOptions& options,
   return booster.run();
 }
 
+BoostedTrees no_trees() { return {.questions = {{0, 0.0F}}, .leaves = {0, 0}}; }
+
+// A tree a line.
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path) {
   std::ofstream file(path);
   file << fmt::format("constexpr float k{}Bias = {:.4f}F;\n", name, trees.bias);
-  file << fmt::format("constexpr ChoiceTree k{}Trees[] = {{\n", name);
-  for (const ChoiceTree& tree : trees.trees) {
-    file << "{{" << joined(tree.kind, "{}") << "},{" << joined(tree.limit, "{:.8e}F") << "},{"
-         << joined(tree.leaf, "{}") << "}},\n";
+  file << fmt::format("constexpr std::size_t k{}Depth = {};\n", name, trees.depth);
+  file << fmt::format("constexpr ChoiceQuestion k{}Questions[] = {{\n", name);
+  for (std::size_t n = 0; n < trees.questions.size(); ++n) {
+    const ChoiceQuestion& question = trees.questions[n];
+    const bool is_last = (n + 1) % trees.depth == 0;
+    file << fmt::format("{{{},{:.8e}F}},{}", question.kind, question.limit, is_last ? "\n" : "");
+  }
+  file << fmt::format("}};\nconstexpr std::int32_t k{}Leaves[] = {{\n", name);
+  const std::size_t leaves_of_tree = std::size_t{1} << trees.depth;
+  for (std::size_t n = 0; n < trees.leaves.size(); ++n) {
+    file << trees.leaves[n] << ((n + 1) % leaves_of_tree == 0 ? ",\n" : ",");
   }
   file << "};\n";
 }

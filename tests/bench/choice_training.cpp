@@ -341,7 +341,7 @@ void fit_none(const std::string& forest, const std::filesystem::path& out) {
   if (forest != "scatter" && forest != "fourth") {
     throw Error(ErrorKind::kUsage, "fit none " + forest + " - expected scatter or fourth");
   }
-  const bench::BoostedTrees none{.trees = {detail::ChoiceTree{}}};
+  const bench::BoostedTrees none = bench::no_trees();
   if (forest == "fourth") return bench::write_trees(none, "Fourth", out);
   bench::write_trees(none, "Scatter", out);
   bench::write_trees(none, "Tail", out.parent_path() / "tail_forest.inc");
@@ -352,8 +352,13 @@ void fit(const std::vector<std::string>& words) {
   const std::filesystem::path out = words.at(2);
   const Learnt learnt = learnt_by(words.at(1));
   const std::vector<std::string> paths{words.begin() + 6, words.end()};
-  const bench::BoostOptions options{.trees = std::stoi(words.at(3)),
-                                    .rate = std::stod(words.at(4))};
+  bench::BoostOptions options{.trees = std::stoi(words.at(3)), .rate = std::stod(words.at(4))};
+  // Whether a return is right is told by many things at once, of millions of examples.
+  if (learnt == Learnt::kReported) {
+    options.depth = detail::ChoiceForest::kMostDepth;
+    options.prior = 50.0;
+    options.one_in = 4;
+  }
   if (learnt == Learnt::kScatter) return fit_scatter(paths, options, out);
   const auto is_any = [](std::size_t) { return true; };
   const bench::BoostedTrees trees =

@@ -3,6 +3,9 @@
 // time.
 #include "stripe/select/forests/choice_trees.hpp"
 
+#include <type_traits>
+#include <utility>
+
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "stripe/select/forests/choice_trees.cpp"
@@ -19,33 +22,43 @@ namespace {
 
 using BatchTag = hn::CappedTag<float, EvidenceBatch::kMost>;
 using BatchIntTag = hn::RebindToSigned<BatchTag>;
-using BatchInts = hn::Vec<BatchIntTag>;
 
-// Which leaf of the tree each candidate falls into.
-HWY_INLINE BatchInts leaf_of(const ChoiceTree& tree, const EvidenceBatch& batch, std::size_t at) {
-  const BatchTag d;
-  const BatchIntTag di;
-  BatchInts leaf = hn::Zero(di);
-  for (std::size_t level = 0; level < ChoiceTree::kDepth; ++level) {
-    const auto evidence = hn::LoadU(d, batch.of(tree.kind[level]) + at);
-    const auto is_more = hn::Gt(evidence, hn::Set(d, tree.limit[level]));
-    const auto bit = hn::Set(di, std::int32_t{1} << level);
-    leaf = hn::Or(leaf, hn::IfThenElseZero(hn::RebindMask(di, is_more), bit));
-  }
-  return leaf;
-}
-
-void weigh_batch(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) {
+// The loop over a tree's questions is to be unrolled.
+template <std::size_t kDepth>
+void weigh_trees(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) {
   const BatchTag d;
   const BatchIntTag di;
   for (std::size_t at = 0; at < batch.count(); at += hn::Lanes(d)) {
-    BatchInts sum = hn::Zero(di);
-    for (const ChoiceTree& tree : forest.trees) {
-      sum = hn::Add(sum, hn::GatherIndex(di, tree.leaf.data(), leaf_of(tree, batch, at)));
+    auto sum = hn::Zero(di);
+    const ChoiceQuestion* question = forest.questions.data();
+    const std::int32_t* leaves = forest.leaves.data();
+    for (std::size_t tree = 0; tree < forest.trees(); ++tree) {
+      auto leaf = hn::Zero(di);
+      for (std::size_t n = 0; n < kDepth; ++n, ++question) {
+        const auto evidence = hn::LoadU(d, batch.of(question->kind) + at);
+        const auto is_more = hn::Gt(evidence, hn::Set(d, question->limit));
+        const auto bit = hn::Set(di, std::int32_t{1} << n);
+        leaf = hn::Or(leaf, hn::IfThenElseZero(hn::RebindMask(di, is_more), bit));
+      }
+      sum = hn::Add(sum, hn::GatherIndex(di, leaves, leaf));
+      leaves += std::size_t{1} << kDepth;
     }
-    const auto scaled = hn::Mul(hn::ConvertTo(d, sum), hn::Set(d, ChoiceTree::kUnit));
+    const auto scaled = hn::Mul(hn::ConvertTo(d, sum), hn::Set(d, ChoiceForest::kUnit));
     hn::StoreU(hn::Add(scaled, hn::Set(d, forest.bias)), d, odds.data() + at);
   }
+}
+
+template <std::size_t... kLess>
+void weigh_of_depth(std::index_sequence<kLess...> /*less than the depth*/,
+                    const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) {
+  const auto weigh_if = [&]<std::size_t kDepth>(std::integral_constant<std::size_t, kDepth>) {
+    if (forest.depth == kDepth) weigh_trees<kDepth>(forest, batch, odds);
+  };
+  (weigh_if(std::integral_constant<std::size_t, kLess + 1>{}), ...);
+}
+
+void weigh_batch(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) {
+  weigh_of_depth(std::make_index_sequence<ChoiceForest::kMostDepth>{}, forest, batch, odds);
 }
 
 }  // namespace
@@ -69,23 +82,34 @@ namespace {
 
 HWY_EXPORT(weigh_batch);
 
-ChoiceForest first_forest() noexcept { return {kFirstBias, kFirstTrees}; }
-ChoiceForest second_forest() noexcept { return {kSecondBias, kSecondTrees}; }
-ChoiceForest third_forest() noexcept { return {kThirdBias, kThirdTrees}; }
-ChoiceForest fourth_forest() noexcept { return {kFourthBias, kFourthTrees}; }
-ChoiceForest scatter_forest() noexcept { return {kScatterBias, kScatterTrees}; }
-ChoiceForest tail_forest() noexcept { return {kTailBias, kTailTrees}; }
+ChoiceForest first_forest() noexcept {
+  return {kFirstBias, kFirstDepth, kFirstQuestions, kFirstLeaves};
+}
+ChoiceForest second_forest() noexcept {
+  return {kSecondBias, kSecondDepth, kSecondQuestions, kSecondLeaves};
+}
+ChoiceForest third_forest() noexcept {
+  return {kThirdBias, kThirdDepth, kThirdQuestions, kThirdLeaves};
+}
+ChoiceForest fourth_forest() noexcept {
+  return {kFourthBias, kFourthDepth, kFourthQuestions, kFourthLeaves};
+}
+ChoiceForest scatter_forest() noexcept {
+  return {kScatterBias, kScatterDepth, kScatterQuestions, kScatterLeaves};
+}
+ChoiceForest tail_forest() noexcept { return {kTailBias, kTailDepth, kTailQuestions, kTailLeaves}; }
 
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept {
   std::int32_t sum = 0;
-  for (const ChoiceTree& tree : forest.trees) {
-    std::size_t at = 0;
-    for (std::size_t level = 0; level < ChoiceTree::kDepth; ++level) {
-      at |= static_cast<std::size_t>(evidence.of[tree.kind[level]] > tree.limit[level]) << level;
+  for (std::size_t tree = 0; tree < forest.trees(); ++tree) {
+    std::size_t leaf = tree << forest.depth;
+    for (std::size_t n = 0; n < forest.depth; ++n) {
+      const ChoiceQuestion& question = forest.questions[tree * forest.depth + n];
+      leaf |= static_cast<std::size_t>(evidence.of[question.kind] > question.limit) << n;
     }
-    sum += tree.leaf[at];
+    sum += forest.leaves[leaf];
   }
-  return forest.bias + ChoiceTree::kUnit * static_cast<float>(sum);
+  return forest.bias + ChoiceForest::kUnit * static_cast<float>(sum);
 }
 
 void weigh(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) noexcept {

@@ -10,24 +10,27 @@
 
 namespace striper::detail {
 
-/// A decision tree that asks the same question of all nodes of a level: evidence > limit?
-///
-/// Oblivious trees, as Prokhorenkova et al. 2018 boost them: no branches, and little to learn by
-/// heart.
-struct ChoiceTree {
-  static constexpr std::size_t kDepth = 5;
-
-  std::array<std::uint8_t, kDepth> kind;  // Of the evidence.
-  std::array<float, kDepth> limit;
-  std::array<std::int32_t, std::size_t{1} << kDepth> leaf;  // Log odds / kUnit.
-
-  static constexpr float kUnit = 1e-3F;
+/// Whether a kind of the evidence is above a limit.
+struct ChoiceQuestion {
+  std::uint8_t kind;
+  float limit;
 };
 
-/// A sum of trees: the log odds that what shows such evidence is the stripe.
+/// A sum of decision trees: the log odds that what shows such evidence is the stripe.
+///
+/// Oblivious trees, as Prokhorenkova et al. 2018 boost them: each asks one question of all nodes of
+/// a level. No branches, and little to learn by heart.
 struct ChoiceForest {
+  static constexpr float kUnit = 1e-3F;
+  static constexpr std::size_t kMostDepth = 8;
+
   float bias;
-  std::span<const ChoiceTree> trees;
+  std::size_t depth;                          ///< Questions that a tree asks, at most kMostDepth.
+  std::span<const ChoiceQuestion> questions;  ///< Those of each tree after those of the one before,
+  std::span<const std::int32_t> leaves;  ///< and its 2^depth log odds / kUnit: bit n of a leaf's
+                                         ///< number answers question n.
+
+  std::size_t trees() const noexcept { return questions.size() / depth; }
 };
 
 /// From what is seen of a candidate, its piece and its frame; once all candidates of a frame have
@@ -48,7 +51,7 @@ ChoiceForest scatter_forest() noexcept;
 /// normal ones: so that few are beyond three sigmas.
 ChoiceForest tail_forest() noexcept;
 
-/// 2 ns a tree.
+/// 2 ns a tree of five questions.
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept;
 
 /// The evidence of a few candidates, kind by kind, and whose it is.
@@ -78,7 +81,7 @@ class EvidenceBatch {
 
 using BatchOdds = std::array<float, EvidenceBatch::kMost>;
 
-/// As `weigh`, of all of a batch at once: 6 ns a tree.
+/// As `weigh`, of all of a batch at once: 10 ns a tree of five questions.
 void weigh(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) noexcept;
 
 }  // namespace striper::detail

@@ -53,21 +53,21 @@ TEST(ChoiceTrees, WeighABatchAsOneByOne) {
   });
 }
 
+void expect_asks_before(std::size_t kinds, const ChoiceForest& forest) {
+  ASSERT_GT(forest.trees(), 0U);
+  EXPECT_LE(forest.depth, ChoiceForest::kMostDepth);
+  EXPECT_EQ(forest.questions.size(), forest.trees() * forest.depth);
+  EXPECT_EQ(forest.leaves.size(), forest.trees() << forest.depth);
+  for (const ChoiceQuestion& question : forest.questions) EXPECT_LT(question.kind, kinds);
+}
+
 TEST(ChoiceTrees, AskForWhatIsThere) {
-  for (const ChoiceTree& tree : first_forest().trees) {
-    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kFirstKinds);
-  }
-  for (const ChoiceTree& tree : second_forest().trees) {
-    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kSecondKinds);
-  }
-  for (const ChoiceForest& forest : {scatter_forest(), tail_forest(), third_forest()}) {
-    for (const ChoiceTree& tree : forest.trees) {
-      for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kThirdKinds);
-    }
-  }
-  for (const ChoiceTree& tree : fourth_forest().trees) {
-    for (const std::uint8_t kind : tree.kind) EXPECT_LT(kind, Evidence::kCount);
-  }
+  expect_asks_before(Evidence::kFirstKinds, first_forest());
+  expect_asks_before(Evidence::kSecondKinds, second_forest());
+  expect_asks_before(Evidence::kThirdKinds, third_forest());
+  expect_asks_before(Evidence::kThirdKinds, scatter_forest());
+  expect_asks_before(Evidence::kThirdKinds, tail_forest());
+  expect_asks_before(Evidence::kCount, fourth_forest());
 }
 
 }  // namespace
