@@ -2,12 +2,12 @@
 #include "boosted_trees.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <future>
 #include <iostream>
 #include <random>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -93,10 +93,24 @@ struct Question {
   double gain = -1.0;
 };
 
+// Calls `body(first, end)` of equal parts of so many, one for each core.
+template <typename Body>
+void in_parts(std::size_t count, const Body& body) {
+  const std::size_t parts = std::max(1U, std::thread::hardware_concurrency());
+  std::vector<std::future<void>> running;
+  for (std::size_t part = 0; part < parts; ++part) {
+    running.push_back(std::async(
+        std::launch::async, [&, part] { body(count * part / parts, count * (part + 1) / parts); }));
+  }
+  for (std::future<void>& part : running) part.get();
+}
+
 class Booster {
  public:
   Booster(const Examples& examples, const BoostOptions& options)
       : examples_(examples), options_(options), data_(binned(examples)) {
+    if (options.depth < 1 || options.depth > ChoiceForest::kMostDepth)
+      throw std::invalid_argument("boost: trees of no such depth");
     const std::size_t size = examples.evidence.size();
     double stripes = 0.0;
     double all = 0.0;
@@ -124,7 +138,8 @@ class Booster {
     for (int t = 0; t < options_.trees; ++t) {
       differentiate();
       grow();
-      if (t % 20 == 19) std::cout << fmt::format("{:4} trees: loss {:.5f}\n", t + 1, loss());
+      if (t % 20 == 19)
+        std::cout << fmt::format("{:4} trees: loss {:.5f}", t + 1, loss()) << std::endl;
     }
     return trees_;
   }
@@ -133,16 +148,22 @@ class Booster {
   bool fits_squares() const { return !examples_.squares.empty(); }
 
   void differentiate() {
+    in_parts(odds_.size(), [this](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) differentiate(i);
+    });
     sample_.clear();
     for (std::size_t i = 0; i < odds_.size(); ++i) {
-      if (is_of_tails_) {
-        differentiate_tail(i);
-      } else if (fits_squares()) {
-        differentiate_variance(i);
-      } else {
-        differentiate_odds(i);
-      }
       if (dice_() % options_.one_in == 0) sample_.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  void differentiate(std::size_t i) {
+    if (is_of_tails_) {
+      differentiate_tail(i);
+    } else if (fits_squares()) {
+      differentiate_variance(i);
+    } else {
+      differentiate_odds(i);
     }
   }
 
@@ -181,10 +202,13 @@ class Booster {
     for (std::size_t level = 0; level < options_.depth; ++level) {
       const auto [kind, bin] = best_question(std::size_t{1} << level);
       trees_.questions.push_back({static_cast<std::uint8_t>(kind), data_.limits[kind][bin]});
-      for (std::size_t i = 0; i < leaves_.size(); ++i) {
-        const int is_above = data_.bins[kind][i] > bin ? 1 : 0;
-        leaves_[i] = static_cast<std::uint8_t>(leaves_[i] | (is_above << level));
-      }
+      const std::vector<std::uint8_t>& bins = data_.bins[kind];
+      in_parts(leaves_.size(), [&, bin = bin](std::size_t first, std::size_t end) {
+        for (std::size_t i = first; i < end; ++i) {
+          const int is_above = bins[i] > bin ? 1 : 0;
+          leaves_[i] = static_cast<std::uint8_t>(leaves_[i] | (is_above << level));
+        }
+      });
     }
     step();
   }
@@ -202,9 +226,10 @@ class Booster {
       const double units = odds / static_cast<double>(ChoiceForest::kUnit);
       trees_.leaves.push_back(static_cast<std::int32_t>(std::lround(units)));
     }
-    for (std::size_t i = 0; i < leaves_.size(); ++i) {
-      odds_[i] += ChoiceForest::kUnit * static_cast<float>(trees_.leaves[first + leaves_[i]]);
-    }
+    in_parts(leaves_.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        odds_[i] += ChoiceForest::kUnit * static_cast<float>(trees_.leaves[first + leaves_[i]]);
+    });
   }
 
   // Of which evidence and beyond which bin, asked of all leaves that there are.
@@ -214,16 +239,9 @@ class Booster {
       if (!data_.limits[kind].empty() && dice_() % 4 != 0) asked.push_back(kind);
     }
     std::vector<Question> questions(asked.size());
-    const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
-    std::vector<std::future<void>> parts;
-    for (std::size_t first = 0; first < threads; ++first) {
-      parts.push_back(std::async(std::launch::async, [&, first] {
-        for (std::size_t i = first; i < asked.size(); i += threads) {
-          questions[i] = best_question_of(asked[i], leaves);
-        }
-      }));
-    }
-    for (std::future<void>& part : parts) part.get();
+    in_parts(asked.size(), [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) questions[i] = best_question_of(asked[i], leaves);
+    });
     Question best;
     for (const Question& question : questions) {
       if (question.gain > best.gain) best = question;

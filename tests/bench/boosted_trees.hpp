@@ -58,7 +58,7 @@ BoostedTrees boost_tails(const Examples& held_out, const BoostOptions& options,
                          const BoostedTrees& scatter);
 
 /// Writes what sdk/src/stripe/select/forests/choice_trees.cpp includes. @param name First, Second,
-/// Scatter, Tail or Third.
+/// Scatter, Tail, Third or Fourth.
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path);
 
 }  // namespace striper::bench

@@ -356,7 +356,7 @@ void fit(const std::vector<std::string>& words) {
   // Whether a return is right is told by many things at once, of millions of examples.
   if (learnt == Learnt::kReported) {
     options.depth = detail::ChoiceForest::kMostDepth;
-    options.prior = 50.0;
+    options.prior = 30.0;
     options.one_in = 4;
   }
   if (learnt == Learnt::kScatter) return fit_scatter(paths, options, out);

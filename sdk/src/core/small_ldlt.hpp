@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 namespace striper::detail {
@@ -24,7 +25,7 @@ class SmallLdlt {
     for (std::size_t k = 0; k < kRows; ++k) eliminate(k);
   }
 
-  /// NaN counts as not positive.
+  /// NaN and what overflows count as not positive.
   bool is_positive() const noexcept { return is_positive_; }
 
   Vector solve(Vector right) const noexcept {
@@ -45,7 +46,7 @@ class SmallLdlt {
  private:
   void eliminate(std::size_t k) noexcept {
     Vector& of = column_[k];
-    is_positive_ = is_positive_ && of[k] > 0.0;
+    is_positive_ = is_positive_ && std::isnormal(of[k]) && of[k] > 0.0;
     per_pivot_[k] = 1.0 / of[k];
 #pragma GCC unroll 16
     for (std::size_t j = k + 1; j < kRows; ++j) {
@@ -57,7 +58,9 @@ class SmallLdlt {
     for (std::size_t i = k + 1; i < kRows; ++i) of[i] *= per_pivot_[k];
   }
 
-  Matrix column_;  // L's, below its diagonal of ones.
+  static_assert(kRows <= 16, "as far as loops are unrolled");
+
+  Matrix column_{};  // L's, below its diagonal of ones.
   Vector per_pivot_;
   bool is_positive_ = true;
 };

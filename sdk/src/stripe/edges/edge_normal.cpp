@@ -25,7 +25,9 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // A pixel to a lane.
-using Pixels = hn::CappedTag<double, 8>;
+constexpr std::size_t kMostLanes = 8;
+using Pixels = hn::CappedTag<double, kMostLanes>;
+static_assert(EdgeProfile::kMost % kMostLanes == 0, "what is loaded is in the profile");
 using V = hn::Vec<Pixels>;
 using M = hn::Mask<Pixels>;
 
@@ -35,6 +37,7 @@ constexpr double kGone = 5.5;  // Sigmas: a normal distribution has 4e-8 beyond.
 // Background farther than so many widths off counts as Cauchy's distribution of this scale has it.
 constexpr double kCore = 2.5;
 constexpr double kScale2 = 9.0;
+constexpr double kLeastOfWidth2 = 0.05;  // Of the stripe's variance, the laser's own.
 constexpr double kLeastDarkGain = 0.05;
 
 HWY_INLINE V set(double value) { return hn::Set(Pixels(), value); }
@@ -82,7 +85,8 @@ class LightModel {
     const double width = p_[EdgeModel::kWidth];
     blur2_ = blur * blur + kPixelBox2;
     width2_ = width * width + kPixelBox2;
-    laser2_ = std::max(width2_ - blur2_, 0.05 * width2_);
+    laser2_ = std::max(width2_ - blur2_, kLeastOfWidth2 * width2_);
+    core_ = kCore * std::sqrt(width2_);
     per_blur_ = 1.0 / std::sqrt(blur2_);
     per_mixed_ = std::sqrt(width2_ / (laser2_ * blur2_));
   }
@@ -97,9 +101,7 @@ class LightModel {
 
   // Of pixels that the stripe is on.
   HWY_INLINE M is_core(V x) const {
-    const double width = p_[EdgeModel::kWidth];
-    const double core = kCore * std::sqrt(width * width + kPixelBox2);
-    return hn::Lt(hn::Abs(hn::Sub(x, set(p_[EdgeModel::kPosition]))), set(core));
+    return hn::Lt(hn::Abs(hn::Sub(x, set(p_[EdgeModel::kPosition]))), set(core_));
   }
 
  private:
@@ -162,7 +164,7 @@ class LightModel {
   const std::array<double, kParameters>& p_;
   double middle_;
   double laser_contrast_;
-  double blur2_, width2_, laser2_, per_blur_, per_mixed_;
+  double blur2_, width2_, laser2_, core_, per_blur_, per_mixed_;
 };
 
 // What so many pixels tell at once: lit ones, or dark ones.
@@ -235,9 +237,10 @@ HWY_INLINE V variance_of(const NoiseModel& noise, V value) {
 HWY_INLINE M clipped_at(const EdgeProfile& profile, std::size_t i) {
   const Pixels d;
   if (!profile.is_clipped) return hn::FirstN(d, 0);
-  alignas(64) std::array<double, 8> flags;
-  for (std::size_t n = 0; n < hn::Lanes(d); ++n) flags[n] = profile.clipped[i + n] ? 1.0 : 0.0;
-  return hn::And(hn::Ne(hn::Load(d, flags.data()), zero()), hn::FirstN(d, profile.count - i));
+  alignas(64) std::array<double, kMostLanes> flags{};
+  const std::size_t there = std::min(hn::Lanes(d), profile.count - i);
+  for (std::size_t n = 0; n < there; ++n) flags[n] = profile.clipped[i + n] ? 1.0 : 0.0;
+  return hn::Ne(hn::Load(d, flags.data()), zero());
 }
 
 void sum_normal(const EdgeProfile& profile, const PlanNoise& noise, const EdgeModel& model,

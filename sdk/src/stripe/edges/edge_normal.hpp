@@ -9,13 +9,13 @@
 
 namespace striper::detail {
 
-/// Chi squared of the pixels of a profile at a model, and its derivatives by the parameters,
+/// Chi squared of the pixels of a profile at a model, and half its derivatives by the parameters,
 /// without what is known of them beforehand.
 struct EdgeNormal {
   static constexpr std::size_t kCount = EdgeModel::kCount;
 
   std::array<std::array<double, kCount>, kCount> information;  ///< Its lower triangle.
-  std::array<double, kCount> gradient;                         ///< Towards less chi squared.
+  std::array<double, kCount> gradient;                         ///< Towards less.
   double chi2;
   double core_chi2;  ///< Of the pixels that the stripe is on.
   int rows;          ///< How many pixels told: lit ones and dark ones.

@@ -46,15 +46,6 @@ Normal normal_at(const EdgeProfile& profile, const PlanNoise& noise, const EdgeP
   return normal;
 }
 
-// NaN where the matrix is not positive definite.
-Vector solved(const Solver::Matrix& information, const Vector& right) {
-  const Solver solver(information);
-  if (solver.is_positive()) return solver.solve(right);
-  Vector none;
-  none.fill(std::nan(""));
-  return none;
-}
-
 EdgeModel moved(const EdgeModel& model, const Vector& step) {
   EdgeModel m = model;
   for (std::size_t i = 0; i < EdgeModel::kCount; ++i) m.of[i] += step[i];
@@ -82,8 +73,10 @@ class EdgeFit {
 
   double cost() const { return normal_.cost; }
 
-  // So many steps, or until it is settled.
+  // So many steps more, or until it is settled; after others anew, as little damped as at first.
   void advance(int most_steps) {
+    damping_ = kFirstDamping;
+    is_settled_ = false;
     for (int step = 0; step < most_steps && !is_settled_ && damping_ < kMostDamping; ++step) {
       take_step();
     }
@@ -96,9 +89,11 @@ class EdgeFit {
     const EdgeNormal& of = normal_.of;
     found.misfit = of.chi2 / std::max(kLeastFreedom, of.rows - kFitted);
     found.core_misfit = of.core_chi2 / std::max(kLeastFreedom, of.core_rows - kFittedToCore);
+    const Solver solver(of.information);
+    if (!solver.is_positive()) return found;
     Vector unit{};
     unit[EdgeModel::kPosition] = 1.0;
-    const double variance = solved(of.information, unit)[EdgeModel::kPosition];
+    const double variance = solver.solve(unit)[EdgeModel::kPosition];
     found.variance = std::isfinite(variance) ? variance : -1.0;
     return found;
   }
@@ -107,7 +102,12 @@ class EdgeFit {
   void take_step() {
     Solver::Matrix damped = normal_.of.information;
     for (std::size_t i = 0; i < EdgeModel::kCount; ++i) damped[i][i] *= 1.0 + damping_;
-    const EdgeModel next = moved(model_, solved(damped, normal_.of.gradient));
+    const Solver solver(damped);
+    if (!solver.is_positive()) {
+      damping_ *= 10.0;
+      return;
+    }
+    const EdgeModel next = moved(model_, solver.solve(normal_.of.gradient));
     const Normal there = normal_at(*profile_, *noise_, *prior_, next, kind_);
     if (!(there.cost < normal_.cost)) {
       damping_ *= 10.0;
@@ -146,7 +146,7 @@ EdgeEstimate fit_edge_from(std::span<const EdgeModel> starts, const EdgeProfile&
   for (const EdgeModel& start : starts) {
     EdgeFit fit(profile, noise, prior, start, EdgeKind::kReflectance);
     fit.advance(first_steps);
-    if (!best || fit.cost() < best->cost()) best = fit;
+    if (!best || !(best->cost() <= fit.cost())) best = fit;
   }
   best->advance(most_steps);
   return best->estimate();

@@ -25,10 +25,11 @@ struct ChoiceForest {
   static constexpr std::size_t kMostDepth = 8;
 
   float bias;
-  std::size_t depth;                          ///< Questions that a tree asks, at most kMostDepth.
-  std::span<const ChoiceQuestion> questions;  ///< Those of each tree after those of the one before,
-  std::span<const std::int32_t> leaves;  ///< and its 2^depth log odds / kUnit: bit n of a leaf's
-                                         ///< number answers question n.
+  std::size_t depth;  ///< Questions that a tree asks: 1 to kMostDepth.
+  /// Those of each tree after those of the one before it.
+  std::span<const ChoiceQuestion> questions;
+  /// Each tree's 2^depth log odds over kUnit: bit n of a leaf's number answers question n.
+  std::span<const std::int32_t> leaves;
 
   std::size_t trees() const noexcept { return questions.size() / depth; }
 };

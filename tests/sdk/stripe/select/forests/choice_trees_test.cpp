@@ -42,6 +42,50 @@ void expect_batch_is_as_single(const ChoiceForest& forest) {
   }
 }
 
+struct AnyForest {
+  std::vector<ChoiceQuestion> questions;
+  std::vector<std::int32_t> leaves;
+};
+
+AnyForest any_forest(std::size_t trees, std::size_t depth) {
+  AnyForest forest;
+  for (std::size_t n = 0; n < trees * depth; ++n) {
+    const double kind = uniform(0.0, static_cast<double>(Evidence::kCount) - 0.01);
+    forest.questions.push_back(
+        {static_cast<std::uint8_t>(kind), static_cast<float>(uniform(-3.0, 3.0))});
+  }
+  for (std::size_t n = 0; n < trees << depth; ++n)
+    forest.leaves.push_back(static_cast<std::int32_t>(uniform(-3000.0, 3000.0)));
+  return forest;
+}
+
+TEST(ChoiceTrees, WeighABatchAsOneByOneWhateverTheirDepth) {
+  testing::reseed();
+  testing::for_each_instruction_set([] {
+    for (std::size_t depth = 1; depth <= ChoiceForest::kMostDepth; ++depth) {
+      SCOPED_TRACE(depth);
+      const AnyForest forest = any_forest(7, depth);
+      expect_batch_is_as_single({0.25F, depth, forest.questions, forest.leaves});
+    }
+  });
+}
+
+TEST(ChoiceTrees, ABitOfALeafsNumberAnswersAQuestion) {
+  const std::vector<ChoiceQuestion> questions{{3, 0.5F}, {7, -1.0F}};
+  const std::vector<std::int32_t> leaves{1000, 2000, 4000, 8000};
+  const ChoiceForest forest{0.5F, 2, questions, leaves};
+  Evidence evidence;
+  evidence.of[3] = 0.5F;  // Not above.
+  evidence.of[7] = -2.0F;
+  EXPECT_NEAR(weigh(forest, evidence), 1.5, 1e-5);
+  evidence.of[3] = 0.6F;
+  EXPECT_NEAR(weigh(forest, evidence), 2.5, 1e-5);
+  evidence.of[7] = 0.0F;
+  EXPECT_NEAR(weigh(forest, evidence), 8.5, 1e-5);
+  evidence.of[3] = 0.0F;
+  EXPECT_NEAR(weigh(forest, evidence), 4.5, 1e-5);
+}
+
 TEST(ChoiceTrees, WeighABatchAsOneByOne) {
   testing::for_each_instruction_set([] {
     expect_batch_is_as_single(first_forest());
@@ -55,7 +99,6 @@ TEST(ChoiceTrees, WeighABatchAsOneByOne) {
 
 void expect_asks_before(std::size_t kinds, const ChoiceForest& forest) {
   ASSERT_GT(forest.trees(), 0U);
-  EXPECT_LE(forest.depth, ChoiceForest::kMostDepth);
   EXPECT_EQ(forest.questions.size(), forest.trees() * forest.depth);
   EXPECT_EQ(forest.leaves.size(), forest.trees() << forest.depth);
   for (const ChoiceQuestion& question : forest.questions) EXPECT_LT(question.kind, kinds);
