@@ -151,10 +151,26 @@ class Booster {
     in_parts(odds_.size(), [this](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i) differentiate(i);
     });
+    draw_sample();
+  }
+
+  // What the questions of a tree are found on, side by side in memory.
+  void draw_sample() {
     sample_.clear();
+    slopes_.clear();
     for (std::size_t i = 0; i < odds_.size(); ++i) {
-      if (dice_() % options_.one_in == 0) sample_.push_back(static_cast<std::uint32_t>(i));
+      if (dice_() % options_.one_in != 0) continue;
+      sample_.push_back(static_cast<std::uint32_t>(i));
+      slopes_.push_back({gradients_[i], hessians_[i]});
     }
+    sampled_bins_.resize(examples_.kinds);
+    in_parts(examples_.kinds, [this](std::size_t first, std::size_t end) {
+      for (std::size_t kind = first; kind < end; ++kind) {
+        sampled_bins_[kind].resize(sample_.size());
+        for (std::size_t n = 0; n < sample_.size(); ++n)
+          sampled_bins_[kind][n] = data_.bins[kind][sample_[n]];
+      }
+    });
   }
 
   void differentiate(std::size_t i) {
@@ -238,6 +254,8 @@ class Booster {
     for (std::size_t kind = 0; kind < examples_.kinds; ++kind) {
       if (!data_.limits[kind].empty() && dice_() % 4 != 0) asked.push_back(kind);
     }
+    sampled_leaves_.resize(sample_.size());
+    for (std::size_t n = 0; n < sample_.size(); ++n) sampled_leaves_[n] = leaves_[sample_[n]];
     std::vector<Question> questions(asked.size());
     in_parts(asked.size(), [&](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i) questions[i] = best_question_of(asked[i], leaves);
@@ -257,10 +275,9 @@ class Booster {
 
   std::vector<double> gains_of(std::size_t kind, std::size_t leaves) const {
     std::vector<Sums> sums(leaves * kBins);
-    const std::vector<std::uint8_t>& bins = data_.bins[kind];
-    for (const std::uint32_t i : sample_) {
-      sums[leaves_[i] * kBins + bins[i]].add({gradients_[i], hessians_[i]});
-    }
+    const std::vector<std::uint8_t>& bins = sampled_bins_[kind];
+    for (std::size_t n = 0; n < slopes_.size(); ++n)
+      sums[sampled_leaves_[n] * kBins + bins[n]].add(slopes_[n]);
     std::vector<double> gains(data_.limits[kind].size());
     for (std::size_t l = 0; l < leaves; ++l) {
       Sums all;
@@ -309,6 +326,9 @@ class Booster {
   std::vector<float> odds_, gradients_, hessians_;
   std::vector<std::uint8_t> leaves_;
   std::vector<std::uint32_t> sample_;
+  std::vector<Sums> slopes_;  // Of the sample: each one's derivatives,
+  std::vector<std::vector<std::uint8_t>> sampled_bins_;
+  std::vector<std::uint8_t> sampled_leaves_;
   std::mt19937 dice_{7};
 };
 

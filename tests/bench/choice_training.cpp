@@ -357,7 +357,7 @@ void fit(const std::vector<std::string>& words) {
   if (learnt == Learnt::kReported) {
     options.depth = detail::ChoiceForest::kMostDepth;
     options.prior = 30.0;
-    options.one_in = 4;
+    options.one_in = 16;
   }
   if (learnt == Learnt::kScatter) return fit_scatter(paths, options, out);
   const auto is_any = [](std::size_t) { return true; };

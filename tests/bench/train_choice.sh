@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ anew.
 #
-# BUILD is a build folder of the release preset. FOLDER takes 12 GB of what candidates show; rows of before are removed from it.
-# STRIPER_SHARED_DIR names the folder that holds realdata. Takes an hour and a half of two cores. What each forest learns is said at the
+# BUILD is a build folder of the release preset. FOLDER takes 14 GB of what candidates show; rows of before are removed from it.
+# STRIPER_SHARED_DIR names the folder that holds realdata. Takes two hours of two cores. What each forest learns is said at the
 # head of choice_training.cpp. The rows of each are of scenes that the others do not see (but for real images: the third's are those of
 # the first, the fourth's those of all three), written by a program that has those before it. The present ones were made so, beginning
 # with the forests of before, which say whose positions are looked at: to begin with these makes others that are about as good. Of the
@@ -160,10 +160,33 @@ rows $rows/w_sessions_bright sessions 5200 60 5 bright chosen
 rows $rows/w_sessions_jpeg sessions 5300 40 5 jpeg chosen
 rows $rows/w_sessions_bright_green sessions 4700 35 5 unknown green jpeg bright chosen
 rows $rows/w_sessions_bright_red sessions 4750 25 5 unknown red jpeg bright chosen
+rows $rows/w_n_rooms rooms 20000 600 1 chosen
+rows $rows/w_n_unknown rooms 20600 600 1 unknown chosen
+rows $rows/w_n_rooms2 rooms 21200 600 1 chosen
+rows $rows/w_n_unknown2 rooms 21800 600 1 unknown chosen
+rows $rows/w_n_sessions sessions 22400 150 5 chosen
+rows $rows/w_n_sessions_unknown sessions 22600 100 5 unknown chosen
+rows $rows/w_n_green rooms 22700 160 1 unknown green jpeg chosen
+rows $rows/w_n_red rooms 22900 100 1 unknown red jpeg chosen
+rows $rows/w_n_bright rooms 23000 100 1 unknown bright chosen
+rows $rows/w_n_off off 23100 100 1 chosen
+rows $rows/w_n_off_unknown off 23200 60 1 unknown chosen
+rows $rows/w_o_rooms rooms 23300 600 1 chosen
+rows $rows/w_o_unknown rooms 23900 600 1 unknown chosen
+rows $rows/w_o_rooms2 rooms 24500 600 1 chosen
+rows $rows/w_o_unknown2 rooms 25100 600 1 unknown chosen
+rows $rows/w_o_sessions sessions 25700 180 4 chosen
+rows $rows/w_o_sessions_unknown sessions 25900 120 4 unknown chosen
+rows $rows/w_p_rooms rooms 26100 700 1 chosen
+rows $rows/w_p_unknown rooms 26800 700 1 unknown chosen
+rows $rows/w_p_rooms2 rooms 27500 700 1 chosen
+rows $rows/w_p_unknown2 rooms 28200 700 1 unknown chosen
+rows $rows/w_p_sessions sessions 28900 250 3 chosen
+rows $rows/w_p_sessions_unknown sessions 29200 150 3 unknown chosen
 real $rows/w_real 0 4 chosen
 real $rows/w_real_each 0 4 each chosen
 real $rows/w_more_real 2 4 chosen
 real $rows/w_more_real_each 2 4 each chosen
 END
-# A real image counts 60 times: chosen by what real_choice_table says of all of them, those that are held out too.
-fit fourth 800 .12 60 w
+# A real image counts 180 times: chosen by what real_choice_table says of all of them, those that are held out too.
+fit fourth 1000 .2 180 w

@@ -10,8 +10,8 @@
 namespace striper::testing {
 
 // Scenes with exact truth in which something else than the stripe is often the brightest, narrowest
-// or straightest thing. Each is a function of its seed alone. Seeds 1 to 9999 are for development;
-// 10000 and above are held out: nothing may be tuned on them.
+// or straightest thing. Each is a function of its seed alone. Seeds 10000 to 19999 are held out:
+// nothing may be tuned on them. The others are for development.
 
 /// A source of numbers of its own, so that one scene never depends on what was drawn before it.
 class SceneDice {
