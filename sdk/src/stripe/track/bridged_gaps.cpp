@@ -18,8 +18,8 @@ namespace {
 // Of how many sure returns on either side the line is, and over how many scan lines.
 constexpr float kSure = 0.99F;
 constexpr int kMostAsked = 12;
-constexpr int kLeastAsked = 6;
-constexpr int kReach = 60;
+constexpr int kLeastAsked = 4;
+constexpr int kReach = 150;
 constexpr double kLeastSigma_px = 0.1;  // No return is known better, for a line over many of them.
 constexpr double kMostScatter = 9.0;    // Chi squared over its degrees of freedom: it is no line.
 constexpr double kMostUncertain_px = 0.4;
@@ -39,14 +39,14 @@ constexpr double kAnyWidths = 4.0;  // That the blur of an edge alone is a part 
 // What is taken: chosen on stripe_choice_table's rooms and sessions from 1 on, of which its table
 // of confidences says how often .99 to .999 is right. Beside fainter edges textures are taken for
 // the stripe.
-constexpr double kLeastContrast = 0.6;
-constexpr double kMostMisfit = 1.6;   // Of the pixels that the stripe is on,
+constexpr double kLeastContrast = 0.5;
+constexpr double kMostMisfit = 2.2;   // Of the pixels that the stripe is on,
 constexpr double kMostBeside = 20.0;  // and of all: other edges are near.
 constexpr double kMostSigma_px = 0.4;
 constexpr double kMostOff = 3.0;      // Sigmas off the line,
 constexpr double kMostHeights = 2.0;  // Of the highest of the sure returns.
 constexpr double kWholeWidths = 1.5;  // On either side of the middle no pixel is masked.
-constexpr double kLeastGain = 25.0;   // and what the light explains: chi squared.
+constexpr double kLeastGain = 16.0;   // and what the light explains: chi squared.
 
 // What is there by itself, or what a limit of the user's refused, stays as it is.
 bool may_be_bridged(ReturnStatus status) {
