@@ -26,7 +26,7 @@ struct BoostOptions {
   std::size_t depth = 5;  ///< Of each tree, at most ChoiceForest::kMostDepth.
   double rate = 0.25;     ///< Of each tree's Newton step.
   double prior = 20.0;    ///< Added to the Hessian of a leaf: so many examples say nothing.
-  unsigned one_in = 2;    ///< Each tree is grown on one example in so many, by chance.
+  unsigned one_in = 2;    ///< A tree's questions are chosen on one example in so many, by chance.
 };
 
 /// A forest that owns its trees.
@@ -44,7 +44,7 @@ BoostedTrees no_trees();
 
 /// Fits a sum of oblivious trees to the log loss, or to the likelihood of normal errors of that
 /// variance: Newton boosting (Friedman 2001) over histograms of 64 quantiles, each
-/// question of three quarters of the evidence. Minutes; prints the loss.
+/// question chosen from three quarters of the evidence. Minutes; prints the loss.
 BoostedTrees boost(const Examples& examples, const BoostOptions& options);
 
 /// Fits by how much more, in log variance, a forest of squares must widen so that 0.27 % of the

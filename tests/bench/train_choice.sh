@@ -188,5 +188,6 @@ real $rows/w_real_each 0 4 each chosen
 real $rows/w_more_real 2 4 chosen
 real $rows/w_more_real_each 2 4 each chosen
 END
-# A real image counts 180 times: chosen by what real_choice_table says of all of them, those that are held out too.
+# A real image counts 180 times: together a few times as much as all scenes. What is said of real images that are held out was looked at.
+# The present rows of w_n, w_o and w_p were written with the fourth forest of before, and lack what it bridged.
 fit fourth 1000 .2 180 w

@@ -3,7 +3,6 @@
 // time.
 #include "stripe/select/forests/choice_trees.hpp"
 
-#include <type_traits>
 #include <utility>
 
 #define HWY_DISABLED_TARGETS HWY_SSSE3
@@ -51,10 +50,7 @@ void weigh_trees(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOd
 template <std::size_t... kLess>
 void weigh_of_depth(std::index_sequence<kLess...> /*less than the depth*/,
                     const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) {
-  const auto weigh_if = [&]<std::size_t kDepth>(std::integral_constant<std::size_t, kDepth>) {
-    if (forest.depth == kDepth) weigh_trees<kDepth>(forest, batch, odds);
-  };
-  (weigh_if(std::integral_constant<std::size_t, kLess + 1>{}), ...);
+  ((forest.depth == kLess + 1 ? weigh_trees<kLess + 1>(forest, batch, odds) : void()), ...);
 }
 
 void weigh_batch(const ChoiceForest& forest, const EvidenceBatch& batch, BatchOdds& odds) {
