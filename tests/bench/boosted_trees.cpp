@@ -60,7 +60,7 @@ Binned binned(const Examples& examples) {
   Binned data;
   data.limits.resize(examples.kinds);
   data.bins.resize(examples.kinds);
-  for (std::size_t kind = 0; kind < examples.kinds; ++kind) {
+  for (std::size_t kind = examples.first_kind; kind < examples.kinds; ++kind) {
     const std::vector<float> values = samples_of(examples, kind);
     std::vector<float>& limits = data.limits[kind];
     for (std::size_t b = 1; b < kBins; ++b) {
@@ -111,6 +111,9 @@ class Booster {
       : examples_(examples), options_(options), data_(binned(examples)) {
     if (options.depth < 1 || options.depth > ChoiceForest::kMostDepth)
       throw std::invalid_argument("boost: trees of no such depth");
+    if (std::all_of(data_.limits.begin(), data_.limits.end(),
+                    [](const std::vector<float>& limits) { return limits.empty(); }))
+      throw std::invalid_argument("boost: no evidence differs from example to example");
     const std::size_t size = examples.evidence.size();
     double stripes = 0.0;
     double all = 0.0;
@@ -166,6 +169,7 @@ class Booster {
     sampled_bins_.resize(examples_.kinds);
     in_parts(examples_.kinds, [this](std::size_t first, std::size_t end) {
       for (std::size_t kind = first; kind < end; ++kind) {
+        if (data_.limits[kind].empty()) continue;
         sampled_bins_[kind].resize(sample_.size());
         for (std::size_t n = 0; n < sample_.size(); ++n)
           sampled_bins_[kind][n] = data_.bins[kind][sample_[n]];
@@ -251,8 +255,10 @@ class Booster {
   // Of which evidence and beyond which bin, asked of all leaves that there are.
   std::pair<std::size_t, std::size_t> best_question(std::size_t leaves) {
     std::vector<std::size_t> asked;
-    for (std::size_t kind = 0; kind < examples_.kinds; ++kind) {
-      if (!data_.limits[kind].empty() && dice_() % 4 != 0) asked.push_back(kind);
+    while (asked.empty()) {
+      for (std::size_t kind = 0; kind < examples_.kinds; ++kind) {
+        if (!data_.limits[kind].empty() && dice_() % 4 != 0) asked.push_back(kind);
+      }
     }
     sampled_leaves_.resize(sample_.size());
     for (std::size_t n = 0; n < sample_.size(); ++n) sampled_leaves_[n] = leaves_[sample_[n]];

@@ -12,7 +12,8 @@ namespace striper::bench {
 
 /// Examples to learn from, one element each.
 struct Examples {
-  std::size_t kinds = 0;  ///< Only evidence before this kind is asked for.
+  std::size_t first_kind = 0;  ///< Only evidence from this kind on,
+  std::size_t kinds = 0;       ///< and before this one, is asked for.
   std::vector<detail::Evidence> evidence;
   std::vector<std::uint8_t> is_stripe;
   std::vector<float> weight;
@@ -58,7 +59,7 @@ BoostedTrees boost_tails(const Examples& held_out, const BoostOptions& options,
                          const BoostedTrees& scatter);
 
 /// Writes what sdk/src/stripe/select/forests/choice_trees.cpp includes. @param name First, Second,
-/// Scatter, Tail, Third or Fourth.
+/// Scatter, Tail, Third, Fourth or Fifth.
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path);
 
 }  // namespace striper::bench

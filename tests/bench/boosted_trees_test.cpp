@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that boosting finds whose errors are larger and whose tails are longer, on errors that
-// were drawn anew, and leaves normal errors as they are. Does not prove that what was learnt of
-// images is true.
+// Proves that boosting finds how probable each example is, whatever the depth, whose errors are
+// larger and whose tails are longer, on examples that were drawn anew, and leaves normal errors as
+// they are; and that it asks for no evidence but that it may. Does not prove that what was learnt
+// of images is true.
 #include "boosted_trees.hpp"
 
 #include <algorithm>
@@ -46,6 +47,45 @@ double of_two_sizes(bool is_second) { return testing::normal(0.0, is_second ? 2.
 double with_a_tail(bool is_second) {
   const bool is_wild = is_second && testing::uniform(0.0, 30.0) < 1.0;
   return testing::normal(0.0, is_wild ? 5.0 : 1.0);
+}
+
+// One of ten of the first group is a stripe, seven of the second.
+Examples of_two_odds() {
+  Examples examples = examples_of(of_two_sizes);
+  examples.squares.clear();
+  for (std::size_t i = 0; i < kExamples; ++i) {
+    const double probability = is_second(examples.evidence[i]) ? 0.7 : 0.1;
+    examples.is_stripe[i] = testing::uniform(0.0, 1.0) < probability ? 1 : 0;
+  }
+  return examples;
+}
+
+void expect_two_odds(const BoostOptions& options) {
+  const BoostedTrees trees = boost(of_two_odds(), options);
+  for (const Evidence& evidence : of_two_odds().evidence) {
+    constexpr float kOfABin = 0.03F;  // Limits are quantiles.
+    if (std::abs(evidence.of[kGroup] - 0.5F) < kOfABin) continue;
+    const double odds = static_cast<double>(detail::weigh(trees.forest(), evidence));
+    const double probability = 1.0 / (1.0 + std::exp(-odds));
+    ASSERT_NEAR(probability, is_second(evidence) ? 0.7 : 0.1, 0.1) << evidence.of[kGroup];
+  }
+}
+
+TEST(BoostedTrees, FindHowProbableEachExampleIs) {
+  testing::reseed();
+  expect_two_odds({.trees = 60, .depth = 1, .rate = 0.2});
+  expect_two_odds({.trees = 40, .depth = 5, .rate = 0.2});
+  expect_two_odds({.trees = 40, .depth = 8, .rate = 0.2, .prior = 60.0, .one_in = 8});
+}
+
+TEST(BoostedTrees, AskForNothingBeforeTheFirstKindThatTheyMay) {
+  testing::reseed();
+  Examples examples = of_two_odds();
+  for (Evidence& evidence : examples.evidence) evidence.of[0] = evidence.of[kGroup];
+  examples.first_kind = kGroup;
+  const BoostedTrees trees = boost(examples, {.trees = 20, .depth = 3});
+  ASSERT_EQ(trees.questions.size(), 60U);
+  for (const detail::ChoiceQuestion& question : trees.questions) EXPECT_EQ(question.kind, kGroup);
 }
 
 TEST(BoostedTrees, FindWhoseErrorsAreLarger) {

@@ -5,8 +5,8 @@
 //
 //     choice_training rows OUT KIND FIRST COUNT FRAMES WORDS...
 //     choice_training real OUT PART PARTS [each] [chosen]
-//     choice_training fit first|second|scatter|third|fourth OUT.inc TREES RATE REAL ROWS...
-//     choice_training fit none scatter|fourth OUT.inc
+//     choice_training fit first|second|scatter|third|fourth|clipped|fifth OUT.inc TREES RATE REAL
+//     ROWS... choice_training fit none scatter|fourth|clipped|fifth OUT.inc
 //
 // `rows` writes what every candidate of random scenes shows, and whether it is the stripe.
 // Words: `unknown`, there is no model that says how wide and high the stripe is and where it can
@@ -23,9 +23,11 @@
 // of what was chosen scatters; the tail forest, written beside it, by how much that must be
 // wider for three sigmas to hold. The third forest says what is right as `ok` has it: within .5
 // pixels or three of those sigmas; the fourth, what is right of what is reported, by how it was
-// measured too. The rows of each must be written by a program that has those before it in it,
-// and of other scenes; those of scatter, by one whose scatter forest says nothing (`fit none`).
-// What was chosen there is the choice of the third forest of before.
+// measured too; the clipped forest and its tails, what scatter does, of clipped returns; the fifth,
+// what is right once those were widened, by what the fourth says of those about it. The rows of
+// each must be written by a program that has those before it in it, and of other scenes; those of
+// scatter, by one whose scatter forest says nothing (`fit none`). What was chosen there is the
+// choice of the third forest of before.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -255,7 +257,7 @@ void write_real(const std::vector<std::string>& words) {
   }
 }
 
-enum class Learnt { kNear, kNearAgain, kScatter, kRight, kReported };
+enum class Learnt { kNear, kNearAgain, kScatter, kRight, kReported, kClipped, kAmongOthers };
 
 Learnt learnt_by(const std::string& word) {
   if (word == "first") return Learnt::kNear;
@@ -263,8 +265,15 @@ Learnt learnt_by(const std::string& word) {
   if (word == "scatter") return Learnt::kScatter;
   if (word == "third") return Learnt::kRight;
   if (word == "fourth") return Learnt::kReported;
-  throw Error(ErrorKind::kUsage,
-              "fit " + word + " - expected first, second, scatter, third or fourth");
+  if (word == "clipped") return Learnt::kClipped;
+  if (word == "fifth") return Learnt::kAmongOthers;
+  throw Error(
+      ErrorKind::kUsage,
+      "fit " + word + " - expected first, second, scatter, third, fourth, clipped or fifth");
+}
+
+bool is_of_returns(Learnt learnt) {
+  return learnt == Learnt::kReported || learnt == Learnt::kAmongOthers;
 }
 
 bool is_learnt_from(const Row& row, Learnt learnt) {
@@ -274,17 +283,18 @@ bool is_learnt_from(const Row& row, Learnt learnt) {
   if (learnt == Learnt::kNear) return true;
   if (learnt == Learnt::kNearAgain) return first >= kHopeless;
   if (learnt == Learnt::kRight) return second >= kHopeless;
-  if (learnt == Learnt::kReported) return row.is_chosen != 0;
-  return row.is_near != 0 && row.is_chosen != 0 && row.is_clipped == 0 && row.sigma_px > 0.0F &&
-         second >= kHopelessChosen;
+  if (is_of_returns(learnt)) return row.is_chosen != 0;
+  const bool is_of_clipped = learnt == Learnt::kClipped;
+  return row.is_near != 0 && row.is_chosen != 0 && (row.is_clipped != 0) == is_of_clipped &&
+         row.sigma_px > 0.0F && second >= kHopelessChosen;
 }
 
 void add_example(const Row& row, Learnt learnt, float weight, bench::Examples& examples) {
   examples.evidence.push_back(row.evidence);
-  const bool is_of_right = learnt == Learnt::kRight || learnt == Learnt::kReported;
+  const bool is_of_right = learnt == Learnt::kRight || is_of_returns(learnt);
   examples.is_stripe.push_back(is_of_right ? row.is_right : row.is_near);
   examples.weight.push_back(weight);
-  if (learnt != Learnt::kScatter) return;
+  if (learnt != Learnt::kScatter && learnt != Learnt::kClipped) return;
   const float pull = row.error_px / row.sigma_px;
   examples.squares.push_back(pull * pull);
 }
@@ -295,13 +305,19 @@ bool is_real(const std::string& path) {
 
 using Wanted = std::function<bool(std::size_t row)>;
 
+std::size_t kinds_of(Learnt learnt) {
+  if (learnt == Learnt::kNear) return Evidence::kFirstKinds;
+  if (learnt == Learnt::kNearAgain) return Evidence::kSecondKinds;
+  if (learnt == Learnt::kReported || learnt == Learnt::kClipped) return Evidence::kFourthKinds;
+  if (learnt == Learnt::kAmongOthers) return Evidence::kCount;
+  return Evidence::kThirdKinds;
+}
+
 bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt, float real_weight,
                             const Wanted& is_wanted) {
   bench::Examples examples;
-  examples.kinds = learnt == Learnt::kNear        ? Evidence::kFirstKinds
-                   : learnt == Learnt::kNearAgain ? Evidence::kSecondKinds
-                   : learnt == Learnt::kReported  ? Evidence::kCount
-                                                  : Evidence::kThirdKinds;
+  examples.first_kind = learnt == Learnt::kAmongOthers ? Evidence::kThirdKinds : 0;
+  examples.kinds = kinds_of(learnt);
   std::size_t sparse = 0;
   std::size_t number = 0;
   for (const std::string& path : paths) {
@@ -324,27 +340,36 @@ bool is_of_tails(std::size_t row) {
   return row / kInARow % 3 == 2;
 }
 
-// Writes beside the scatter forest what its tails are.
-void fit_scatter(const std::vector<std::string>& paths, const bench::BoostOptions& options,
-                 const std::filesystem::path& out) {
+std::filesystem::path tails_beside(const std::filesystem::path& forest, bool is_of_clipped) {
+  return forest.parent_path() / (is_of_clipped ? "clipped_tail_forest.inc" : "tail_forest.inc");
+}
+
+// Writes beside the forest of what scatters what its tails are.
+void fit_scatter(const std::vector<std::string>& paths, Learnt learnt,
+                 const bench::BoostOptions& options, const std::filesystem::path& out) {
   const auto is_of_trees = [](std::size_t row) { return !is_of_tails(row); };
+  const bool is_of_clipped = learnt == Learnt::kClipped;
   const bench::BoostedTrees scatter =
-      bench::boost(examples_of(paths, Learnt::kScatter, 1.0F, is_of_trees), options);
-  bench::write_trees(scatter, "Scatter", out);
+      bench::boost(examples_of(paths, learnt, 1.0F, is_of_trees), options);
+  bench::write_trees(scatter, is_of_clipped ? "Clipped" : "Scatter", out);
   constexpr bench::BoostOptions kTails{.trees = 60, .rate = 0.3, .prior = 10.0};
-  const bench::Examples held_out = examples_of(paths, Learnt::kScatter, 1.0F, is_of_tails);
-  bench::write_trees(bench::boost_tails(held_out, kTails, scatter), "Tail",
-                     out.parent_path() / "tail_forest.inc");
+  const bench::Examples held_out = examples_of(paths, learnt, 1.0F, is_of_tails);
+  bench::write_trees(bench::boost_tails(held_out, kTails, scatter),
+                     is_of_clipped ? "ClippedTail" : "Tail", tails_beside(out, is_of_clipped));
 }
 
 void fit_none(const std::string& forest, const std::filesystem::path& out) {
-  if (forest != "scatter" && forest != "fourth") {
-    throw Error(ErrorKind::kUsage, "fit none " + forest + " - expected scatter or fourth");
-  }
   const bench::BoostedTrees none = bench::no_trees();
   if (forest == "fourth") return bench::write_trees(none, "Fourth", out);
-  bench::write_trees(none, "Scatter", out);
-  bench::write_trees(none, "Tail", out.parent_path() / "tail_forest.inc");
+  if (forest == "fifth") return bench::write_trees(none, "Fifth", out);
+  if (forest != "scatter" && forest != "clipped") {
+    throw Error(ErrorKind::kUsage,
+                "fit none " + forest + " - expected scatter, fourth, clipped or fifth");
+  }
+  const bool is_of_clipped = forest == "clipped";
+  bench::write_trees(none, is_of_clipped ? "Clipped" : "Scatter", out);
+  bench::write_trees(none, is_of_clipped ? "ClippedTail" : "Tail",
+                     tails_beside(out, is_of_clipped));
 }
 
 void fit(const std::vector<std::string>& words) {
@@ -354,16 +379,17 @@ void fit(const std::vector<std::string>& words) {
   const std::vector<std::string> paths{words.begin() + 6, words.end()};
   bench::BoostOptions options{.trees = std::stoi(words.at(3)), .rate = std::stod(words.at(4))};
   // Whether a return is right is told by many things at once, of millions of examples.
-  if (learnt == Learnt::kReported) {
+  if (is_of_returns(learnt)) {
     options.depth = detail::ChoiceForest::kMostDepth;
     options.prior = 30.0;
     options.one_in = 16;
   }
-  if (learnt == Learnt::kScatter) return fit_scatter(paths, options, out);
+  if (learnt == Learnt::kScatter || learnt == Learnt::kClipped)
+    return fit_scatter(paths, learnt, options, out);
   const auto is_any = [](std::size_t) { return true; };
   const bench::BoostedTrees trees =
       bench::boost(examples_of(paths, learnt, std::stof(words.at(5)), is_any), options);
-  constexpr std::array kNames{"First", "Second", "Scatter", "Third", "Fourth"};
+  constexpr std::array kNames{"First", "Second", "Scatter", "Third", "Fourth", "Clipped", "Fifth"};
   bench::write_trees(trees, kNames[static_cast<std::size_t>(learnt)], out);
 }
 

@@ -42,13 +42,29 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   const std::optional<WidthModel> known = known_width(frame, options_);
   const WidthModel& width = known ? *known : learnt.model();
   errors_.add(current, {width, known.has_value()}, choice_, options_, stripe);
-  confidence_.begin(static_cast<std::size_t>(lines));
-  if (StripeReport::is_rated(choice_, options_)) {
-    confidence_.rate({choice_, errors_.edges()}, stripe);
-    report_.settle(chosen, confidence_, stripe);
-  }
+  rate_returns(chosen, stripe);
   bridge_gaps(current, width, stripe);
   if (options_.can_explain) keep_for_explanation(frame, current.noise, width, stripe);
+}
+
+void ProfileExtractor::rate_returns(const StripeReport::Choice& chosen, Stripe& stripe) {
+  const auto lines = static_cast<std::size_t>(finder_.blocks().lines());
+  evidence_.begin(lines);
+  confidence_.begin(lines);
+  if (!StripeReport::is_rated(choice_, options_)) return;
+  const ReturnEvidence::Measured measured{choice_, errors_.edges()};
+  evidence_.look_at(measured, stripe);
+  confidence_.rate_alone(evidence_, measured, stripe);
+  clipped_errors_.widen(evidence_, measured, confidence_, stripe);
+  confidence_.rate_among_others(evidence_, measured, stripe);
+  report_.settle(chosen, confidence_, stripe);
+}
+
+Evidence ProfileExtractor::evidence(const Stripe& stripe, int line) const noexcept {
+  const auto at = static_cast<std::size_t>(line);
+  Evidence e = evidence_.of({choice_, errors_.edges()}, stripe, at);
+  confidence_.neighbours().add_to(e, at);
+  return e;
 }
 
 FrameAtHand ProfileExtractor::at_hand(const LitFrame& frame) {

@@ -8,8 +8,10 @@
 #include "stripe/learn/laser_widths.hpp"
 #include "stripe/noise/extraction_noise.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
+#include "stripe/report/clipped_errors.hpp"
 #include "stripe/report/error_budget.hpp"
 #include "stripe/report/return_confidence.hpp"
+#include "stripe/report/return_evidence.hpp"
 #include "stripe/report/stripe_report.hpp"
 #include "stripe/select/stripe_choice.hpp"
 #include "stripe/track/bridged_gaps.hpp"
@@ -31,15 +33,15 @@ class ProfileExtractor : public StripeExtractor {
 
   /// What was decided of the last frame, for whoever fits the weights of the evidence.
   const StripeChoice& choice() const noexcept { return choice_; }
+  /// And what was found of edges beside its returns.
+  const ReflectanceEdges& edges() const noexcept { return errors_.edges(); }
 
   /// Whether the return of a scan line is none of the choice's: it was measured on the line of
   /// those about it.
   bool is_bridged(int line) const noexcept { return bridges_.has(line); }
 
   /// All that is known of the return of a scan line that was chosen, not bridged.
-  Evidence evidence(const Stripe& stripe, int line) const noexcept {
-    return confidence_.evidence({choice_, errors_.edges()}, stripe, static_cast<std::size_t>(line));
-  }
+  Evidence evidence(const Stripe& stripe, int line) const noexcept;
 
   /// The first pixel across of the part of that frame that was searched.
   int searched_from_px() const noexcept { return part_.from_px(); }
@@ -61,6 +63,7 @@ class ProfileExtractor : public StripeExtractor {
   ChoiceContext context_of(const FrameAtHand& at_hand, const WidthTracker& width) const;
   float threshold() const;
   bool is_more_than_peaks(const LitFrame& frame) const;
+  void rate_returns(const StripeReport::Choice& chosen, Stripe& stripe);
   void bridge_gaps(const FrameAtHand& at_hand, const WidthModel& width, Stripe& stripe);
 
   void keep_for_explanation(const LitFrame& frame, const PlanNoise& noise, const WidthModel& width,
@@ -76,6 +79,8 @@ class ProfileExtractor : public StripeExtractor {
   StripeChoice choice_;
   StripeReport report_;
   ErrorBudget errors_;
+  ReturnEvidence evidence_;
+  ClippedErrors clipped_errors_;
   ReturnConfidence confidence_;
   BridgedGaps bridges_;
   Kept kept_;

@@ -160,14 +160,16 @@ TEST_F(ReturnConfidenceOnABoard, KnowsWhatStandsOffThoseBesideIt) {
   EXPECT_EQ(evidence(kMoved, Evidence::kReturnOffNear), Evidence::kUnknown);
 }
 
-TEST_F(ReturnConfidenceOnABoard, IsWhatTheFourthForestSays) {
+TEST_F(ReturnConfidenceOnABoard, IsWhatTheFifthForestSaysByThoseAboutIt) {
   int rated = 0;
   for (int line = 0; line < kLines; ++line) {
     if (!is_chosen(line) || is_near_a_bridge(line)) continue;
     const Candidate& candidate = chosen(line);
-    const float odds = weigh(fourth_forest(), extractor_.evidence(stripe_, line));
-    const float expected =
-        std::min(candidate.list->confidence[candidate.at], logistic(std::min(kMostLogOdds, odds)));
+    const Evidence e = extractor_.evidence(stripe_, line);
+    EXPECT_NEAR(e.of[Evidence::kFourth],
+                std::clamp(weigh(fourth_forest(), e), RatedNeighbours::kNone, kMostLogOdds), 0.02F);
+    const float odds = std::min(kMostLogOdds, weigh(fifth_forest(), e));
+    const float expected = std::min(candidate.list->confidence[candidate.at], logistic(odds));
     EXPECT_NEAR(stripe_.confidence[static_cast<std::size_t>(line)], expected, 1e-4F) << line;
     ++rated;
   }

@@ -7,49 +7,49 @@
 
 #include <striper/stripe/stripe.hpp>
 
-#include "stripe/edges/reflectance_edge.hpp"
-#include "stripe/select/evidence/evidence.hpp"
+#include "stripe/report/rated_neighbours.hpp"
+#include "stripe/report/return_evidence.hpp"
 #include "stripe/select/forests/choice_trees.hpp"
-#include "stripe/select/stripe_choice.hpp"
 
 namespace striper::detail {
 
 /// How probable each return is right, as it is reported: within half a pixel or three of its
 /// sigmas (of the real images among those that were learnt from, within what their references
 /// tell). What was chosen tells most of it; that it was measured, corrected beside an edge and
-/// given its error, the rest.
+/// given its error, more; and once all were rated so, those about it tell the rest: a return is
+/// surer between sure ones, on a line with them.
 ///
-/// For frames whose returns were chosen over the whole image, one a scan line. 1 us a return. No
+/// For frames whose returns were chosen over the whole image, one a scan line. 2 us a return. No
 /// allocation after the first frame of a size.
 class ReturnConfidence {
  public:
-  struct Measured {
-    const StripeChoice& choice;
-    const ReflectanceEdges& edges;  ///< As they corrected this very stripe.
-  };
+  using Measured = ReturnEvidence::Measured;
 
   /// Of a frame of so many scan lines, none of which is rated yet.
   void begin(std::size_t lines);
 
-  /// Rates all its returns.
-  void rate(const Measured& measured, const Stripe& stripe);
+  /// Rates all its returns, each by itself.
+  void rate_alone(const ReturnEvidence& evidence, const Measured& measured, const Stripe& stripe);
+
+  /// Rates them once more, by what that said of those about each. The stripe's sigmas may have
+  /// grown since.
+  void rate_among_others(const ReturnEvidence& evidence, const Measured& measured,
+                         const Stripe& stripe);
 
   /// The probability of a scan line's return; empty where it was not rated.
   std::optional<float> of_line(std::size_t line) const noexcept;
 
-  /// All that is known of the return of a scan line in which something was chosen, of the frame
-  /// that was last rated.
-  Evidence evidence(const Measured& measured, const Stripe& stripe,
-                    std::size_t line) const noexcept;
+  /// What those about the returns told of them.
+  const RatedNeighbours& neighbours() const noexcept { return neighbours_; }
 
  private:
-  void look_about(const StripeChoice& choice);
-  void finish_batch();
+  // What a forest says of each return by its evidence.
+  template <typename EvidenceOf>
+  void weigh_returns(const ChoiceForest& forest, const std::vector<std::size_t>& returns,
+                     EvidenceOf evidence_of);
 
-  AxisGrid across_;           // Of the frame that is rated.
-  std::vector<float> about_;  // Mean log odds of what was chosen about each scan line.
-  float coverage_ = 0.0F;
-  std::vector<float> probability_;  // Negative: not rated.
+  std::vector<float> odds_;  // Log odds of each scan line's return, as it was rated last.
+  RatedNeighbours neighbours_;
   EvidenceBatch batch_;
 };
 

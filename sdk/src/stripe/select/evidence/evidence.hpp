@@ -114,11 +114,31 @@ struct Evidence {
     kEdgeMisfit,     ///< Log.
     kEdgeContrast,
     kEdgeAway,  ///< In widths.
+    // Once all returns of a frame have been rated by that: RatedNeighbours.
+    kFourth,             ///< Log odds of the return,
+    kFourthBeside,       ///< means of it and of the few beside it,
+    kFourthNear,         ///< of those near it,
+    kFourthFar,          ///< and of those farther off.
+    kFourthBefore,       ///< Log of the scan lines to the last sure return before it,
+    kFourthAfter,        ///< and to the first after it.
+    kFourthCoverage,     ///< Part of the scan lines whose return is sure,
+    kFourthMean,         ///< and mean probability of all.
+    kFourthLineNear,     ///< How many near it are nearly sure.
+    kFourthOffNear,      ///< Log of what it lies off their straight line, over what is right,
+    kFourthOddNear,      ///< and over what they scatter about it;
+    kFourthScatterNear,  ///< log of that, pixels.
+    kFourthLineFar,      ///< The same of those farther off.
+    kFourthOffFar,
+    kFourthOddFar,
+    kFourthScatterFar,
+    kFourthOffOneSide,  ///< What it lies off the line of those before it, or after it: the less,
+    kFourthOffOther,    ///< and the more; kUnknown: on one side there is no line.
     kCount
   };
   static constexpr std::size_t kFirstKinds = kFirst;    ///< Those before anything was weighed,
   static constexpr std::size_t kSecondKinds = kSecond;  ///< before it was weighed again,
-  static constexpr std::size_t kThirdKinds = kThird;    ///< and before it was measured.
+  static constexpr std::size_t kThirdKinds = kThird;    ///< before it was measured,
+  static constexpr std::size_t kFourthKinds = kFourth;  ///< and before those about it were rated.
 
   std::array<float, kCount> of{};
 };

@@ -67,6 +67,9 @@ namespace striper::detail {
 namespace {
 
 // Written by tests/bench/train_choice.sh, which says from what.
+#include "stripe/select/forests/clipped_forest.inc"
+#include "stripe/select/forests/clipped_tail_forest.inc"
+#include "stripe/select/forests/fifth_forest.inc"
 #include "stripe/select/forests/first_forest.inc"
 #include "stripe/select/forests/fourth_forest.inc"
 #include "stripe/select/forests/scatter_forest.inc"
@@ -78,7 +81,9 @@ constexpr bool is_depth(std::size_t depth) {
   return depth > 0 && depth <= ChoiceForest::kMostDepth;
 }
 static_assert(is_depth(kFirstDepth) && is_depth(kSecondDepth) && is_depth(kThirdDepth));
-static_assert(is_depth(kFourthDepth) && is_depth(kScatterDepth) && is_depth(kTailDepth));
+static_assert(is_depth(kFourthDepth) && is_depth(kFifthDepth));
+static_assert(is_depth(kScatterDepth) && is_depth(kTailDepth));
+static_assert(is_depth(kClippedDepth) && is_depth(kClippedTailDepth));
 
 }  // namespace
 
@@ -96,10 +101,19 @@ ChoiceForest third_forest() noexcept {
 ChoiceForest fourth_forest() noexcept {
   return {kFourthBias, kFourthDepth, kFourthQuestions, kFourthLeaves};
 }
+ChoiceForest fifth_forest() noexcept {
+  return {kFifthBias, kFifthDepth, kFifthQuestions, kFifthLeaves};
+}
 ChoiceForest scatter_forest() noexcept {
   return {kScatterBias, kScatterDepth, kScatterQuestions, kScatterLeaves};
 }
 ChoiceForest tail_forest() noexcept { return {kTailBias, kTailDepth, kTailQuestions, kTailLeaves}; }
+ChoiceForest clipped_forest() noexcept {
+  return {kClippedBias, kClippedDepth, kClippedQuestions, kClippedLeaves};
+}
+ChoiceForest clipped_tail_forest() noexcept {
+  return {kClippedTailBias, kClippedTailDepth, kClippedTailQuestions, kClippedTailLeaves};
+}
 
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept {
   std::int32_t sum = 0;

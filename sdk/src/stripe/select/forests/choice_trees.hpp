@@ -41,6 +41,8 @@ ChoiceForest second_forest() noexcept;
 ChoiceForest third_forest() noexcept;
 /// From that and from how a return was measured: that it is right as it is reported.
 ChoiceForest fourth_forest() noexcept;
+/// From what is known of a return alone, from kThird on, and from what that said of those about it.
+ChoiceForest fifth_forest() noexcept;
 
 /// Beyond these log odds no frame of those that were learnt from can tell.
 inline constexpr float kMostLogOdds = 9.0F;
@@ -51,6 +53,9 @@ ChoiceForest scatter_forest() noexcept;
 /// And what is added to that, where it is more than 0, since the errors have longer tails than
 /// normal ones: so that few are beyond three sigmas.
 ChoiceForest tail_forest() noexcept;
+/// The same of a clipped return, by how it was measured too.
+ChoiceForest clipped_forest() noexcept;
+ChoiceForest clipped_tail_forest() noexcept;
 
 /// 2 ns a tree of five questions.
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept;

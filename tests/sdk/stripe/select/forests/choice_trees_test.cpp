@@ -92,25 +92,34 @@ TEST(ChoiceTrees, WeighABatchAsOneByOne) {
     expect_batch_is_as_single(second_forest());
     expect_batch_is_as_single(third_forest());
     expect_batch_is_as_single(fourth_forest());
+    expect_batch_is_as_single(fifth_forest());
     expect_batch_is_as_single(scatter_forest());
     expect_batch_is_as_single(tail_forest());
+    expect_batch_is_as_single(clipped_forest());
+    expect_batch_is_as_single(clipped_tail_forest());
   });
 }
 
-void expect_asks_before(std::size_t kinds, const ChoiceForest& forest) {
+void expect_asks_between(std::size_t first, std::size_t kinds, const ChoiceForest& forest) {
   ASSERT_GT(forest.trees(), 0U);
   EXPECT_EQ(forest.questions.size(), forest.trees() * forest.depth);
   EXPECT_EQ(forest.leaves.size(), forest.trees() << forest.depth);
-  for (const ChoiceQuestion& question : forest.questions) EXPECT_LT(question.kind, kinds);
+  for (const ChoiceQuestion& question : forest.questions) {
+    EXPECT_GE(question.kind, first);
+    EXPECT_LT(question.kind, kinds);
+  }
 }
 
 TEST(ChoiceTrees, AskForWhatIsThere) {
-  expect_asks_before(Evidence::kFirstKinds, first_forest());
-  expect_asks_before(Evidence::kSecondKinds, second_forest());
-  expect_asks_before(Evidence::kThirdKinds, third_forest());
-  expect_asks_before(Evidence::kThirdKinds, scatter_forest());
-  expect_asks_before(Evidence::kThirdKinds, tail_forest());
-  expect_asks_before(Evidence::kCount, fourth_forest());
+  expect_asks_between(0, Evidence::kFirstKinds, first_forest());
+  expect_asks_between(0, Evidence::kSecondKinds, second_forest());
+  expect_asks_between(0, Evidence::kThirdKinds, third_forest());
+  expect_asks_between(0, Evidence::kThirdKinds, scatter_forest());
+  expect_asks_between(0, Evidence::kThirdKinds, tail_forest());
+  expect_asks_between(0, Evidence::kFourthKinds, fourth_forest());
+  expect_asks_between(0, Evidence::kFourthKinds, clipped_forest());
+  expect_asks_between(0, Evidence::kFourthKinds, clipped_tail_forest());
+  expect_asks_between(Evidence::kThirdKinds, Evidence::kCount, fifth_forest());
 }
 
 }  // namespace

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/report/clipped_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace striper::detail {
+namespace {
+
+constexpr float kSure = 0.99F;
+// Of a forest that says more there is no example.
+constexpr float kMostFactor = 20.0F;
+
+float factor_of(float log_variance, float log_tail) {
+  const float more = log_variance + std::max(0.0F, log_tail);
+  return std::clamp(std::exp(0.5F * more), 1.0F, kMostFactor);
+}
+
+}  // namespace
+
+float ClippedErrors::factor(const Evidence& evidence) noexcept {
+  return factor_of(weigh(clipped_forest(), evidence), weigh(clipped_tail_forest(), evidence));
+}
+
+void ClippedErrors::widen(const ReturnEvidence& evidence, const ReturnEvidence::Measured& measured,
+                          const ReturnConfidence& alone, Stripe& stripe) {
+  const StripeChoice& choice = measured.choice;
+  for (const std::size_t line : evidence.returns()) {
+    const std::int32_t chosen = choice.of_line(static_cast<int>(line)).candidate;
+    const bool is_clipped = choice.pieces().candidate(static_cast<std::size_t>(chosen)).is_clipped;
+    if (!is_clipped || alone.of_line(line).value_or(0.0F) >= kSure) continue;
+    batch_.add(evidence.of(measured, stripe, line), line);
+    if (batch_.is_full()) finish_batch(stripe);
+  }
+  finish_batch(stripe);
+}
+
+void ClippedErrors::finish_batch(Stripe& stripe) {
+  BatchOdds log_variance{};
+  BatchOdds log_tail{};
+  weigh(clipped_forest(), batch_, log_variance);
+  weigh(clipped_tail_forest(), batch_, log_tail);
+  for (std::size_t n = 0; n < batch_.count(); ++n)
+    stripe.sigma_px[batch_.owner(n)] *= factor_of(log_variance[n], log_tail[n]);
+  batch_.clear();
+}
+
+}  // namespace striper::detail

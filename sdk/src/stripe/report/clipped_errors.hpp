@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <striper/stripe/stripe.hpp>
+
+#include "stripe/report/return_confidence.hpp"
+#include "stripe/report/return_evidence.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
+
+namespace striper::detail {
+
+/// Widens the errors of clipped returns that are doubted. Their flanks alone tell where they are,
+/// which edges and textures hide on one side or the other, and a fit of what is left may be sure of
+/// the wrong place: what ReturnConfidence doubts of them is mostly that, not that they are the
+/// stripe. Scenes with truth tell by how much more they are off than was reckoned. What is sure
+/// keeps its error: it is what was reckoned. (What is not clipped StripeChoice widens, doubted or
+/// not.)
+///
+/// 1 us a doubted return. No state but its memory.
+class ClippedErrors {
+ public:
+  /// Never narrows one. @param alone as it rated the returns, each by itself.
+  void widen(const ReturnEvidence& evidence, const ReturnEvidence::Measured& measured,
+             const ReturnConfidence& alone, Stripe& stripe);
+
+  /// What evidence of such a return says that its sigma is to be multiplied with: 1 or more.
+  static float factor(const Evidence& evidence) noexcept;
+
+ private:
+  void finish_batch(Stripe& stripe);
+
+  EvidenceBatch batch_;
+};
+
+}  // namespace striper::detail

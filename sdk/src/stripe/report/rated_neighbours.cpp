@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stripe/report/rated_neighbours.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stripe/profile/line_view.hpp"
+#include "stripe/report/what_is_right.hpp"
+#include "stripe/select/piece_traits.hpp"
+
+namespace striper::detail {
+namespace {
+
+// Scan lines to either side: the few beside a return, those of a line through it, of a surface.
+constexpr int kBeside = 2;
+constexpr int kNear = 6;
+constexpr int kFar = 16;
+constexpr int kMostAway = 200;
+// What is in a line, and how steeply by its eighth power what is less sure counts less; nothing is
+// known of the line's slope but that it is none of many pixels.
+constexpr float kInLine = 0.9F;
+constexpr double kFlat = 5.0;
+// So many make a line, of both sides and of one.
+constexpr double kLeastOfBoth = 1.5;
+constexpr double kLeastOfOne = 3.0;
+constexpr float kSure = 0.99F;
+constexpr float kLeastOff = 1e-3F;
+constexpr float kLeastScatter_px = 1e-2F;
+constexpr float kAnyScatter_px = 0.1F;
+
+float weight_of(float probability) {
+  if (!(probability > kInLine)) return 0.0F;
+  const float squared = probability * probability;
+  return squared * squared * squared * squared;
+}
+
+}  // namespace
+
+float RatedNeighbours::mean_about(std::span<const float> odds, std::size_t line,
+                                  std::size_t reach) noexcept {
+  const std::size_t first = line - std::min(line, reach);
+  const std::size_t last = std::min(odds.size() - 1, line + reach);
+  float sum = 0.0F;
+  for (std::size_t other = first; other <= last; ++other) sum += odds[other];
+  return sum / static_cast<float>(last - first + 1);
+}
+
+void RatedNeighbours::begin(std::size_t lines) {
+  odds_.assign(lines, kNone);
+  rated_.assign(lines, Rated{});
+  coverage_ = mean_ = 0.0F;
+}
+
+void RatedNeighbours::hear(const Stripe& stripe, std::span<const float> odds) {
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
+  const auto step = static_cast<float>(across.step);
+  begin(odds.size());
+  std::copy(odds.begin(), odds.end(), odds_.begin());
+  for (std::size_t line = 0; line < odds.size(); ++line) {
+    if (!(odds[line] > kNone)) continue;
+    const float probability = logistic(odds[line]);
+    Rated& rated = rated_[line];
+    rated.odds = odds[line];
+    rated.weight = weight_of(probability);
+    rated.position = static_cast<float>(across.index(stripe.across_px[line]));
+    rated.right = right_within_px(stripe.sigma_px[line] / step);
+    mean_ += probability / static_cast<float>(odds.size());
+  }
+  find_sure();
+}
+
+void RatedNeighbours::find_sure() {
+  const auto is_sure = [](const Rated& rated) { return logistic(rated.odds) >= kSure; };
+  int away = kMostAway;
+  for (Rated& rated : rated_) {
+    rated.before = std::min(kMostAway, ++away);
+    if (is_sure(rated)) away = 0;
+  }
+  away = kMostAway;
+  std::size_t sure = 0;
+  for (auto rated = rated_.rbegin(); rated != rated_.rend(); ++rated) {
+    rated->after = std::min(kMostAway, ++away);
+    if (!is_sure(*rated)) continue;
+    away = 0;
+    ++sure;
+  }
+  coverage_ =
+      static_cast<float>(sure) / static_cast<float>(std::max<std::size_t>(1, rated_.size()));
+}
+
+LineSums RatedNeighbours::sums(std::size_t line, int from, int to) const noexcept {
+  LineSums sums;
+  const auto own = static_cast<int>(line);
+  const double position = static_cast<double>(rated_[line].position);
+  const int first = std::max(0, own + from);
+  const int last = std::min(static_cast<int>(rated_.size()) - 1, own + to);
+  for (int other = first; other <= last; ++other) {
+    const Rated& rated = rated_[static_cast<std::size_t>(other)];
+    if (other == own || !(rated.weight > 0.0F)) continue;
+    sums.add(1.0, other - own, static_cast<double>(rated.position) - position,
+             static_cast<double>(rated.weight));
+  }
+  return sums;
+}
+
+RatedNeighbours::Off RatedNeighbours::off(std::size_t line, const LineSums& others,
+                                          double least_weight) const noexcept {
+  if (!(others.ff > least_weight)) return {};
+  LineSums sums = others;
+  sums.add(0.0, 1.0, 0.0, kFlat);
+  const LineFit fit = sums.solve();
+  const auto off = static_cast<float>(std::abs(fit.at(1.0, 0.0)));
+  const auto scatter = static_cast<float>(std::sqrt(fit.chi2 / others.ff));
+  return {fast_log2(std::max(kLeastOff, off / rated_[line].right)),
+          fast_log2(std::max(kLeastOff, off / (scatter + kAnyScatter_px))),
+          fast_log2(std::max(kLeastScatter_px, scatter))};
+}
+
+void RatedNeighbours::add_to(Evidence& e, std::size_t line) const noexcept {
+  const Rated& own = rated_[line];
+  e.of[Evidence::kFourth] = own.odds;
+  e.of[Evidence::kFourthBeside] = mean_about(odds_, line, kBeside);
+  e.of[Evidence::kFourthNear] = mean_about(odds_, line, kNear);
+  e.of[Evidence::kFourthFar] = mean_about(odds_, line, kFar);
+  e.of[Evidence::kFourthBefore] = fast_log2(static_cast<float>(own.before));
+  e.of[Evidence::kFourthAfter] = fast_log2(static_cast<float>(own.after));
+  e.of[Evidence::kFourthCoverage] = coverage_;
+  e.of[Evidence::kFourthMean] = mean_;
+  const LineSums near = sums(line, -kNear, kNear);
+  const Off off_near = off(line, near, kLeastOfBoth);
+  e.of[Evidence::kFourthLineNear] = static_cast<float>(near.ff);
+  e.of[Evidence::kFourthOffNear] = off_near.by_right;
+  e.of[Evidence::kFourthOddNear] = off_near.by_scatter;
+  e.of[Evidence::kFourthScatterNear] = off_near.scatter;
+  const LineSums far = sums(line, -kFar, kFar);
+  const Off off_far = off(line, far, kLeastOfBoth);
+  e.of[Evidence::kFourthLineFar] = static_cast<float>(far.ff);
+  e.of[Evidence::kFourthOffFar] = off_far.by_right;
+  e.of[Evidence::kFourthOddFar] = off_far.by_scatter;
+  e.of[Evidence::kFourthScatterFar] = off_far.scatter;
+  const float before = off(line, sums(line, -kFar, -1), kLeastOfOne).by_right;
+  const float after = off(line, sums(line, 1, kFar), kLeastOfOne).by_right;
+  const bool has_both = before > Evidence::kUnknown && after > Evidence::kUnknown;
+  e.of[Evidence::kFourthOffOneSide] = has_both ? std::min(before, after) : std::max(before, after);
+  e.of[Evidence::kFourthOffOther] = has_both ? std::max(before, after) : Evidence::kUnknown;
+}
+
+}  // namespace striper::detail
