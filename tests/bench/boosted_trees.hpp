@@ -59,7 +59,7 @@ BoostedTrees boost_tails(const Examples& held_out, const BoostOptions& options,
                          const BoostedTrees& scatter);
 
 /// Writes what sdk/src/stripe/select/forests/choice_trees.cpp includes. @param name First, Second,
-/// Scatter, Tail, Third, Fourth or Fifth.
+/// Scatter, Tail, Third, Fourth, Clipped, ClippedTail or Fifth.
 void write_trees(const BoostedTrees& trees, const std::string& name, const std::string& path);
 
 }  // namespace striper::bench

@@ -5,8 +5,11 @@
 //
 //     choice_training rows OUT KIND FIRST COUNT FRAMES WORDS...
 //     choice_training real OUT PART PARTS [each] [chosen]
-//     choice_training fit first|second|scatter|third|fourth|clipped|fifth OUT.inc TREES RATE REAL
-//     ROWS... choice_training fit none scatter|fourth|clipped|fifth OUT.inc
+//     choice_training fit FOREST OUT.inc TREES RATE REAL ROWS...
+//     choice_training fit none FOREST OUT.inc
+//
+// FOREST is `first`, `second`, `scatter`, `third`, `fourth`, `clipped` or `fifth`. `fit none` makes
+// one that says nothing: `scatter`, `fourth`, `clipped` or `fifth`.
 //
 // `rows` writes what every candidate of random scenes shows, and whether it is the stripe.
 // Words: `unknown`, there is no model that says how wide and high the stripe is and where it can
@@ -334,7 +337,8 @@ bench::Examples examples_of(const std::vector<std::string>& paths, Learnt learnt
   return examples;
 }
 
-// Of the rows of scatter a third says how long the tails are: about six scenes of eighteen.
+// Of the rows of scatter a third says how long the tails are: about six scenes of eighteen, of
+// those that are chosen alone some hundred of three hundred.
 bool is_of_tails(std::size_t row) {
   constexpr std::size_t kInARow = 20000;
   return row / kInARow % 3 == 2;

@@ -33,7 +33,7 @@ class ProfileExtractor : public StripeExtractor {
 
   /// What was decided of the last frame, for whoever fits the weights of the evidence.
   const StripeChoice& choice() const noexcept { return choice_; }
-  /// And what was found of edges beside its returns.
+  /// What was found of edges beside its returns, for whoever tests what is made of it.
   const ReflectanceEdges& edges() const noexcept { return errors_.edges(); }
 
   /// Whether the return of a scan line is none of the choice's: it was measured on the line of

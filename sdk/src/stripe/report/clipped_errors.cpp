@@ -2,20 +2,17 @@
 #include "stripe/report/clipped_errors.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
 namespace striper::detail {
 namespace {
 
-constexpr float kSure = 0.99F;
-// Of a forest that says more there is no example.
+// No example was off by more.
 constexpr float kMostFactor = 20.0F;
 
 float factor_of(float log_variance, float log_tail) {
-  const float more = log_variance + std::max(0.0F, log_tail);
-  return std::clamp(std::exp(0.5F * more), 1.0F, kMostFactor);
+  return std::clamp(sigma_factor(log_variance, log_tail), 1.0F, kMostFactor);
 }
 
 }  // namespace
@@ -30,7 +27,7 @@ void ClippedErrors::widen(const ReturnEvidence& evidence, const ReturnEvidence::
   for (const std::size_t line : evidence.returns()) {
     const std::int32_t chosen = choice.of_line(static_cast<int>(line)).candidate;
     const bool is_clipped = choice.pieces().candidate(static_cast<std::size_t>(chosen)).is_clipped;
-    if (!is_clipped || alone.of_line(line).value_or(0.0F) >= kSure) continue;
+    if (!is_clipped || *alone.of_line(line) >= kSure) continue;
     batch_.add(evidence.of(measured, stripe, line), line);
     if (batch_.is_full()) finish_batch(stripe);
   }

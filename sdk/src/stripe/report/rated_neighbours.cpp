@@ -6,6 +6,7 @@
 
 #include "stripe/profile/line_view.hpp"
 #include "stripe/report/what_is_right.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 #include "stripe/select/piece_traits.hpp"
 
 namespace striper::detail {
@@ -16,14 +17,14 @@ constexpr int kBeside = 2;
 constexpr int kNear = 6;
 constexpr int kFar = 16;
 constexpr int kMostAway = 200;
-// What is in a line, and how steeply by its eighth power what is less sure counts less; nothing is
-// known of the line's slope but that it is none of many pixels.
+// What is less probable makes no line; what is more probable counts by its eighth power.
 constexpr float kInLine = 0.9F;
+// That a line is level counts as much as so many returns a scan line away that say so. On steep
+// lines a little of the slope is left, and counts as scatter.
 constexpr double kFlat = 5.0;
 // So many make a line, of both sides and of one.
 constexpr double kLeastOfBoth = 1.5;
 constexpr double kLeastOfOne = 3.0;
-constexpr float kSure = 0.99F;
 constexpr float kLeastOff = 1e-3F;
 constexpr float kLeastScatter_px = 1e-2F;
 constexpr float kAnyScatter_px = 0.1F;
@@ -36,17 +37,8 @@ float weight_of(float probability) {
 
 }  // namespace
 
-float RatedNeighbours::mean_about(std::span<const float> odds, std::size_t line,
-                                  std::size_t reach) noexcept {
-  const std::size_t first = line - std::min(line, reach);
-  const std::size_t last = std::min(odds.size() - 1, line + reach);
-  float sum = 0.0F;
-  for (std::size_t other = first; other <= last; ++other) sum += odds[other];
-  return sum / static_cast<float>(last - first + 1);
-}
-
 void RatedNeighbours::begin(std::size_t lines) {
-  odds_.assign(lines, kNone);
+  odds_.assign(lines, kNoReturn);
   rated_.assign(lines, Rated{});
   coverage_ = mean_ = 0.0F;
 }
@@ -57,7 +49,7 @@ void RatedNeighbours::hear(const Stripe& stripe, std::span<const float> odds) {
   begin(odds.size());
   std::copy(odds.begin(), odds.end(), odds_.begin());
   for (std::size_t line = 0; line < odds.size(); ++line) {
-    if (!(odds[line] > kNone)) continue;
+    if (!(odds[line] > kNoReturn)) continue;
     const float probability = logistic(odds[line]);
     Rated& rated = rated_[line];
     rated.odds = odds[line];
@@ -119,9 +111,9 @@ RatedNeighbours::Off RatedNeighbours::off(std::size_t line, const LineSums& othe
 void RatedNeighbours::add_to(Evidence& e, std::size_t line) const noexcept {
   const Rated& own = rated_[line];
   e.of[Evidence::kFourth] = own.odds;
-  e.of[Evidence::kFourthBeside] = mean_about(odds_, line, kBeside);
-  e.of[Evidence::kFourthNear] = mean_about(odds_, line, kNear);
-  e.of[Evidence::kFourthFar] = mean_about(odds_, line, kFar);
+  e.of[Evidence::kFourthBeside] = mean_odds_about(odds_, line, kBeside);
+  e.of[Evidence::kFourthNear] = mean_odds_about(odds_, line, kNear);
+  e.of[Evidence::kFourthFar] = mean_odds_about(odds_, line, kFar);
   e.of[Evidence::kFourthBefore] = fast_log2(static_cast<float>(own.before));
   e.of[Evidence::kFourthAfter] = fast_log2(static_cast<float>(own.after));
   e.of[Evidence::kFourthCoverage] = coverage_;

@@ -8,6 +8,7 @@
 #include <striper/geometry/line_fit.hpp>
 #include <striper/stripe/stripe.hpp>
 
+#include "stripe/report/line_odds.hpp"
 #include "stripe/select/evidence/evidence.hpp"
 
 namespace striper::detail {
@@ -18,28 +19,21 @@ namespace striper::detail {
 /// .3 us a return. No allocation after the first frame of a size.
 class RatedNeighbours {
  public:
-  /// Log odds of a scan line without a rated return.
-  static constexpr float kNone = -9.0F;
-
   /// Of a frame of so many scan lines, none of which is rated.
   void begin(std::size_t lines);
 
-  /// @param odds log odds of each scan line's return, at least kNone.
+  /// @param odds log odds of each scan line's return, at least kNoReturn.
   void hear(const Stripe& stripe, std::span<const float> odds);
 
   /// Of the return of a scan line.
   void add_to(Evidence& evidence, std::size_t line) const noexcept;
 
-  /// The mean of the odds of a scan line and of so many to either side, those that there are.
-  static float mean_about(std::span<const float> odds, std::size_t line,
-                          std::size_t reach) noexcept;
-
  private:
   struct Rated {
-    float odds = kNone;
+    float odds = kNoReturn;
     float weight = 0.0F;    // In lines: 0 of what is not nearly sure.
     float position = 0.0F;  // Pixels.
-    float right = 0.0F;     // What is off by less is right, pixels.
+    float right = 0.5F;     // What is off by less is right, pixels.
     int before = 0;         // Scan lines to the sure return before it,
     int after = 0;          // and to that after it.
   };
@@ -47,7 +41,7 @@ class RatedNeighbours {
   struct Off {
     float by_right = Evidence::kUnknown;  // Log, over what is right;
     float by_scatter = Evidence::kUnknown;
-    float scatter = Evidence::kUnknown;  // of those others, pixels, log.
+    float scatter = Evidence::kUnknown;  // of those others, pixels, log, and what kFlat adds.
   };
 
   void find_sure();

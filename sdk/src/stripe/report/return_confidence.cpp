@@ -3,21 +3,24 @@
 
 #include <algorithm>
 
+#include "stripe/report/line_odds.hpp"
+#include "stripe/select/piece_traits.hpp"
+
 namespace striper::detail {
 namespace {
 
-constexpr float kNone = RatedNeighbours::kNone;
-constexpr float kLeastLogOdds = 0.999F * kNone;  // Of what is rated.
+// Of a return: more than a scan line has that has none.
+constexpr float kLeastLogOdds = 0.999F * kNoReturn;
 
 }  // namespace
 
 void ReturnConfidence::begin(std::size_t lines) {
-  odds_.assign(lines, kNone);
+  odds_.assign(lines, kNoReturn);
   neighbours_.begin(lines);
 }
 
 std::optional<float> ReturnConfidence::of_line(std::size_t line) const noexcept {
-  if (!(odds_[line] > kNone)) return std::nullopt;
+  if (!(odds_[line] > kNoReturn)) return std::nullopt;
   return logistic(odds_[line]);
 }
 

@@ -14,7 +14,7 @@
 namespace striper::detail {
 
 /// How probable each return is right, as it is reported: within half a pixel or three of its
-/// sigmas (of the real images among those that were learnt from, within what their references
+/// sigmas (of the real images that the first rating learnt from, within what their references
 /// tell). What was chosen tells most of it; that it was measured, corrected beside an edge and
 /// given its error, more; and once all were rated so, those about it tell the rest: a return is
 /// surer between sure ones, on a line with them.

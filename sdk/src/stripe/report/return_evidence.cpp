@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "stripe/profile/line_view.hpp"
-#include "stripe/report/rated_neighbours.hpp"
+#include "stripe/report/line_odds.hpp"
 #include "stripe/report/what_is_right.hpp"
 #include "stripe/select/piece_traits.hpp"
 
@@ -16,7 +16,6 @@ constexpr std::size_t kNear = 2;  // Scan lines to either side,
 constexpr std::size_t kFar = 6;
 constexpr std::size_t kAbout = 4;  // and over which the choices' odds are averaged.
 constexpr float kLeast = 1e-3F;
-constexpr float kNone = RatedNeighbours::kNone;
 
 // Log of what a return lies off the middle of those so many scan lines before and after it, over
 // what is right.
@@ -48,7 +47,7 @@ void add_edge(const EdgeFinding& found, float width, Evidence& e) {
 void ReturnEvidence::begin(std::size_t lines) {
   returns_.clear();
   returns_.reserve(lines);
-  chosen_.assign(lines, kNone);
+  chosen_.assign(lines, kNoReturn);
   coverage_ = 0.0F;
 }
 
@@ -73,7 +72,7 @@ void ReturnEvidence::look_about(const StripeChoice& choice) {
   float sure = 0.0F;
   for (std::size_t line = 0; line < chosen_.size(); ++line) {
     if (choice.of_line(static_cast<int>(line)).candidate >= 0)
-      chosen_[line] = std::max(kNone, choice.log_odds(chosen_in(choice, line)));
+      chosen_[line] = std::max(kNoReturn, choice.log_odds(chosen_in(choice, line)));
     sure += logistic(chosen_[line]);
   }
   coverage_ = sure / static_cast<float>(std::max<std::size_t>(1, chosen_.size()));
@@ -92,7 +91,7 @@ void ReturnEvidence::add_measured(const Measured& measured, const Stripe& stripe
       of_line.rival_candidate < 0
           ? Evidence::kUnknown
           : choice.log_odds(static_cast<std::size_t>(of_line.rival_candidate));
-  e.of[Evidence::kThirdNear] = RatedNeighbours::mean_about(chosen_, line, kAbout);
+  e.of[Evidence::kThirdNear] = mean_odds_about(chosen_, line, kAbout);
   e.of[Evidence::kThirdCoverage] = coverage_;
   e.of[Evidence::kReturnWidth] = fast_log2(width);
   e.of[Evidence::kReturnSigma] = fast_log2(sigma);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include <striper/core/pixel_grid.hpp>
 #include <striper/stripe/stripe.hpp>
 
 #include "stripe/edges/reflectance_edge.hpp"

@@ -8,6 +8,7 @@
 
 #include "stripe/profile/line_view.hpp"
 #include "stripe/profile/profile_plan.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 #include "stripe/select/line_choice.hpp"
 #include "stripe/select/peak_judge.hpp"
 
@@ -16,7 +17,6 @@ namespace {
 
 // So many of the scan lines are certainly the stripe where one is in view: six of 640.
 constexpr double kLeastSure = 0.01;
-constexpr float kSure = 0.99F;
 
 // What is told by its neighbours has so many of them at least; and alone it is as likely a specular
 // highlight.

@@ -208,8 +208,7 @@ void StripeChoice::widen_batch() {
   detail::weigh(scatter_forest(), batch_, log_variance);
   detail::weigh(tail_forest(), batch_, log_tail);
   for (std::size_t n = 0; n < batch_.count(); ++n) {
-    const float more = log_variance[n] + std::max(0.0F, log_tail[n]);
-    chosen_[batch_.owner(n)].sigma_factor = std::exp(0.5F * more);
+    chosen_[batch_.owner(n)].sigma_factor = sigma_factor(log_variance[n], log_tail[n]);
   }
   batch_.clear();
 }

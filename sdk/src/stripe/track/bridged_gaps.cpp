@@ -11,12 +11,12 @@
 #include "core/pixel_box.hpp"
 #include "stripe/edges/edge_view.hpp"
 #include "stripe/profile/line_view.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 
 namespace striper::detail {
 namespace {
 
 // Of how many sure returns on either side the line is, and over how many scan lines.
-constexpr float kSure = 0.99F;
 constexpr int kMostAsked = 12;
 constexpr int kLeastAsked = 4;
 constexpr int kReach = 150;

@@ -37,7 +37,7 @@ class Rated : public ::testing::Test {
 
   void forget(std::size_t first, std::size_t last) {
     for (std::size_t line = first; line <= last; ++line) {
-      odds_[line] = RatedNeighbours::kNone;
+      odds_[line] = kNoReturn;
       stripe_.across_px[line] = std::nan("");
     }
   }
@@ -80,6 +80,7 @@ TEST_F(RatedNeighboursOfALine, TellHowFarAReturnLiesOffThem) {
 TEST_F(RatedNeighboursOfASlope, TellTheSame) {
   EXPECT_LT(told(Evidence::kFourthOffNear), -3.0F);
   EXPECT_LT(told(Evidence::kFourthOffOther), 0.0F);
+  EXPECT_LT(told(Evidence::kFourthScatterFar), std::log2(0.2F));  // Of the slope that is left.
   move(kOwn, kOwn, -2.0);
   EXPECT_NEAR(told(Evidence::kFourthOffNear), 2.0F, kLogTolerance);
   EXPECT_NEAR(told(Evidence::kFourthOffFar), 2.0F, kLogTolerance);
@@ -147,6 +148,8 @@ TEST_F(RatedNeighboursOfALine, CountInTheImagesOwnPixels) {
   stripe_.grid.v.step = 2.0;
   move(kOwn, kOwn, 2.0);
   EXPECT_NEAR(told(Evidence::kFourthOffNear), std::log2(1.0F / kRight_px), kLogTolerance);
+  stripe_.sigma_px[kOwn] = 1.0F;  // Half a pixel of these.
+  EXPECT_NEAR(told(Evidence::kFourthOffNear), std::log2(1.0F / 1.5F), kLogTolerance);
 }
 
 TEST_F(RatedNeighboursOfALine, AreNoneOfAFrameThatWasNotHeard) {
@@ -154,7 +157,7 @@ TEST_F(RatedNeighboursOfALine, AreNoneOfAFrameThatWasNotHeard) {
   neighbours_.begin(kLines);
   Evidence evidence;
   neighbours_.add_to(evidence, kOwn);
-  EXPECT_EQ(evidence.of[Evidence::kFourth], RatedNeighbours::kNone);
+  EXPECT_EQ(evidence.of[Evidence::kFourth], kNoReturn);
   EXPECT_EQ(evidence.of[Evidence::kFourthOffFar], Evidence::kUnknown);
   EXPECT_EQ(evidence.of[Evidence::kFourthCoverage], 0.0F);
 }

@@ -123,7 +123,7 @@ struct Evidence {
     kFourthAfter,        ///< and to the first after it.
     kFourthCoverage,     ///< Part of the scan lines whose return is sure,
     kFourthMean,         ///< and mean probability of all.
-    kFourthLineNear,     ///< How many near it are nearly sure.
+    kFourthLineNear,     ///< How many near it are nearly sure, each by its weight.
     kFourthOffNear,      ///< Log of what it lies off their straight line, over what is right,
     kFourthOddNear,      ///< and over what they scatter about it;
     kFourthScatterNear,  ///< log of that, pixels.

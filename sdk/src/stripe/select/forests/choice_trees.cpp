@@ -115,6 +115,10 @@ ChoiceForest clipped_tail_forest() noexcept {
   return {kClippedTailBias, kClippedTailDepth, kClippedTailQuestions, kClippedTailLeaves};
 }
 
+float sigma_factor(float log_variance, float log_tail) noexcept {
+  return std::exp(0.5F * (log_variance + std::max(0.0F, log_tail)));
+}
+
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept {
   std::int32_t sum = 0;
   for (std::size_t tree = 0; tree < forest.trees(); ++tree) {

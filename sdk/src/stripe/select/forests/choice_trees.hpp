@@ -41,9 +41,12 @@ ChoiceForest second_forest() noexcept;
 ChoiceForest third_forest() noexcept;
 /// From that and from how a return was measured: that it is right as it is reported.
 ChoiceForest fourth_forest() noexcept;
-/// From what is known of a return alone, from kThird on, and from what that said of those about it.
+/// The same once the fourth has rated all returns of a frame: from how it was measured and from
+/// what the fourth said of it and of those about it.
 ChoiceForest fifth_forest() noexcept;
 
+/// What is as probable is sure: `ok`, unless something else is asked for.
+inline constexpr float kSure = 0.99F;
 /// Beyond these log odds no frame of those that were learnt from can tell.
 inline constexpr float kMostLogOdds = 9.0F;
 
@@ -56,6 +59,9 @@ ChoiceForest tail_forest() noexcept;
 /// The same of a clipped return, by how it was measured too.
 ChoiceForest clipped_forest() noexcept;
 ChoiceForest clipped_tail_forest() noexcept;
+
+/// What a sigma is to be multiplied with, by what such a forest and that of its tails say.
+float sigma_factor(float log_variance, float log_tail) noexcept;
 
 /// 2 ns a tree of five questions.
 float weigh(const ChoiceForest& forest, const Evidence& evidence) noexcept;

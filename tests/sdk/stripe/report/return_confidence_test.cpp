@@ -167,7 +167,7 @@ TEST_F(ReturnConfidenceOnABoard, IsWhatTheFifthForestSaysByThoseAboutIt) {
     const Candidate& candidate = chosen(line);
     const Evidence e = extractor_.evidence(stripe_, line);
     EXPECT_NEAR(e.of[Evidence::kFourth],
-                std::clamp(weigh(fourth_forest(), e), RatedNeighbours::kNone, kMostLogOdds), 0.02F);
+                std::clamp(weigh(fourth_forest(), e), kNoReturn, kMostLogOdds), 0.02F);
     const float odds = std::min(kMostLogOdds, weigh(fifth_forest(), e));
     const float expected = std::min(candidate.list->confidence[candidate.at], logistic(odds));
     EXPECT_NEAR(stripe_.confidence[static_cast<std::size_t>(line)], expected, 1e-4F) << line;
