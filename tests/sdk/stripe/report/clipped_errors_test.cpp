@@ -46,8 +46,10 @@ LitFrame board(int number) {
     for (int pixel = 0; pixel < kLength; ++pixel) {
       double sum = 0.0;
       for (int part = 0; part < kParts * kParts; ++part) {
-        const double x = line + 2.0 * ((part / kParts + 0.5) / kParts - 0.5);
-        const double y = pixel + 2.0 * ((part % kParts + 0.5) / kParts - 0.5);
+        const int right = part / kParts;
+        const int down = part % kParts;
+        const double x = line + 2.0 * ((right + 0.5) / kParts - 0.5);
+        const double y = pixel + 2.0 * ((down + 0.5) / kParts - 0.5);
         const double off = (y - stripe_at(number, line)) / kWidth_px;
         sum += reflectance_at(x, y) * (kWhite_dn + kStripe_dn * std::exp(-0.5 * off * off));
       }

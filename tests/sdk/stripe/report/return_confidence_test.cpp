@@ -46,8 +46,10 @@ cv::Mat board() {
     for (int pixel = 0; pixel < kLength; ++pixel) {
       double sum = 0.0;
       for (int part = 0; part < kParts * kParts; ++part) {
-        const double x = line + 1.4 * ((part / kParts + 0.5) / kParts - 0.5);
-        const double y = pixel + 1.4 * ((part % kParts + 0.5) / kParts - 0.5);
+        const int right = part / kParts;
+        const int down = part % kParts;
+        const double x = line + 1.4 * ((right + 0.5) / kParts - 0.5);
+        const double y = pixel + 1.4 * ((down + 0.5) / kParts - 0.5);
         const double off = (y - stripe_at(line)) / kWidth_px;
         const double light = kWhite_dn + kStripe_dn * std::exp(-0.5 * off * off);
         sum += reflectance_at(x, y) * light / (kParts * kParts);
