@@ -279,6 +279,10 @@ bool is_of_returns(Learnt learnt) {
   return learnt == Learnt::kReported || learnt == Learnt::kAmongOthers;
 }
 
+bool is_of_errors(Learnt learnt) {
+  return learnt == Learnt::kScatter || learnt == Learnt::kClipped;
+}
+
 bool is_learnt_from(const Row& row, Learnt learnt) {
   const float first = row.evidence.of[Evidence::kFirst];
   const float second = row.evidence.of[Evidence::kSecond];
@@ -297,7 +301,7 @@ void add_example(const Row& row, Learnt learnt, float weight, bench::Examples& e
   const bool is_of_right = learnt == Learnt::kRight || is_of_returns(learnt);
   examples.is_stripe.push_back(is_of_right ? row.is_right : row.is_near);
   examples.weight.push_back(weight);
-  if (learnt != Learnt::kScatter && learnt != Learnt::kClipped) return;
+  if (!is_of_errors(learnt)) return;
   const float pull = row.error_px / row.sigma_px;
   examples.squares.push_back(pull * pull);
 }
@@ -388,8 +392,7 @@ void fit(const std::vector<std::string>& words) {
     options.prior = 30.0;
     options.one_in = 16;
   }
-  if (learnt == Learnt::kScatter || learnt == Learnt::kClipped)
-    return fit_scatter(paths, learnt, options, out);
+  if (is_of_errors(learnt)) return fit_scatter(paths, learnt, options, out);
   const auto is_any = [](std::size_t) { return true; };
   const bench::BoostedTrees trees =
       bench::boost(examples_of(paths, learnt, std::stof(words.at(5)), is_any), options);

@@ -5,11 +5,11 @@
 # BUILD is a build folder of the release preset. FOLDER takes 18 GB of what candidates show; rows of before are removed from it.
 # STRIPER_SHARED_DIR names the folder that holds realdata. Takes three hours of two cores. What each forest learns is said at the
 # head of choice_training.cpp. The rows of each are of scenes that the others do not see (but for real images: the third's are those of
-# the first, the fourth's those of all three, the fifth has none; and the clipped forest learns of the fourth's), written by a program that has those before it. The present ones were
-# made so, beginning with the forests of before, which say whose positions are looked at: to begin with these makes others that are about
-# as good. Of the present ones the first and the second learnt from candidates found without RidgesAtEdges, and the first three before
-# clipped stripes were corrected at edges. A run that stops leaves forests in the tree that do not belong together: `git checkout` brings
-# those of before.
+# the first, the fourth's those of all three, the fifth has none; and the clipped forest learns of the fourth's), written by a program
+# that has those before it. The present ones were made so, beginning with the forests of before, which say whose positions are looked at:
+# to begin with these makes others that are about as good. Of the present ones the first and the second learnt from candidates found
+# without RidgesAtEdges, and the first three before clipped stripes were corrected at edges. A run that stops leaves forests in the tree
+# that do not belong together: `git checkout` brings those of before.
 # No path has spaces.
 set -euo pipefail
 build=$(realpath "${1:?BUILD}") rows=$(realpath "${2:?FOLDER}")

@@ -8,7 +8,8 @@
 namespace striper::detail {
 namespace {
 
-// No example was off by more.
+// Errors of more than ten sigmas count as ten when the forest learns, and its tails may double
+// that.
 constexpr float kMostFactor = 20.0F;
 
 float factor_of(float log_variance, float log_tail) {

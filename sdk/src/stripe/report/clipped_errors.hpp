@@ -13,10 +13,10 @@ namespace striper::detail {
 /// which edges and textures hide on one side or the other, and a fit of what is left may be sure of
 /// the wrong place: what ReturnConfidence doubts of them is mostly that, not that they are the
 /// stripe. Scenes with truth tell by how much more they are off than was reckoned. What is sure
-/// keeps its error: it is what was reckoned. (StripeChoice has
-/// the errors of what is not clipped, sure or not.)
+/// keeps its error: it is what was reckoned. (StripeChoice has the errors of what is not clipped,
+/// sure or not.)
 ///
-/// 1 us a doubted return. No state but its memory.
+/// No state but its memory, and no allocation.
 class ClippedErrors {
  public:
   /// Never narrows one. @param alone as it rated the returns, each by itself.

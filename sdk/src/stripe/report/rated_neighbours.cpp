@@ -52,7 +52,6 @@ void RatedNeighbours::hear(const Stripe& stripe, std::span<const float> odds) {
     if (!(odds[line] > kNoReturn)) continue;
     const float probability = logistic(odds[line]);
     Rated& rated = rated_[line];
-    rated.odds = odds[line];
     rated.weight = weight_of(probability);
     rated.position = static_cast<float>(across.index(stripe.across_px[line]));
     rated.right = right_within_px(stripe.sigma_px[line] / step);
@@ -62,22 +61,22 @@ void RatedNeighbours::hear(const Stripe& stripe, std::span<const float> odds) {
 }
 
 void RatedNeighbours::find_sure() {
-  const auto is_sure = [](const Rated& rated) { return logistic(rated.odds) >= kSure; };
-  int away = kMostAway;
-  for (Rated& rated : rated_) {
-    rated.before = std::min(kMostAway, ++away);
-    if (is_sure(rated)) away = 0;
-  }
-  away = kMostAway;
+  const std::size_t lines = rated_.size();
+  const auto is_sure = [this](std::size_t line) { return logistic(odds_[line]) >= kSure; };
   std::size_t sure = 0;
-  for (auto rated = rated_.rbegin(); rated != rated_.rend(); ++rated) {
-    rated->after = std::min(kMostAway, ++away);
-    if (!is_sure(*rated)) continue;
+  int away = kMostAway;
+  for (std::size_t line = 0; line < lines; ++line) {
+    rated_[line].before = std::min(kMostAway, ++away);
+    if (!is_sure(line)) continue;
     away = 0;
     ++sure;
   }
-  coverage_ =
-      static_cast<float>(sure) / static_cast<float>(std::max<std::size_t>(1, rated_.size()));
+  away = kMostAway;
+  for (std::size_t line = lines; line-- > 0;) {
+    rated_[line].after = std::min(kMostAway, ++away);
+    if (is_sure(line)) away = 0;
+  }
+  coverage_ = static_cast<float>(sure) / static_cast<float>(std::max<std::size_t>(1, lines));
 }
 
 LineSums RatedNeighbours::sums(std::size_t line, int from, int to) const noexcept {
@@ -108,28 +107,27 @@ RatedNeighbours::Off RatedNeighbours::off(std::size_t line, const LineSums& othe
           fast_log2(std::max(kLeastScatter_px, scatter))};
 }
 
+void RatedNeighbours::add_line(Evidence& e, Evidence::Kind first_kind, std::size_t line,
+                               int reach) const noexcept {
+  const LineSums others = sums(line, -reach, reach);
+  const Off found = off(line, others, kLeastOfBoth);
+  e.of[first_kind] = static_cast<float>(others.ff);
+  e.of[first_kind + 1] = found.by_right;
+  e.of[first_kind + 2] = found.by_scatter;
+  e.of[first_kind + 3] = found.scatter;
+}
+
 void RatedNeighbours::add_to(Evidence& e, std::size_t line) const noexcept {
-  const Rated& own = rated_[line];
-  e.of[Evidence::kFourth] = own.odds;
+  e.of[Evidence::kFourth] = odds_[line];
   e.of[Evidence::kFourthBeside] = mean_odds_about(odds_, line, kBeside);
   e.of[Evidence::kFourthNear] = mean_odds_about(odds_, line, kNear);
   e.of[Evidence::kFourthFar] = mean_odds_about(odds_, line, kFar);
-  e.of[Evidence::kFourthBefore] = fast_log2(static_cast<float>(own.before));
-  e.of[Evidence::kFourthAfter] = fast_log2(static_cast<float>(own.after));
+  e.of[Evidence::kFourthBefore] = fast_log2(static_cast<float>(rated_[line].before));
+  e.of[Evidence::kFourthAfter] = fast_log2(static_cast<float>(rated_[line].after));
   e.of[Evidence::kFourthCoverage] = coverage_;
   e.of[Evidence::kFourthMean] = mean_;
-  const LineSums near = sums(line, -kNear, kNear);
-  const Off off_near = off(line, near, kLeastOfBoth);
-  e.of[Evidence::kFourthLineNear] = static_cast<float>(near.ff);
-  e.of[Evidence::kFourthOffNear] = off_near.by_right;
-  e.of[Evidence::kFourthOddNear] = off_near.by_scatter;
-  e.of[Evidence::kFourthScatterNear] = off_near.scatter;
-  const LineSums far = sums(line, -kFar, kFar);
-  const Off off_far = off(line, far, kLeastOfBoth);
-  e.of[Evidence::kFourthLineFar] = static_cast<float>(far.ff);
-  e.of[Evidence::kFourthOffFar] = off_far.by_right;
-  e.of[Evidence::kFourthOddFar] = off_far.by_scatter;
-  e.of[Evidence::kFourthScatterFar] = off_far.scatter;
+  add_line(e, Evidence::kFourthLineNear, line, kNear);
+  add_line(e, Evidence::kFourthLineFar, line, kFar);
   const float before = off(line, sums(line, -kFar, -1), kLeastOfOne).by_right;
   const float after = off(line, sums(line, 1, kFar), kLeastOfOne).by_right;
   const bool has_both = before > Evidence::kUnknown && after > Evidence::kUnknown;

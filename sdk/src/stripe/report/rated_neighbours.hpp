@@ -16,7 +16,7 @@ namespace striper::detail {
 /// What the ratings of a frame's returns, one a scan line, tell of each of them by those about it:
 /// how sure those are, and how far it lies off the straight line through them.
 ///
-/// .3 us a return. No allocation after the first frame of a size.
+/// Four straight lines a return. No allocation after the first frame of a size.
 class RatedNeighbours {
  public:
   /// Of a frame of so many scan lines, none of which is rated.
@@ -30,7 +30,6 @@ class RatedNeighbours {
 
  private:
   struct Rated {
-    float odds = kNoReturn;
     float weight = 0.0F;    // In lines: 0 of what is not nearly sure.
     float position = 0.0F;  // Pixels.
     float right = 0.5F;     // What is off by less is right, pixels.
@@ -45,9 +44,13 @@ class RatedNeighbours {
   };
 
   void find_sure();
-  // Of those `from` to `to` scan lines before it, or after it where negative.
+  // Of those `from` to `to` scan lines after it; before it where negative.
   LineSums sums(std::size_t line, int from, int to) const noexcept;
   Off off(std::size_t line, const LineSums& others, double least_weight) const noexcept;
+  // Of those up to so many scan lines away. @param first_kind the first of four: how many they are,
+  // and Off.
+  void add_line(Evidence& evidence, Evidence::Kind first_kind, std::size_t line,
+                int reach) const noexcept;
 
   std::vector<Rated> rated_;
   std::vector<float> odds_;

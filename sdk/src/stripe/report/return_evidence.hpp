@@ -16,7 +16,7 @@ namespace striper::detail {
 /// What is known of a frame's returns, one a scan line, once each was chosen, measured, corrected
 /// beside edges and given its error.
 ///
-/// .2 us a return. No allocation after the first frame of a size.
+/// No allocation after the first frame of a size.
 class ReturnEvidence {
  public:
   struct Measured {

@@ -16,54 +16,33 @@
 
 #include "stripe/profile_extractor.hpp"
 #include "support/allocation_counter.hpp"
-#include "support/random.hpp"
+#include "support/board_under_stripe.hpp"
 
 namespace striper::detail {
 namespace {
 
-constexpr int kLines = 320;
-constexpr int kLength = 340;
-constexpr double kSquare_px = 37.0;
-constexpr double kWidth_px = 1.6;
-constexpr double kWhite_dn = 120.0;
-constexpr double kStripe_dn = 110.0;  // On white.
-constexpr double kBlack = 0.12;       // Of white.
-constexpr double kNoise_dn = 1.0;
+// Blurred by little more than the pixels.
+constexpr testing::BoardUnderStripe kBoard{.lines = 320,
+                                           .length_px = 340,
+                                           .square_px = 37.0,
+                                           .turn = 0.15,
+                                           .origin_px = 148.0,
+                                           .first_px = 150.0,
+                                           .slope = 0.11,
+                                           .width_px = 1.6,
+                                           .white_dn = 120.0,
+                                           .stripe_dn = 110.0,
+                                           .black = 0.12,
+                                           .blur_px = 1.4,
+                                           .parts = 5,
+                                           .noise_dn = 1.0};
+constexpr int kLines = kBoard.lines;
 
-double stripe_at(int line) { return 150.0 + 0.11 * line; }
-
-double reflectance_at(double along, double across) {
-  const auto column = static_cast<int>(std::floor((along + 0.15 * across) / kSquare_px));
-  const auto row = static_cast<int>(std::floor((across - 0.15 * along + 148.0) / kSquare_px));
-  return (column + row) % 2 == 0 ? 1.0 : kBlack;
-}
-
-// A board, blurred by little more than the pixels, and a stripe.
-cv::Mat board() {
-  constexpr int kParts = 5;
-  cv::Mat image(kLength, kLines, CV_8U);
-  for (int line = 0; line < kLines; ++line) {
-    for (int pixel = 0; pixel < kLength; ++pixel) {
-      double sum = 0.0;
-      for (int part = 0; part < kParts * kParts; ++part) {
-        const int right = part / kParts;
-        const int down = part % kParts;
-        const double x = line + 1.4 * ((right + 0.5) / kParts - 0.5);
-        const double y = pixel + 1.4 * ((down + 0.5) / kParts - 0.5);
-        const double off = (y - stripe_at(line)) / kWidth_px;
-        const double light = kWhite_dn + kStripe_dn * std::exp(-0.5 * off * off);
-        sum += reflectance_at(x, y) * light / (kParts * kParts);
-      }
-      image.at<std::uint8_t>(pixel, line) =
-          cv::saturate_cast<std::uint8_t>(testing::normal(5.0 + sum, kNoise_dn));
-    }
-  }
-  return image;
-}
+double stripe_at(int line) { return testing::stripe_at(kBoard, line); }
 
 ExtractOptions options_of(std::optional<double> around_px) {
   ExtractOptions options;
-  options.stripe_sigma_px = kWidth_px;
+  options.stripe_sigma_px = kBoard.width_px;
   options.can_explain = true;
   if (!around_px) return options;
   ExpectedStripe expected;
@@ -79,7 +58,7 @@ class OnABoard : public ::testing::Test {
  protected:
   explicit OnABoard(std::optional<double> around_px = std::nullopt)
       : extractor_(options_of(around_px)) {
-    frame_.lit = board();
+    frame_.lit = testing::draw(kBoard);
     frame_.full_scale_dn = 255;
     extractor_.extract(frame_, stripe_);
   }
