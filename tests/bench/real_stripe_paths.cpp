@@ -4,9 +4,9 @@
 // It shares nothing with the extractor: no profile fit, no grey value, no model; a Viterbi path
 // through the closed and smoothed colour difference, and only where it stands out is it kept.
 //
-//     real_stripe_paths rows|columns red|green|bright-red FOLDER_OF_THE_SET IMAGE... > part of
-//     the table (the environment's STRIPER_OVERLAYS names a folder: the paths are drawn into
-//     images there)
+//     real_stripe_paths rows|columns red|green|bright-red LIMIT FOLDER_OF_THE_SET IMAGE... > part
+//     of the table (LIMIT: pieces that begin farther across are left out; the environment's
+//     STRIPER_OVERLAYS names a folder: the paths are drawn into images there)
 //
 // Every path of the table was looked at in such drawings before it was taken.
 #include <algorithm>
@@ -35,6 +35,8 @@ constexpr int kReach = 3;            // How far aside a stripe goes from scan li
 constexpr int kShortest = 24;        // Scan lines of a piece that is kept,
 constexpr int kTrimmed = 3;          // of which these at its ends are not judged.
 constexpr double kStraightPx = 0.7;  // How well the knots describe the path.
+// A dim stripe is more. (The sets of red stripes were looked at with .6 of the threshold.)
+constexpr double kEmptySignal_dn = 6.5;
 
 /// By how much the laser's colour exceeds the others, its white core included; or how bright the
 /// red is, where the room is dark and the core is wide.
@@ -43,8 +45,14 @@ cv::Mat colour_signal(const cv::Mat& bgr, const std::string& colour) {
   cv::split(bgr, channels);
   cv::Mat excess = channels[colour == "green" ? 1 : 2];
   if (colour != "bright-red") {
-    const cv::Mat other =
-        colour == "red" ? cv::Mat(cv::max(channels[0], channels[1])) : channels[2];
+    cv::Mat other;
+    if (colour == "red") {
+      other = cv::max(channels[0], channels[1]);
+    } else {  // Of a bluish wall green exceeds red, and blue green; on wood both may be less.
+      cv::addWeighted(channels[0], 0.5, channels[2], 0.5, 0.0, other);
+      excess.convertTo(excess, CV_16S);
+      other.convertTo(other, CV_16S);
+    }
     cv::subtract(excess, other, excess);
   }
   if (colour == "red") {  // Only red cores are hollow in these images.
@@ -64,8 +72,7 @@ cv::Mat colour_signal(const cv::Mat& bgr, const std::string& colour) {
   return signal;
 }
 
-/// Where the noise of the signal's own image ends: its 99th percentile, or a tenth of the
-/// greatest.
+/// Where the noise of the signal's own image ends: one and a half times its 97th percentile, or 4.
 double threshold_of(const cv::Mat& signal) {
   std::vector<float> values(signal.begin<float>(), signal.end<float>());
   const auto place =
@@ -176,15 +183,14 @@ std::vector<std::vector<Point>> pieces_of(const cv::Mat& signal, const std::vect
 }
 
 /// Scan lines in which nothing of the laser's colour is to be seen, as first and last.
-std::vector<std::pair<int, int>> empty_lines(const cv::Mat& signal, const std::vector<int>& path,
-                                             double threshold) {
+std::vector<std::pair<int, int>> empty_lines(const cv::Mat& signal, const std::vector<int>& path) {
   std::vector<std::pair<int, int>> ranges;
   int first = -1;
   for (int u = 0; u <= signal.cols; ++u) {
-    double most = threshold;
+    double most = 0.0;
     if (u < signal.cols) cv::minMaxIdx(signal.col(u), nullptr, &most);
     const bool is_empty =
-        u < signal.cols && path[static_cast<std::size_t>(u)] < 0 && most < 0.6 * threshold;
+        u < signal.cols && path[static_cast<std::size_t>(u)] < 0 && most < kEmptySignal_dn;
     if (is_empty && first < 0) first = u;
     if (is_empty || first < 0) continue;
     if (u - first >= kShortest) ranges.emplace_back(first + kTrimmed, u - 1 - kTrimmed);
@@ -227,7 +233,7 @@ void write_paths(const Set& set, const std::string& path) {
   const std::vector<int> line = best_path(signal, threshold);
   auto pieces = pieces_of(signal, line);
   std::erase_if(pieces, [&](const auto& piece) { return piece.front().at > set.limit; });
-  const auto empty = empty_lines(signal, line, threshold);
+  const auto empty = empty_lines(signal, line);
   std::cout << fmt::format("picture {} {}\n", std::filesystem::relative(path, root).string(), axis);
   for (const auto& piece : pieces) {
     std::cout << "stripe";
