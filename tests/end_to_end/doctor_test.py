@@ -42,12 +42,12 @@ def crossed(light):
     return b"P5 %d %d 255\n" % (WIDTH, HEIGHT) + pixels
 
 
-def green_on_white(background, light):
-    """The same for a green laser on a scene whose white light makes a stronger edge than the laser."""
+def green_on_white(background, light, edges=120):
+    """The same for a green laser on a scene whose white light makes edges, by default stronger ones than the laser."""
     pixels = bytearray()
     for row in range(HEIGHT):
         for column in range(WIDTH):
-            white = background + (120 if column // 10 % 2 and row // 7 % 2 else 0)
+            white = background + (edges if column // 10 % 2 and row // 7 % 2 else 0)
             pixels += bytes([white, min(round(white + light(row)), 255), white])
     return b"P6 %d %d 255\n" % (WIDTH, HEIGHT) + bytes(pixels)
 
@@ -115,10 +115,18 @@ class Light(Doctor):
 
 class Colour(Doctor):
     def test_the_laser_is_found_in_its_colour(self):
-        source = self.image(green_on_white(30, stripe(100)))
+        source = self.image(green_on_white(30, stripe(100), edges=50))
         findings = self.findings(source, 0)
-        self.check(findings, "good", "channel green-red")
+        self.check(findings, "good", "channel green, ")
         self.check_all_is_well(findings, "a stripe in 100 % of the columns")
+
+    def test_a_difference_is_named_where_it_alone_shows_the_laser(self):
+        source = self.image(green_on_white(30, stripe(100)))
+        findings = self.findings(source, 1)
+        self.check(findings, "bad", "no laser stripe along columns in channel auto, but a stripe along columns in channel",
+                   "say --channel green-red")
+        self.assertIn("other_channel", self.codes(findings))
+        self.check_all_is_well(self.findings(source, 0, "--channel", "green-red"), "a stripe in 100 % of the columns")
 
     def test_laser_off(self):
         findings = self.findings(self.image(green_on_white(30, stripe(0))), 1, "--channel", "green-red")

@@ -53,7 +53,7 @@ std::vector<ExtractionSettings> candidate_compared_settings(const LaserImage& im
   for (const StripeAxis a : {StripeAxis::kColumns, StripeAxis::kRows}) {
     if (axis && *axis != a) continue;
     for (const Channel c : candidate_channels(image.on, channel)) {
-      const bool difference = c == Channel::kGreenMinusRed || c == Channel::kRedMinusGreen;
+      const bool difference = is_colour_difference(c);
       compared_settings.push_back({a, c, false});
       if (may_subtract && !difference) compared_settings.push_back({a, c, true});
     }

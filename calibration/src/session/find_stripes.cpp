@@ -164,14 +164,31 @@ void take(const SettingsTrial& chosen, const std::vector<ImageResult*>& lit,
   }
 }
 
+// The best way of reading single frames. Of what a scanner finds far less is wrong in a laser's own
+// channel than in a difference of colours (docs/accuracy.md), though a board's plane may be read
+// better from that: the own channel needs most of its stripes.
+const SettingsTrial* best_for_single_frames(const std::vector<SettingsTrial>& trials,
+                                            StripeAxis axis) {
+  constexpr double kMost = 0.9;
+  const auto is_single = [axis](const SettingsScore& score) {
+    return !score.settings.subtract_off && score.settings.axis == axis && score.on_plane > 0;
+  };
+  const SettingsTrial* const best = best_of(trials, is_single);
+  if (best == nullptr || !is_colour_difference(best->score.settings.channel)) return best;
+  const SettingsTrial* const own = best_of(trials, [&](const SettingsScore& score) {
+    const Channel channel = score.settings.channel;
+    return is_single(score) && !is_colour_difference(channel) && channel != Channel::kGrey &&
+           score.on_plane >= kMost * best->score.on_plane;
+  });
+  return own != nullptr ? own : best;
+}
+
 // The channel for single frames is the one that is best without the laser-off images; the one for
 // differences is kept beside it where there are such images and it is another.
 void choose_channels(const std::vector<SettingsTrial>& trials, const SettingsTrial& chosen,
                      const std::vector<ImageResult*>& lit, Calibration& calibration) {
   const StripeAxis axis = chosen.score.settings.axis;
-  const SettingsTrial* const single = best_of(trials, [axis](const SettingsScore& score) {
-    return !score.settings.subtract_off && score.settings.axis == axis && score.on_plane > 0;
-  });
+  const SettingsTrial* const single = best_for_single_frames(trials, axis);
   const SettingsTrial* const difference = best_of(trials, [axis](const SettingsScore& score) {
     return score.settings.subtract_off && score.settings.axis == axis && score.on_plane > 0;
   });

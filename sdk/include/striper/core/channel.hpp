@@ -13,6 +13,10 @@ namespace striper {
 /// hollow out; that is corrected where it is scanned, and shows no more than its own colour does.
 enum class Channel { kAuto, kGrey, kRed, kGreen, kBlue, kGreenMinusRed, kRedMinusGreen };
 
+inline constexpr bool is_colour_difference(Channel channel) noexcept {
+  return channel == Channel::kGreenMinusRed || channel == Channel::kRedMinusGreen;
+}
+
 /// `auto`, `grey`, `red`, `green`, `blue`, `green-red`, `red-green`. Static storage.
 std::string_view to_string(Channel channel) noexcept;
 

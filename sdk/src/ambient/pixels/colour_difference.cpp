@@ -11,11 +11,13 @@
 
 #include <opencv2/core.hpp>
 
-#include "ambient/pixels/clipped_part.hpp"
 #include "core/image_line.hpp"
 
 namespace striper::detail {
 namespace {
+
+// Of the largest value: images that were made smaller or compressed clip a little below it.
+constexpr double kClippedPart = 0.97;
 
 // What is clipped over more pixels is a surface; a flank is no further from the core than this.
 constexpr int kWidestCore = 24;

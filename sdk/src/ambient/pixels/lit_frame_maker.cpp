@@ -139,7 +139,7 @@ void LitFrameMaker::choose_channel_from(const HeldExposure& lit, const HeldExpos
   }
   cv::Mat difference;
   cv::subtract(lit.frame.image, dark->frame.image, difference);
-  channel_ = without_difference(choose_channel(difference, options_.axis));
+  channel_ = choose_channel(difference, options_.axis);
 }
 
 Channel LitFrameMaker::channel_of_differences() const noexcept {
