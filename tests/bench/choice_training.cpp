@@ -21,7 +21,7 @@
 // `chosen` as above. REAL is the weight of what files with "real" in their name hold; scatter
 // has no use for them.
 //
-// The first and the second forest say what is within 2.5 pixels or 1.2 widths of a stripe (of a
+// The first and the second forest say what is within near_within_px of a stripe (of a
 // real image, what is right). The scatter forest says how much more than reckoned the position
 // of what was chosen scatters; the tail forest, written beside it, by how much that must be
 // wider for three sigmas to hold. The third forest says what is right as `ok` has it: within .5
@@ -53,6 +53,7 @@
 
 #include "boosted_trees.hpp"
 #include "stripe/profile_extractor.hpp"
+#include "stripe/report/what_is_right.hpp"
 #include "stripe/select/evidence/weighed_candidates.hpp"
 #include "support/choice_trial.hpp"
 #include "support/real_stripe.hpp"
@@ -65,8 +66,6 @@ using testing::ChoiceTrial;
 using testing::Judgement;
 using testing::RealImage;
 
-constexpr double kNearPx = 2.5;
-constexpr double kNearWidths = 1.2;
 // What a forest says less of is not looked at again.
 constexpr float kHopeless = detail::WeighedCandidates::kHopeless;
 // What was chosen and is less probable has no error that is looked at; there the third forest says
@@ -108,7 +107,9 @@ class RowFile {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const detail::Candidate& c = pieces.candidate(i);
       Place place{c.line, static_cast<double>(c.across) + extractor.searched_from_px(),
-                  std::hypot(static_cast<double>(c.sigma), choice.scatter_px(i)),
+                  static_cast<double>(std::min(
+                      std::hypot(c.sigma, choice.scatter_px(i)),
+                      detail::most_sigma_px(static_cast<float>(choice.width().at(c.across))))),
                   static_cast<double>(c.width)};
       Row row;
       row.is_clipped = c.is_clipped ? 1 : 0;
@@ -136,12 +137,12 @@ class RowFile {
 void judge_by_truth(const Truth& truth, const Place& place, Row& row) {
   const testing::JudgedPosition judged =
       testing::judge_position(truth, place.line, place.across_px, place.sigma_px);
-  const double near_px = std::max(kNearPx, kNearWidths * place.width_px);
   row.is_right = judged.judgement == Judgement::kRight ? 1 : 0;
   row.is_known = judged.judgement != Judgement::kMixed ? 1 : 0;
   row.error_px = static_cast<float>(judged.error_px);
   row.sigma_px = static_cast<float>(place.sigma_px);
-  row.is_near = row.is_right != 0 || std::abs(judged.error_px) < near_px ? 1 : 0;
+  const float near_px = detail::near_within_px(static_cast<float>(place.width_px));
+  row.is_near = row.is_right != 0 || std::abs(row.error_px) < near_px ? 1 : 0;
 }
 
 // Whatever it takes for a stripe is to have a position.

@@ -80,10 +80,10 @@ TEST_P(ImagesWithLaser, HaveTheirStripeOkAndNothingElse) {
 
 INSTANTIATE_TEST_SUITE_P(Real, ImagesWithLaser,
                          ::testing::Values(LaserSet{"neil-rover-striper", 93.0},
-                                           LaserSet{"blaser-cmu", 82.0},
+                                           LaserSet{"blaser-cmu", 90.0},
                                            LaserSet{"b33-handheld-known-distance", 99.0},
                                            LaserSet{"anugrah-step-scans", 96.5},
-                                           LaserSet{"srv-green-laser-turntable", 70.0}));
+                                           LaserSet{"srv-green-laser-turntable", 90.0}));
 
 }  // namespace
 }  // namespace striper

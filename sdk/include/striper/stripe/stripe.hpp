@@ -30,7 +30,7 @@ struct Stripe {
   std::vector<float> sigma_px;      ///< One-sigma random error of `across_px`.
   std::vector<float> amplitude_dn;  ///< Peak above the background.
   std::vector<float> width_px;      ///< The profile's Gaussian sigma.
-  std::vector<float> confidence;    ///< 0 to 1: that this is the stripe.
+  std::vector<float> confidence;    ///< 0 to 1: that the stripe is within .5 px or 3 sigmas of it.
   std::vector<ReturnStatus> status;
 
   std::size_t size() const noexcept { return line.size(); }

@@ -5,6 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "stripe/profile/line_view.hpp"
+#include "stripe/report/sigma_limit.hpp"
+
 namespace striper::detail {
 namespace {
 
@@ -30,18 +33,23 @@ void ClippedErrors::widen(const ReturnEvidence& evidence, const ReturnEvidence::
     const bool is_clipped = choice.pieces().candidate(static_cast<std::size_t>(chosen)).is_clipped;
     if (!is_clipped || *alone.of_line(line) >= kSure) continue;
     batch_.add(evidence.of(measured, stripe, line), line);
-    if (batch_.is_full()) finish_batch(stripe);
+    if (batch_.is_full()) finish_batch(choice, stripe);
   }
-  finish_batch(stripe);
+  finish_batch(choice, stripe);
 }
 
-void ClippedErrors::finish_batch(Stripe& stripe) {
+void ClippedErrors::finish_batch(const StripeChoice& choice, Stripe& stripe) {
   BatchOdds log_variance{};
   BatchOdds log_tail{};
   weigh(clipped_forest(), batch_, log_variance);
   weigh(clipped_tail_forest(), batch_, log_tail);
-  for (std::size_t n = 0; n < batch_.count(); ++n)
-    stripe.sigma_px[batch_.owner(n)] *= factor_of(log_variance[n], log_tail[n]);
+  const double step = grid_across(stripe.grid, stripe.axis).step;
+  for (std::size_t n = 0; n < batch_.count(); ++n) {
+    float& sigma = stripe.sigma_px[batch_.owner(n)];
+    const std::int32_t chosen = choice.of_line(static_cast<int>(batch_.owner(n))).candidate;
+    const float limit = std::max(sigma, sigma_limit_px(choice, chosen, step));
+    sigma = std::min(limit, sigma * factor_of(log_variance[n], log_tail[n]));
+  }
   batch_.clear();
 }
 

@@ -23,11 +23,12 @@ class ClippedErrors {
   void widen(const ReturnEvidence& evidence, const ReturnEvidence::Measured& measured,
              const ReturnConfidence& alone, Stripe& stripe);
 
-  /// What evidence of such a return says that its sigma is to be multiplied with: 1 or more.
+  /// What evidence of such a return says that its sigma is to be multiplied with: 1 or more. (What
+  /// is widened stays within sigma_limit_px.)
   static float factor(const Evidence& evidence) noexcept;
 
  private:
-  void finish_batch(Stripe& stripe);
+  void finish_batch(const StripeChoice& choice, Stripe& stripe);
 
   EvidenceBatch batch_;
 };

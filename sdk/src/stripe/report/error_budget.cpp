@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "stripe/profile/line_view.hpp"
+#include "stripe/report/sigma_limit.hpp"
 
 namespace striper::detail {
 namespace {
@@ -30,6 +32,17 @@ void scale_by_evidence(const StripeChoice& choice, double step, Stripe& stripe) 
   }
 }
 
+// Below what its noise says too. @param given_px the error that every return has, if it is given:
+// it counts beside the limit.
+void limit_by_width(const StripeChoice& choice, double step, float given_px, Stripe& stripe) {
+  for (std::size_t i = 0; i < stripe.size(); ++i) {
+    const std::int32_t candidate = choice.of_line(stripe.line[i]).candidate;
+    if (candidate < 0 || std::isnan(stripe.sigma_px[i])) continue;
+    const float limit = std::hypot(given_px, sigma_limit_px(choice, candidate, step));
+    stripe.sigma_px[i] = std::min(stripe.sigma_px[i], limit);
+  }
+}
+
 }  // namespace
 
 void ErrorBudget::add(const FrameAtHand& at_hand, const Width& width, const StripeChoice& choice,
@@ -41,7 +54,10 @@ void ErrorBudget::add(const FrameAtHand& at_hand, const Width& width, const Stri
   const AxisGrid& across = grid_across(at_hand.frame.grid, options.axis);
   if (!is_given) texture_.add(width.model, width.is_known, across, stripe);
   const bool is_one_a_line = options.peak != PeakRule::kAll;
-  if (!choice.is_plain() && is_one_a_line) scale_by_evidence(choice, at_hand.step, stripe);
+  if (choice.is_plain() || !is_one_a_line) return;
+  scale_by_evidence(choice, at_hand.step, stripe);
+  const auto given_px = static_cast<float>(options.excess_sigma_px.value_or(0.0) * at_hand.step);
+  limit_by_width(choice, at_hand.step, given_px, stripe);
 }
 
 double ErrorBudget::excess_sigma_px(const FrameAtHand& at_hand, const ExtractOptions& options) {

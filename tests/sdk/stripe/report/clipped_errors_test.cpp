@@ -5,6 +5,7 @@
 // what is sure are right there.
 #include "stripe/report/clipped_errors.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include <opencv2/core.hpp>
 
 #include "stripe/profile_extractor.hpp"
+#include "stripe/report/sigma_limit.hpp"
 #include "support/board_under_stripe.hpp"
 #include "support/random.hpp"
 
@@ -59,6 +61,10 @@ struct Extracted {
     const std::int32_t chosen = choice.of_line(static_cast<int>(line)).candidate;
     return choice.pieces().candidate(static_cast<std::size_t>(chosen)).is_clipped;
   }
+  float sigma_limit_px(std::size_t line) const {
+    const StripeChoice& choice = extractor.choice();
+    return detail::sigma_limit_px(choice, choice.of_line(static_cast<int>(line)).candidate, 1.0);
+  }
   ReturnEvidence::Measured measured() const { return {extractor.choice(), extractor.edges()}; }
 
   ProfileExtractor extractor;
@@ -85,7 +91,9 @@ TEST(ClippedErrors, WidenWhatIsClippedAndDoubtedAndNothingElse) {
       const bool is_doubted = *alone.of_line(line) < kSure;
       const bool is_widened = of.is_clipped(line) && is_doubted;
       const Evidence e = evidence.of(of.measured(), of.stripe, line);
-      EXPECT_NEAR(by, is_widened ? ClippedErrors::factor(e) : 1.0F, 1e-3F * by) << line;
+      const float limit = std::max(1.0F, of.sigma_limit_px(line) / of.stripe.sigma_px[line]);
+      const float expected = is_widened ? std::min(limit, ClippedErrors::factor(e)) : 1.0F;
+      EXPECT_NEAR(by, expected, 1e-3F * by) << line;
       EXPECT_GE(by, 0.9999F) << line;
       widened += static_cast<int>(by > 1.1F);
       sure += static_cast<int>(of.is_clipped(line) && !is_doubted);
