@@ -53,6 +53,7 @@
 
 #include "boosted_trees.hpp"
 #include "stripe/profile_extractor.hpp"
+#include "stripe/report/sigma_limit.hpp"
 #include "stripe/report/what_is_right.hpp"
 #include "stripe/select/evidence/weighed_candidates.hpp"
 #include "support/choice_trial.hpp"
@@ -106,11 +107,11 @@ class RowFile {
     const detail::StripePieces& pieces = choice.pieces();
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const detail::Candidate& c = pieces.candidate(i);
-      Place place{c.line, static_cast<double>(c.across) + extractor.searched_from_px(),
-                  static_cast<double>(std::min(
-                      std::hypot(c.sigma, choice.scatter_px(i)),
-                      detail::most_sigma_px(static_cast<float>(choice.width().at(c.across))))),
-                  static_cast<double>(c.width)};
+      Place place{
+          c.line, static_cast<double>(c.across) + extractor.searched_from_px(),
+          static_cast<double>(std::min(std::hypot(c.sigma, choice.scatter_px(i)),
+                                       sigma_limit_px(choice, static_cast<std::int32_t>(i), 1.0))),
+          static_cast<double>(c.width)};
       Row row;
       row.is_clipped = c.is_clipped ? 1 : 0;
       const auto line = static_cast<std::size_t>(c.line);

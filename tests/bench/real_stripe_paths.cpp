@@ -25,18 +25,18 @@
 namespace {
 
 // In the image turned so that the stripe crosses every column.
-constexpr int kCore = 17;            // The widest clipped core, pixels.
-constexpr int kHalfCore = 11;        // How far from its path a stripe goes on across.
-constexpr int kAlong = 9;            // The signal is averaged over so many scan lines,
-constexpr double kAcross = 2.0;      // and over a Gaussian of this sigma across.
-constexpr double kJump = 6.0;        // What it costs to go elsewhere, in units of the threshold.
-constexpr double kStep = 0.15;       // And to go a pixel aside.
-constexpr int kReach = 3;            // How far aside a stripe goes from scan line to scan line.
-constexpr int kShortest = 24;        // Scan lines of a piece that is kept,
-constexpr int kTrimmed = 3;          // of which these at its ends are not judged.
-constexpr double kStraightPx = 0.7;  // How well the knots describe the path.
-// A dim stripe is more. (The sets of red stripes were looked at with .6 of the threshold.)
-constexpr double kEmptySignal_dn = 6.5;
+constexpr int kCore = 17;               // The widest clipped core, pixels.
+constexpr int kHalfCore = 11;           // How far from its path a stripe goes on across.
+constexpr int kAlong = 9;               // The signal is averaged over so many scan lines,
+constexpr double kAcross = 2.0;         // and over a Gaussian of this sigma across.
+constexpr double kJump = 6.0;           // What it costs to go elsewhere, in units of the threshold.
+constexpr double kStep = 0.15;          // And to go a pixel aside.
+constexpr int kReach = 3;               // How far aside a stripe goes from scan line to scan line.
+constexpr int kShortest = 24;           // Scan lines of a piece that is kept,
+constexpr int kTrimmed = 3;             // of which these at its ends are not judged.
+constexpr double kStraightPx = 0.7;     // How well the knots describe the path.
+constexpr double kEmptyPart = 0.6;      // Of the threshold: a dim red stripe is more.
+constexpr double kEmptyGreen_dn = 6.5;  // And a dim green one.
 
 /// By how much the laser's colour exceeds the others, its white core included; or how bright the
 /// red is, where the room is dark and the core is wide.
@@ -183,14 +183,14 @@ std::vector<std::vector<Point>> pieces_of(const cv::Mat& signal, const std::vect
 }
 
 /// Scan lines in which nothing of the laser's colour is to be seen, as first and last.
-std::vector<std::pair<int, int>> empty_lines(const cv::Mat& signal, const std::vector<int>& path) {
+std::vector<std::pair<int, int>> empty_lines(const cv::Mat& signal, const std::vector<int>& path,
+                                             double least) {
   std::vector<std::pair<int, int>> ranges;
   int first = -1;
   for (int u = 0; u <= signal.cols; ++u) {
-    double most = 0.0;
+    double most = least;
     if (u < signal.cols) cv::minMaxIdx(signal.col(u), nullptr, &most);
-    const bool is_empty =
-        u < signal.cols && path[static_cast<std::size_t>(u)] < 0 && most < kEmptySignal_dn;
+    const bool is_empty = u < signal.cols && path[static_cast<std::size_t>(u)] < 0 && most < least;
     if (is_empty && first < 0) first = u;
     if (is_empty || first < 0) continue;
     if (u - first >= kShortest) ranges.emplace_back(first + kTrimmed, u - 1 - kTrimmed);
@@ -233,7 +233,8 @@ void write_paths(const Set& set, const std::string& path) {
   const std::vector<int> line = best_path(signal, threshold);
   auto pieces = pieces_of(signal, line);
   std::erase_if(pieces, [&](const auto& piece) { return piece.front().at > set.limit; });
-  const auto empty = empty_lines(signal, line);
+  const double least = colour == "green" ? kEmptyGreen_dn : kEmptyPart * threshold;
+  const auto empty = empty_lines(signal, line, least);
   std::cout << fmt::format("picture {} {}\n", std::filesystem::relative(path, root).string(), axis);
   for (const auto& piece : pieces) {
     std::cout << "stripe";

@@ -13,7 +13,8 @@ namespace striper {
 /// hollow out; that is corrected where it is scanned, and shows no more than its own colour does.
 enum class Channel { kAuto, kGrey, kRed, kGreen, kBlue, kGreenMinusRed, kRedMinusGreen };
 
-inline constexpr bool is_colour_difference(Channel channel) noexcept {
+/// Whether one colour is subtracted from another.
+constexpr bool is_colour_difference(Channel channel) noexcept {
   return channel == Channel::kGreenMinusRed || channel == Channel::kRedMinusGreen;
 }
 

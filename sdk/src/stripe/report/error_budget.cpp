@@ -32,8 +32,8 @@ void scale_by_evidence(const StripeChoice& choice, double step, Stripe& stripe) 
   }
 }
 
-// Below what its noise says too. @param given_px the error that every return has, if it is given:
-// it counts beside the limit.
+// Even where the noise alone says more. @param given_px the error that every return has, if it is
+// given: it counts beside the limit.
 void limit_by_width(const StripeChoice& choice, double step, float given_px, Stripe& stripe) {
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     const std::int32_t candidate = choice.of_line(stripe.line[i]).candidate;
