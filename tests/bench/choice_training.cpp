@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns what tells the stripe from the background: makes the trees of
-// sdk/src/stripe/select/forests/choice_trees.cpp. train_choice.sh says of what the present ones
-// were made.
+// sdk/src/stripe/select/forests/choice_trees.cpp, and writes what fit_patches.py learns of.
+// train_choice.sh says of what the present ones were made.
 //
 //     choice_training rows OUT KIND FIRST COUNT FRAMES WORDS...
 //     choice_training real OUT PART PARTS [each] [chosen]
+//     choice_training patches OUT KIND FIRST COUNT FRAMES WORDS...
 //     choice_training fit FOREST OUT.inc TREES RATE REAL ROWS...
 //     choice_training fit none FOREST OUT.inc
 //
@@ -14,12 +15,15 @@
 // `rows` writes what every candidate of random scenes shows, and whether it is the stripe.
 // Words: `unknown`, there is no model that says how wide and high the stripe is and where it can
 // be; `turned`, it searches along the other axis, where there is none; `green` or `red`, a
-// colour camera's difference; `jpeg`, compressed as cameras on USB do; `bright`, so bright that
-// stripes clip; `chosen`, only what is reported. KIND is that of tests/support/choice_trial.hpp.
-// `real` writes each PARTS-th of the real images, from number PART; the images with an even
-// number are for development, the others held out; with `each`, a new scanner sees each image;
-// `chosen` as above. REAL is the weight of what files with "real" in their name hold; scatter
-// has no use for them.
+// colour camera's difference, or with `own` after it the laser's own channel; `jpeg`, compressed as
+// cameras on USB do; `bright`, so bright that stripes clip; `chosen`, only what is reported. KIND
+// is that of tests/support/choice_trial.hpp. `patches` writes for fit_patches.py what random
+// scenes' images show about returns that are doubted, and what else is known of those: OUT.patches,
+// OUT.returns and OUT.evidence. (The few returns beside them that are bridged are drawn where they
+// were bridged to.) `real` writes each PARTS-th of the real images, from number PART;
+// the images with an even number are for development, the others held out; with `each`, a new
+// scanner sees each image; `chosen` as above. REAL is the weight of what files with "real" in their
+// name hold; scatter has no use for them.
 //
 // The first and the second forest say what is within near_within_px of a stripe (of a
 // real image, what is right). The scatter forest says how much more than reckoned the position
@@ -45,6 +49,7 @@
 #include <string>
 #include <vector>
 
+#include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
 
 #include <striper/ambient/ambient_stage.hpp>
@@ -53,6 +58,7 @@
 
 #include "boosted_trees.hpp"
 #include "stripe/profile_extractor.hpp"
+#include "stripe/report/patches/rated_patches.hpp"
 #include "stripe/report/sigma_limit.hpp"
 #include "stripe/report/what_is_right.hpp"
 #include "stripe/select/evidence/weighed_candidates.hpp"
@@ -152,7 +158,16 @@ ExtractOptions training_options(ExtractOptions options) {
   return options;
 }
 
-void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
+// A frame of a trial, as it was extracted.
+struct Extracted {
+  const detail::ProfileExtractor& extractor;
+  const LitFrame& frame;
+  const Stripe& stripe;
+  const Truth& truth;
+};
+
+void extract_trial(const ChoiceTrial& trial, bool is_turned,
+                   const std::function<void(const Extracted&)>& visit) {
   testing::TrialCamera camera(trial);
   const ScannerOptions options = camera.options();
   ExtractOptions stripe_options = training_options(options.stripe);
@@ -170,16 +185,81 @@ void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
       LitFrame frame = *lit;
       if (is_turned) frame.lit = cv::Mat(lit->lit.t());
       extractor.extract(frame, stripe);
-      file.add(extractor, stripe, [&](const Place& place, Row& row) {
-        if (!is_turned) judge_by_truth(truth, place, row);
-      });
+      visit({extractor, frame, stripe, truth});
     }
   }
 }
 
+void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
+  extract_trial(trial, is_turned, [&](const Extracted& e) {
+    file.add(e.extractor, e.stripe, [&](const Place& place, Row& row) {
+      if (!is_turned) judge_by_truth(e.truth, place, row);
+    });
+  });
+}
+
+// As fit_patches.py reads them.
+class PatchFiles {
+ public:
+  explicit PatchFiles(const std::string& path)
+      : patches_(path + ".patches", std::ios::binary),
+        returns_(path + ".returns", std::ios::binary),
+        evidence_(path + ".evidence", std::ios::binary) {}
+
+  void add(const Extracted& extracted) {
+    const auto& [extractor, frame, stripe, truth] = extracted;
+    const std::vector<float>& odds = extractor.confidence().among_others();
+    detail::RatedPatches patches({frame, stripe, odds});
+    for (std::size_t line = 0; line < odds.size(); ++line) {
+      const bool is_of_it = !extractor.is_bridged(static_cast<int>(line));
+      if (!is_of_it || !detail::RatedPatches::is_doubted(odds[line])) continue;
+      if (patches.look_at(line)) add_patch(patches.patch());
+      add_return(extracted, line, patches.place());
+    }
+  }
+
+ private:
+  struct Return {
+    std::uint32_t patch;
+    std::uint8_t is_right, is_known, unused[2];
+    float odds;
+    detail::PatchNet::Place place;
+  };
+  static_assert(sizeof(Return) == 24);
+
+  void add_patch(const detail::ReturnPatch& patch) {
+    cv::Mat halves;
+    cv::convertFp16(
+        cv::Mat(1, static_cast<int>(patch.of.size()), CV_32F, const_cast<float*>(patch.of.data())),
+        halves);
+    patches_.write(halves.ptr<char>(), static_cast<std::streamsize>(2 * patch.of.size()));
+    ++count_;
+  }
+
+  void add_return(const Extracted& extracted, std::size_t line, const detail::PatchNet::Place& at) {
+    const auto& [extractor, frame, stripe, truth] = extracted;
+    const int number = static_cast<int>(line);
+    const Judgement judged = testing::judge_position(truth, number, stripe.across_px[line],
+                                                     static_cast<double>(stripe.sigma_px[line]))
+                                 .judgement;
+    const Return row{count_ - 1,
+                     static_cast<std::uint8_t>(judged == Judgement::kRight),
+                     static_cast<std::uint8_t>(judged != Judgement::kMixed),
+                     {},
+                     extractor.confidence().among_others()[line],
+                     at};
+    const Evidence evidence = extractor.evidence(stripe, number);
+    returns_.write(reinterpret_cast<const char*>(&row), sizeof row);
+    evidence_.write(reinterpret_cast<const char*>(&evidence), sizeof evidence);
+  }
+
+  std::ofstream patches_, returns_, evidence_;
+  std::uint32_t count_ = 0;
+};
+
 void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
-  const std::set<std::string> words{"unknown", "turned", "jpeg",  "green",
-                                    "red",     "bright", "chosen"};
+  const std::set<std::string> words{"unknown", "turned", "jpeg",   "green",
+                                    "red",     "own",    "bright", "chosen"};
   if (!words.contains(word)) throw Error(ErrorKind::kUsage, "rows: " + word + " - no word");
   if (word == "unknown") trial.knows_stripe = false;
   if (word == "turned") is_turned = true;
@@ -188,22 +268,40 @@ void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
   if (word == "green") trial.channel = Channel::kGreenMinusRed;
   if (word == "red") trial.channel = Channel::kRedMinusGreen;
   if (word == "green" || word == "red") trial.colour = word;
+  if (word == "own") trial.channel.reset();
 }
 
 bool has(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-void write_rows(const std::vector<std::string>& words) {
-  RowFile file(words.at(1), has(words, "chosen"));
+void for_each_trial(const std::vector<std::string>& words,
+                    const std::function<void(const ChoiceTrial&, bool is_turned)>& visit) {
   ChoiceTrial trial{.kind = words.at(2)};
   const std::uint64_t first = std::stoull(words.at(3));
   trial.frames = std::stoi(words.at(5));
   bool is_turned = false;
   for (std::size_t i = 6; i < words.size(); ++i) add_word(words[i], trial, is_turned);
   for (trial.seed = first; trial.seed < first + std::stoull(words.at(4)); ++trial.seed) {
-    write_trial(trial, is_turned, file);
+    visit(trial, is_turned);
   }
+}
+
+void write_rows(const std::vector<std::string>& words) {
+  RowFile file(words.at(1), has(words, "chosen"));
+  for_each_trial(words, [&](const ChoiceTrial& trial, bool is_turned) {
+    write_trial(trial, is_turned, file);
+  });
+}
+
+void write_patches(const std::vector<std::string>& words) {
+  if (has(words, "unknown") || has(words, "turned")) {
+    throw Error(ErrorKind::kUsage, "patches: only where it is known what the stripe looks like");
+  }
+  PatchFiles files(words.at(1));
+  for_each_trial(words, [&](const ChoiceTrial& trial, bool is_turned) {
+    extract_trial(trial, is_turned, [&](const Extracted& extracted) { files.add(extracted); });
+  });
 }
 
 std::vector<RealImage> all_real_images() {
@@ -406,8 +504,9 @@ void run(const std::vector<std::string>& words) {
   const std::string& mode = words.at(0);
   if (mode == "rows") return write_rows(words);
   if (mode == "real") return write_real(words);
+  if (mode == "patches") return write_patches(words);
   if (mode == "fit") return fit(words);
-  throw Error(ErrorKind::kUsage, mode + " - expected rows, real or fit");
+  throw Error(ErrorKind::kUsage, mode + " - expected rows, real, patches or fit");
 }
 
 }  // namespace

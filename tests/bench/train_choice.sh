@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ anew.
+# train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ and the network of sdk/src/stripe/report/patches/ anew.
 #
-# BUILD is a build folder of the release preset. FOLDER takes 20 GB of what candidates show; rows of before are removed from it.
-# STRIPER_SHARED_DIR names the folder that holds realdata. Takes four hours of two cores. What each forest learns is said at the
+# BUILD is a build folder of the release preset. FOLDER takes 22 GB of what candidates show; rows of before are removed from it.
+# STRIPER_SHARED_DIR names the folder that holds realdata. Takes five hours of two cores. What each forest learns is said at the
 # head of choice_training.cpp. The rows of each are of scenes that the others do not see (but for real images: the third's are those of
 # the first, the fourth's those of all three, the fifth has none; and the clipped forest learns of the fourth's), written by a program
 # that has those before it. The present ones were made so, beginning with the forests of before, which say whose positions are looked at:
@@ -16,7 +16,9 @@ set -euo pipefail
 build=$(realpath "${1:?BUILD}") rows=$(realpath "${2:?FOLDER}")
 cd "$(dirname "$0")/../.."
 forests=sdk/src/stripe/select/forests
+net=sdk/src/stripe/report/patches/patch_net.inc
 training=$build/tests/bench/choice_training
+python3 -c 'import numpy, torch' # Debian's python3-torch.
 
 write() { # Each line's rows, as many at a time as there are cores.
   cmake --build "$build" --target choice_training </dev/null >/dev/null
@@ -31,7 +33,8 @@ rm -f "$rows"/[a-z]_*
 cmake --build "$build" --target choice_training >/dev/null
 "$training" fit none fourth "$forests/fourth_forest.inc"
 "$training" fit none fifth "$forests/fifth_forest.inc" # Nothing is sure: nothing is bridged,
-"$training" fit none clipped "$forests/clipped_forest.inc" # and no error widened.
+"$training" fit none clipped "$forests/clipped_forest.inc" # no error widened,
+python3 tests/bench/fit_patches.py $net 0 # and nothing made sure by the image.
 write <<END
 rows $rows/f_rooms rooms 1000 220 1
 rows $rows/f_unknown rooms 1300 200 1 unknown
@@ -242,3 +245,21 @@ END
 # limited, and what is right within those, were reckoned anew. Those of v_late were written with a fourth that differs in what it learnt of
 # srv alone.
 fit fifth 800 .15 1 v
+# What looks at the image about returns, of scenes that no forest has learnt of. The present one has learnt of images of 640x480 alone of the
+# first four: this makes one that is about as good.
+write <<END
+patches $rows/p_rooms rooms 60500 500 1
+patches $rows/p_rooms2 rooms 61000 500 1
+patches $rows/p_rooms3 rooms 61500 500 1
+patches $rows/p_rooms4 rooms 62000 500 1
+patches $rows/p_rooms5 rooms 62500 900 1
+patches $rows/p_sessions sessions 60500 450 2
+patches $rows/p_off off 60500 60 1
+patches $rows/p_green rooms 64500 80 1 green own jpeg
+patches $rows/p_red sessions 64500 40 2 red own jpeg
+patches $rows/p_bright sessions 64700 30 2 bright
+patches $rows/p_bright_rooms rooms 64800 40 1 bright
+patches $rows/q_rooms rooms 64250 120 1
+patches $rows/q_sessions sessions 64000 60 2
+END
+python3 tests/bench/fit_patches.py $net 6 "$rows"/p_*.returns --check "$rows"/q_*.returns

@@ -23,11 +23,12 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
   stripe.axis = options_.axis;
   const LitFrame searched = part_.cut(frame, options_.axis, expected_of(options_, frame.laser));
   stripe.grid = searched.grid;
-  extract_searched(searched, stripe);
+  extract_searched({frame, searched}, stripe);
   stripe.grid = frame.grid;
 }
 
-void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
+void ProfileExtractor::extract_searched(const Frames& frames, Stripe& stripe) {
+  const LitFrame& frame = frames.searched;
   const int lines = line_count(frame.lit, options_.axis);
   if (line_length(frame.lit, options_.axis) < kLeastLength) return stripe.reset(lines);
   stripe.resize(lines);
@@ -42,12 +43,13 @@ void ProfileExtractor::extract_searched(const LitFrame& frame, Stripe& stripe) {
   const std::optional<WidthModel> known = known_width(frame, options_);
   const WidthModel& width = known ? *known : learnt.model();
   errors_.add(current, {width, known.has_value()}, choice_, options_, stripe);
-  rate_returns(chosen, stripe);
+  rate_returns(chosen, frames.whole, stripe);
   bridge_gaps(current, width, stripe);
   if (options_.can_explain) keep_for_explanation(frame, current.noise, width, stripe);
 }
 
-void ProfileExtractor::rate_returns(const StripeReport::Choice& chosen, Stripe& stripe) {
+void ProfileExtractor::rate_returns(const StripeReport::Choice& chosen, const LitFrame& whole,
+                                    Stripe& stripe) {
   const auto lines = static_cast<std::size_t>(finder_.blocks().lines());
   evidence_.begin(lines);
   confidence_.begin(lines);
@@ -57,7 +59,16 @@ void ProfileExtractor::rate_returns(const StripeReport::Choice& chosen, Stripe& 
   confidence_.rate_alone(evidence_, measured, stripe);
   clipped_errors_.widen(evidence_, measured, confidence_, stripe);
   confidence_.rate_among_others(evidence_, measured, stripe);
+  if (is_look_known(whole.laser)) confidence_.rate_by_image(evidence_, measured, whole, stripe);
   report_.settle(chosen, confidence_, stripe);
+}
+
+// Whether a model tells what the stripe is like: the network has learnt of frames where it does.
+bool ProfileExtractor::is_look_known(int laser) const {
+  const ExpectedStripe* const expected = expected_of(options_, laser);
+  if (expected == nullptr || !expected->sigma_px) return false;
+  return std::any_of(expected->amplitude_dn.begin(), expected->amplitude_dn.end(),
+                     [](float height_dn) { return height_dn > 0.0F; });
 }
 
 Evidence ProfileExtractor::evidence(const Stripe& stripe, int line) const noexcept {

@@ -36,6 +36,9 @@ class ProfileExtractor : public StripeExtractor {
   /// What was found of edges beside its returns, for whoever tests what is made of it.
   const ReflectanceEdges& edges() const noexcept { return errors_.edges(); }
 
+  /// How probable its returns are, for whoever fits what looks at the image about them.
+  const ReturnConfidence& confidence() const noexcept { return confidence_; }
+
   /// Whether the return of a scan line is none of the choice's: it was measured on the line of
   /// those about it.
   bool is_bridged(int line) const noexcept { return bridges_.has(line); }
@@ -55,7 +58,12 @@ class ProfileExtractor : public StripeExtractor {
     Stripe stripe;
   };
 
-  void extract_searched(const LitFrame& frame, Stripe& stripe);
+  struct Frames {
+    const LitFrame& whole;
+    const LitFrame& searched;
+  };
+
+  void extract_searched(const Frames& frames, Stripe& stripe);
   FrameAtHand at_hand(const LitFrame& frame);
   void find_and_choose(const FrameAtHand& at_hand, WidthTracker& width);
   void try_widths(const FrameAtHand& at_hand, WidthTracker& width);
@@ -63,7 +71,8 @@ class ProfileExtractor : public StripeExtractor {
   ChoiceContext context_of(const FrameAtHand& at_hand, const WidthTracker& width) const;
   float threshold() const;
   bool is_more_than_peaks(const LitFrame& frame) const;
-  void rate_returns(const StripeReport::Choice& chosen, Stripe& stripe);
+  void rate_returns(const StripeReport::Choice& chosen, const LitFrame& whole, Stripe& stripe);
+  bool is_look_known(int laser) const;
   void bridge_gaps(const FrameAtHand& at_hand, const WidthModel& width, Stripe& stripe);
 
   void keep_for_explanation(const LitFrame& frame, const PlanNoise& noise, const WidthModel& width,

@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves what a return's probability is found from once it was measured: its error, how far an edge
-// moved it, what lies beside it, the same in a part of an image as in the whole; that it decides
-// the status; that what is said to be sure is right on a board across which a stripe runs; and that
-// no memory is allocated per frame. How often what is sure is right in scenes and real images is
-// proven in stripe_choice_test.cpp and real_choice_test.cpp.
+// moved it, what lies beside it, the same in a part of an image as in the whole; that what the
+// image shows about doubted returns changes it where it is known what the stripe looks like, and
+// only there; that it decides the status; that what is said to be sure is right on a board across
+// which a stripe runs; and that no memory is allocated per frame. How often what is sure is right
+// in scenes and real images is proven in stripe_choice_test.cpp and real_choice_test.cpp.
 #include "stripe/report/return_confidence.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
 #include "stripe/profile_extractor.hpp"
+#include "stripe/report/patches/rated_patches.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/board_under_stripe.hpp"
 
@@ -95,6 +98,20 @@ class InAPart : public OnABoard {
  protected:
   InAPart() : OnABoard(40.0) {}
 };
+
+// As a model tells it.
+ExtractOptions options_of_known_look(float height_dn) {
+  ExtractOptions options = options_of(40.0);
+  options.expected.front().sigma_px = kBoard.width_px;
+  options.expected.front().amplitude_dn.assign(static_cast<std::size_t>(kBoard.length_px),
+                                               height_dn);
+  return options;
+}
+
+int count_doubted(const ProfileExtractor& extractor) {
+  const std::vector<float>& odds = extractor.confidence().among_others();
+  return static_cast<int>(std::count_if(odds.begin(), odds.end(), RatedPatches::is_doubted));
+}
 
 using ReturnConfidenceOnABoard = OnABoard;
 using ReturnConfidenceInAPart = InAPart;
@@ -214,6 +231,58 @@ TEST_F(ReturnConfidenceOnABoard, GivesTheStatus) {
     other += static_cast<int>(is_sure != (extractor_.choice().of_line(line).confidence >= 0.99F));
   }
   EXPECT_GT(other, 0);
+}
+
+TEST_F(ReturnConfidenceOnABoard, IsFoundFromTheImageAboutWhatIsDoubtedWhereTheLookIsKnown) {
+  ProfileExtractor extractor(options_of_known_look(kBoard.stripe_dn));
+  extractor.extract(frame_, stripe_);
+  ASSERT_GT(extractor.searched_from_px(), 0);
+  const std::vector<float>& before = extractor.confidence().among_others();
+  int changed = 0;
+  for (std::size_t line = 0; line < kLines; ++line) {
+    const std::optional<float> now = extractor.confidence().of_line(line);
+    if (!now) continue;
+    const bool is_other = std::abs(*now - logistic(before[line])) > 1e-6F;
+    EXPECT_TRUE(!is_other || RatedPatches::is_doubted(before[line])) << line;
+    changed += static_cast<int>(is_other);
+  }
+  EXPECT_GT(changed, 0);
+  EXPECT_GT(10 * changed, 9 * count_doubted(extractor));
+}
+
+TEST_F(ReturnConfidenceOnABoard, IsNotFoundFromTheImageWhereTheLookIsUnknown) {
+  EXPECT_EQ(count_doubted(extractor_), 0) << "no model";
+  ProfileExtractor dark(options_of_known_look(0.0F));
+  dark.extract(frame_, stripe_);
+  EXPECT_EQ(count_doubted(dark), 0) << "no height is known";
+  ProfileExtractor other(options_of_known_look(kBoard.stripe_dn));
+  frame_.laser = 1;
+  other.extract(frame_, stripe_);
+  EXPECT_EQ(count_doubted(other), 0) << "of another laser";
+}
+
+TEST_F(ReturnConfidenceOnABoard, IsNotFoundFromTheImageWhereHardlyAnythingIsSure) {
+  testing::BoardUnderStripe faint = kBoard;
+  faint.stripe_dn = 6.0;
+  frame_.lit = testing::draw(faint);
+  ProfileExtractor extractor(options_of_known_look(6.0F));
+  extractor.extract(frame_, stripe_);
+  ASSERT_GT(count_doubted(extractor), 0);
+  const std::vector<float>& before = extractor.confidence().among_others();
+  for (std::size_t line = 0; line < kLines; ++line) {
+    const std::optional<float> now = extractor.confidence().of_line(line);
+    if (!now) continue;
+    EXPECT_EQ(*now, logistic(before[line])) << line;
+  }
+}
+
+TEST_F(ReturnConfidenceOnABoard, LooksAtTheImageWithoutAllocatingPerFrame) {
+  ProfileExtractor extractor(options_of_known_look(kBoard.stripe_dn));
+  for (int i = 0; i < 3; ++i) extractor.extract(frame_, stripe_);
+  const testing::AllocationCounter allocations;
+  extractor.extract(frame_, stripe_);
+  EXPECT_EQ(allocations.count(), 0U);
+  EXPECT_GT(count_doubted(extractor), 0);
 }
 
 TEST_F(ReturnConfidenceOnABoard, AllocatesNothingPerFrame) {
