@@ -149,7 +149,16 @@ ScannerOptions RealSettings::options(StripeAxis axis) const {
   options.ambient.channel = channel;
   options.stripe.axis = axis;
   options.stripe.peak = peak;
+  options.stripe.expected = expected;
   return options;
+}
+
+ExpectedStripe stripe_of_look(double sigma_px, float amplitude_dn) {
+  constexpr std::size_t kLongest = 4096;  // Of the sets' scan lines.
+  ExpectedStripe expected;
+  expected.sigma_px = sigma_px;
+  expected.amplitude_dn.assign(kLongest, amplitude_dn);
+  return expected;
 }
 
 }  // namespace striper::testing

@@ -17,6 +17,7 @@
 #include <striper/core/stripe_axis.hpp>
 #include <striper/pipeline/scanner.hpp>
 #include <striper/scan/polar_scan.hpp>
+#include <striper/stripe/expected_stripe.hpp>
 
 namespace striper::testing {
 
@@ -62,10 +63,15 @@ struct RealScore {
   std::size_t judged() const { return with_stripe + empty; }
 };
 
+/// What is expected of a stripe of that width and height anywhere in an image.
+ExpectedStripe stripe_of_look(double sigma_px, float amplitude_dn);
+
 struct RealSettings {
   Channel channel = Channel::kAuto;
   PeakRule peak = ExtractOptions{}.peak;
   bool is_each = false;  ///< A new scanner for each image.
+  /// What a model would say of the stripe: its width and height. Empty: nothing.
+  std::vector<ExpectedStripe> expected = {};
 
   ScannerOptions options(StripeAxis axis) const;
 };
