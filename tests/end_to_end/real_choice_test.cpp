@@ -16,6 +16,7 @@
 
 #include <striper/stripe/expected_stripe.hpp>
 
+#include "support/instrumented.hpp"
 #include "support/real_stripe.hpp"
 #include "support/shared_data.hpp"
 
@@ -53,6 +54,7 @@ TEST_P(BoardsWithoutLaser, HaveNoOkReturns) {
 }
 
 TEST_P(BoardsWithoutLaser, HaveNoOkReturnsWhereALookIsTold) {
+  STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   STRIPER_SKIP_WITHOUT_REAL_DATA(std::get<0>(GetParam()));
   for (const double sigma_px : {1.5, 3.0, 5.0}) {
     const ExpectedStripe look = testing::stripe_of_look(sigma_px, 150.0F);
