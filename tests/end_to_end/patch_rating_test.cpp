@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that what the image shows about doubted returns tells more of them than all that was known
 // before: in most rooms of those that nothing was learnt of (seeds from 10000) their log loss is
-// less, and so it is in all together; and more of them are sure and right. How reliable confidences
-// are then is proven in stripe_choice_test.cpp.
+// less, and so it is in all together; and more of them are sure and right. Does not prove how
+// reliable confidences are then: bench/stripe_choice_table says that.
 #include <cmath>
 #include <cstdint>
 #include <iostream>
