@@ -20,6 +20,7 @@
 #include <striper/report/report.hpp>
 #include <striper/session/calibrate.hpp>
 
+#include "program/interruptible.hpp"
 #include "program/program.hpp"
 #include "program/terminal.hpp"
 #include "run/summary.hpp"
@@ -339,31 +340,34 @@ std::string write_results(const CalibrateArguments& arguments, const Calibration
   return fmt::format("{}", fmt::join(written, ", "));
 }
 
+// Says the stages as it comes to them.
+Calibration calibrate_aloud(const CalibrationInput& input, CalibrationOptions options) {
+  Progress progress("% done", 100);
+  std::string stage;
+  options.progress = [&](const std::string& now, double fraction) {
+    if (now != stage && now != "done") say(now);
+    stage = now;
+    progress.update(static_cast<std::uint64_t>(100.0 * fraction));
+  };
+  return calibrate(input, options);
+}
+
 ExitCode run_calibration(const CalibrateArguments& arguments) {
   check_outputs(arguments);
-  const CalibrationInput input = input_of(arguments);
-  CalibrationOptions options = options_of(arguments);
-  std::string stage;
-  {
-    Progress progress("% done", 100);
-    options.progress = [&](const std::string& now, double fraction) {
-      if (stop_requested()) throw Error(ErrorKind::kDevice, "interrupted");
-      if (now != stage && now != "done") say(now);
-      stage = now;
-      progress.update(static_cast<std::uint64_t>(100.0 * fraction));
-    };
-    const Calibration calibration = calibrate(input, options);
-    say_result(calibration);
-    const bool write = calibration.trustworthy() || arguments.force;
-    const std::string written = write_results(arguments, calibration, write);
-    if (!written.empty()) say("wrote " + written);
-    if (!write) {
-      say(fmt::format("{} was not written; --force writes it all the same, marked",
-                      arguments.output));
-    }
-    if (arguments.json) print_json(summarize(calibration, write ? arguments.output : ""));
-    return write ? ExitCode::kDone : ExitCode::kUntrustworthy;
+  const auto calibration = run_interruptible<Calibration>(
+      [input = input_of(arguments), options = options_of(arguments)] {
+        return calibrate_aloud(input, options);
+      });
+  say_result(calibration);
+  const bool write = calibration.trustworthy() || arguments.force;
+  const std::string written = write_results(arguments, calibration, write);
+  if (!written.empty()) say("wrote " + written);
+  if (!write) {
+    say(fmt::format("{} was not written; --force writes it all the same, marked",
+                    arguments.output));
   }
+  if (arguments.json) print_json(summarize(calibration, write ? arguments.output : ""));
+  return write ? ExitCode::kDone : ExitCode::kUntrustworthy;
 }
 
 }  // namespace
