@@ -54,15 +54,15 @@
 
 #include <striper/ambient/ambient_stage.hpp>
 #include <striper/core/error.hpp>
-#include <striper/pipeline/expect_stripe.hpp>
 
 #include "boosted_trees.hpp"
+#include "patch_files.hpp"
 #include "stripe/profile_extractor.hpp"
-#include "stripe/report/patches/rated_patches.hpp"
 #include "stripe/report/sigma_limit.hpp"
 #include "stripe/report/what_is_right.hpp"
 #include "stripe/select/evidence/weighed_candidates.hpp"
 #include "support/choice_trial.hpp"
+#include "support/extracted_trial.hpp"
 #include "support/real_stripe.hpp"
 
 namespace striper {
@@ -152,110 +152,13 @@ void judge_by_truth(const Truth& truth, const Place& place, Row& row) {
   row.is_near = row.is_right != 0 || std::abs(row.error_px) < near_px ? 1 : 0;
 }
 
-// Whatever it takes for a stripe is to have a position.
-ExtractOptions training_options(ExtractOptions options) {
-  options.min_confidence = 0.0;
-  return options;
-}
-
-// A frame of a trial, as it was extracted.
-struct Extracted {
-  const detail::ProfileExtractor& extractor;
-  const LitFrame& frame;
-  const Stripe& stripe;
-  const Truth& truth;
-};
-
-void extract_trial(const ChoiceTrial& trial, bool is_turned,
-                   const std::function<void(const Extracted&)>& visit) {
-  testing::TrialCamera camera(trial);
-  const ScannerOptions options = camera.options();
-  ExtractOptions stripe_options = training_options(options.stripe);
-  if (!is_turned && trial.knows_stripe) {
-    stripe_options.expected = {expect_stripe(camera.model(), 0, options.scan)};
-  }
-  detail::ProfileExtractor extractor(stripe_options);
-  AmbientStage stage(options.ambient);
-  Stripe stripe;
-  for (int i = 0; i < camera.frames(); ++i) {
-    const auto number = static_cast<std::uint64_t>(i);
-    stage.push(camera.render(number));
-    const Truth truth = camera.truth(number);
-    while (const LitFrame* lit = stage.next()) {
-      LitFrame frame = *lit;
-      if (is_turned) frame.lit = cv::Mat(lit->lit.t());
-      extractor.extract(frame, stripe);
-      visit({extractor, frame, stripe, truth});
-    }
-  }
-}
-
 void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
-  extract_trial(trial, is_turned, [&](const Extracted& e) {
+  testing::extract_trial(trial, is_turned, [&](const testing::Extracted& e) {
     file.add(e.extractor, e.stripe, [&](const Place& place, Row& row) {
       if (!is_turned) judge_by_truth(e.truth, place, row);
     });
   });
 }
-
-// As fit_patches.py reads them.
-class PatchFiles {
- public:
-  explicit PatchFiles(const std::string& path)
-      : patches_(path + ".patches", std::ios::binary),
-        returns_(path + ".returns", std::ios::binary),
-        evidence_(path + ".evidence", std::ios::binary) {}
-
-  void add(const Extracted& extracted) {
-    const auto& [extractor, frame, stripe, truth] = extracted;
-    const std::vector<float>& odds = extractor.confidence().among_others();
-    detail::RatedPatches patches({frame, stripe, odds});
-    for (std::size_t line = 0; line < odds.size(); ++line) {
-      const bool is_of_it = !extractor.is_bridged(static_cast<int>(line));
-      if (!is_of_it || !detail::RatedPatches::is_doubted(odds[line])) continue;
-      if (patches.look_at(line)) add_patch(patches.patch());
-      add_return(extracted, line, patches.place());
-    }
-  }
-
- private:
-  struct Return {
-    std::uint32_t patch;
-    std::uint8_t is_right, is_known, unused[2];
-    float odds;
-    detail::PatchNet::Place place;
-  };
-  static_assert(sizeof(Return) == 24);
-
-  void add_patch(const detail::ReturnPatch& patch) {
-    cv::Mat halves;
-    cv::convertFp16(
-        cv::Mat(1, static_cast<int>(patch.of.size()), CV_32F, const_cast<float*>(patch.of.data())),
-        halves);
-    patches_.write(halves.ptr<char>(), static_cast<std::streamsize>(2 * patch.of.size()));
-    ++count_;
-  }
-
-  void add_return(const Extracted& extracted, std::size_t line, const detail::PatchNet::Place& at) {
-    const auto& [extractor, frame, stripe, truth] = extracted;
-    const int number = static_cast<int>(line);
-    const Judgement judged = testing::judge_position(truth, number, stripe.across_px[line],
-                                                     static_cast<double>(stripe.sigma_px[line]))
-                                 .judgement;
-    const Return row{count_ - 1,
-                     static_cast<std::uint8_t>(judged == Judgement::kRight),
-                     static_cast<std::uint8_t>(judged != Judgement::kMixed),
-                     {},
-                     extractor.confidence().among_others()[line],
-                     at};
-    const Evidence evidence = extractor.evidence(stripe, number);
-    returns_.write(reinterpret_cast<const char*>(&row), sizeof row);
-    evidence_.write(reinterpret_cast<const char*>(&evidence), sizeof evidence);
-  }
-
-  std::ofstream patches_, returns_, evidence_;
-  std::uint32_t count_ = 0;
-};
 
 void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
   const std::set<std::string> words{"unknown", "turned", "jpeg",   "green",
@@ -300,7 +203,8 @@ void write_patches(const std::vector<std::string>& words) {
   }
   PatchFiles files(words.at(1));
   for_each_trial(words, [&](const ChoiceTrial& trial, bool is_turned) {
-    extract_trial(trial, is_turned, [&](const Extracted& extracted) { files.add(extracted); });
+    testing::extract_trial(trial, is_turned,
+                           [&](const testing::Extracted& extracted) { files.add(extracted); });
   });
 }
 
@@ -347,7 +251,8 @@ void write_real(const std::vector<std::string>& words) {
     if (folder != last || is_each) {
       last = folder;
       const ScannerOptions options = testing::RealSettings{}.options(all[i].axis);
-      extractor = std::make_unique<detail::ProfileExtractor>(training_options(options.stripe));
+      extractor =
+          std::make_unique<detail::ProfileExtractor>(testing::with_all_positions(options.stripe));
       stage = std::make_unique<AmbientStage>(options.ambient);
     }
     stage->push(all[i].frame(i));

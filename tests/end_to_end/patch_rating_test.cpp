@@ -12,15 +12,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <striper/ambient/ambient_stage.hpp>
-#include <striper/core/lit_frame.hpp>
-#include <striper/pipeline/expect_stripe.hpp>
-#include <striper/simulator/truth.hpp>
-#include <striper/stripe/stripe.hpp>
-
-#include "stripe/profile_extractor.hpp"
 #include "stripe/report/patches/rated_patches.hpp"
-#include "support/choice_trial.hpp"
+#include "support/extracted_trial.hpp"
 #include "support/instrumented.hpp"
 #include "support/stripe_score.hpp"
 
@@ -65,20 +58,8 @@ struct Sums {
 
 double log_odds(double p) { return std::log(p / (1.0 - p)); }
 
-// Of the first frame of a room.
-void add_room(std::uint64_t seed, Sums& sums) {
-  testing::TrialCamera camera({.kind = "rooms", .seed = seed, .frames = 1});
-  const ScannerOptions options = camera.options();
-  ExtractOptions stripe_options = options.stripe;
-  stripe_options.expected = {expect_stripe(camera.model(), 0, options.scan)};
-  detail::ProfileExtractor extractor(stripe_options);
-  AmbientStage stage(options.ambient);
-  stage.push(camera.render(0));
-  const LitFrame* const lit = stage.next();
-  ASSERT_NE(lit, nullptr);
-  Stripe stripe;
-  extractor.extract(*lit, stripe);
-  const Truth truth = camera.truth(0);
+void add_frame(const testing::Extracted& extracted, Sums& sums) {
+  const auto& [extractor, frame, stripe, truth] = extracted;
   const std::vector<float>& before = extractor.confidence().among_others();
   for (std::size_t line = 0; line < stripe.size(); ++line) {
     ++sums.columns;
@@ -107,7 +88,8 @@ TEST(PatchRating, TellsMoreThanWhatWasKnownBefore) {
   int better = 0;
   for (std::uint64_t i = 0; i < kRooms; ++i) {
     Sums room;
-    add_room(kHeldOut + i, room);
+    testing::extract_trial({.kind = "rooms", .seed = kHeldOut + i, .frames = 1}, false,
+                           [&](const testing::Extracted& frame) { add_frame(frame, room); });
     changed += room.is_changed ? 1 : 0;
     better += room.is_changed && room.after.loss < room.before.loss ? 1 : 0;
     sums.add(room);
