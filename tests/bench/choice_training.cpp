@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Learns what tells the stripe from the background: makes the trees of
-// sdk/src/stripe/select/forests/choice_trees.cpp, and writes what fit_patches.py learns of.
+// sdk/src/stripe/select/forests/choice_trees.cpp, and writes what fit_patches.py and fit_bridges.py
+// learn of.
 // train_choice.sh says of what the present ones were made.
 //
 //     choice_training rows OUT KIND FIRST COUNT FRAMES WORDS...
 //     choice_training real OUT PART PARTS [each] [chosen]
 //     choice_training patches OUT KIND FIRST COUNT FRAMES WORDS...
+//     choice_training bridges OUT KIND FIRST COUNT FRAMES WORDS...
 //     choice_training fit FOREST OUT.inc TREES RATE REAL ROWS...
 //     choice_training fit none FOREST OUT.inc
 //
@@ -19,11 +21,11 @@
 // cameras on USB do; `bright`, so bright that stripes clip; `chosen`, only what is reported. KIND
 // is that of tests/support/choice_trial.hpp. `patches` writes for fit_patches.py what random
 // scenes' images show about returns that are doubted, and what else is known of those: OUT.patches,
-// OUT.returns and OUT.evidence. (The few returns beside them that are bridged are drawn where they
-// were bridged to.) `real` writes each PARTS-th of the real images, from number PART;
-// the images with an even number are for development, the others held out; with `each`, a new
-// scanner sees each image; `chosen` as above. REAL is the weight of what files with "real" in their
-// name hold; scatter has no use for them.
+// OUT.returns and OUT.evidence. `bridges` writes for fit_bridges.py what is known of what was
+// measured in gaps between sure returns, and whether it is the stripe. `real` writes each PARTS-th
+// of the real images, from number PART; the images with an even number are for development, the
+// others held out; with `each`, a new scanner sees each image; `chosen` as above. REAL is the
+// weight of what files with "real" in their name hold; scatter has no use for them.
 //
 // The first and the second forest say what is within near_within_px of a stripe (of a
 // real image, what is right). The scatter forest says how much more than reckoned the position
@@ -56,6 +58,7 @@
 #include <striper/core/error.hpp>
 
 #include "boosted_trees.hpp"
+#include "bridge_file.hpp"
 #include "patch_files.hpp"
 #include "stripe/profile_extractor.hpp"
 #include "stripe/report/sigma_limit.hpp"
@@ -153,7 +156,7 @@ void judge_by_truth(const Truth& truth, const Place& place, Row& row) {
 }
 
 void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
-  testing::extract_trial(trial, is_turned, [&](const testing::Extracted& e) {
+  testing::extract_trial(trial, {.is_turned = is_turned}, [&](const testing::Extracted& e) {
     file.add(e.extractor, e.stripe, [&](const Place& place, Row& row) {
       if (!is_turned) judge_by_truth(e.truth, place, row);
     });
@@ -203,8 +206,18 @@ void write_patches(const std::vector<std::string>& words) {
   }
   PatchFiles files(words.at(1));
   for_each_trial(words, [&](const ChoiceTrial& trial, bool is_turned) {
-    testing::extract_trial(trial, is_turned,
+    testing::extract_trial(trial, {.is_turned = is_turned},
                            [&](const testing::Extracted& extracted) { files.add(extracted); });
+  });
+}
+
+// As frames are searched by default: what was doubted is measured again.
+void write_bridges(const std::vector<std::string>& words) {
+  if (has(words, "turned")) throw Error(ErrorKind::kUsage, "bridges: turned - there is no stripe");
+  BridgeFile file(words.at(1));
+  for_each_trial(words, [&](const ChoiceTrial& trial, bool is_turned) {
+    testing::extract_trial(trial, {.is_turned = is_turned, .is_for_all_positions = false},
+                           [&](const testing::Extracted& extracted) { file.add(extracted); });
   });
 }
 
@@ -410,8 +423,9 @@ void run(const std::vector<std::string>& words) {
   if (mode == "rows") return write_rows(words);
   if (mode == "real") return write_real(words);
   if (mode == "patches") return write_patches(words);
+  if (mode == "bridges") return write_bridges(words);
   if (mode == "fit") return fit(words);
-  throw Error(ErrorKind::kUsage, mode + " - expected rows, real, patches or fit");
+  throw Error(ErrorKind::kUsage, mode + " - expected rows, real, patches, bridges or fit");
 }
 
 }  // namespace

@@ -23,7 +23,11 @@ class PatchFiles {
   explicit PatchFiles(const std::string& path)
       : patches_(path + ".patches", std::ios::binary),
         returns_(path + ".returns", std::ios::binary),
-        evidence_(path + ".evidence", std::ios::binary) {}
+        evidence_(path + ".evidence", std::ios::binary) {
+    for (std::ofstream* file : {&patches_, &returns_, &evidence_}) {
+      file->exceptions(std::ios::failbit | std::ios::badbit);
+    }
+  }
 
   /// The doubted returns of a frame and a patch for every few of them.
   void add(const testing::Extracted& extracted) {

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ and the network of sdk/src/stripe/report/patches/ anew.
+# train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ and the networks of sdk/src/stripe/report/patches/ and track/ anew.
 #
-# BUILD is a build folder of the release preset. FOLDER takes 22 GB of what candidates show; rows of before are removed from it.
-# STRIPER_SHARED_DIR names the folder that holds realdata. Takes five hours of two cores. What each forest learns is said at the
+# BUILD is a build folder of the release preset. FOLDER takes 25 GB of what candidates and images show (8 GB of memory hold the images); rows of before are removed from it.
+# STRIPER_SHARED_DIR names the folder that holds realdata. Takes six hours of two cores. What each forest learns is said at the
 # head of choice_training.cpp. The rows of each are of scenes that the others do not see (but for real images: the third's are those of
 # the first, the fourth's those of all three, the fifth has none; and the clipped forest learns of the fourth's), written by a program
 # that has those before it. The present ones were made so, beginning with the forests of before, which say whose positions are looked at:
@@ -17,6 +17,7 @@ build=$(realpath "${1:?BUILD}") rows=$(realpath "${2:?FOLDER}")
 cd "$(dirname "$0")/../.."
 forests=sdk/src/stripe/select/forests
 net=sdk/src/stripe/report/patches/patch_net.inc
+bridges=sdk/src/stripe/track/bridge_rating.inc
 training=$build/tests/bench/choice_training
 python3 -c 'import numpy, torch' # Debian's python3-torch.
 
@@ -34,7 +35,8 @@ cmake --build "$build" --target choice_training >/dev/null
 "$training" fit none fourth "$forests/fourth_forest.inc"
 "$training" fit none fifth "$forests/fifth_forest.inc" # Nothing is sure: nothing is bridged,
 "$training" fit none clipped "$forests/clipped_forest.inc" # no error widened,
-python3 tests/bench/fit_patches.py $net 0 # and nothing made sure by the image.
+python3 tests/bench/fit_patches.py $net 0 # and nothing made sure by the image,
+python3 tests/bench/fit_bridges.py $bridges 0 # nor by the returns about it.
 write <<END
 rows $rows/f_rooms rooms 1000 220 1
 rows $rows/f_unknown rooms 1300 200 1 unknown
@@ -253,13 +255,31 @@ patches $rows/p_rooms2 rooms 61000 500 1
 patches $rows/p_rooms3 rooms 61500 500 1
 patches $rows/p_rooms4 rooms 62000 500 1
 patches $rows/p_rooms5 rooms 62500 900 1
+patches $rows/p_rooms6 rooms 65000 1800 1
+patches $rows/p_rooms7 rooms 66800 1800 1
+patches $rows/p_rooms8 rooms 71000 900 1
 patches $rows/p_sessions sessions 60500 450 2
+patches $rows/p_sessions2 sessions 69000 800 2
+patches $rows/p_sessions3 sessions 74000 150 2
+patches $rows/p_sessions4 sessions 74200 150 2
 patches $rows/p_off off 60500 60 1
 patches $rows/p_green rooms 64500 80 1 green own jpeg
+patches $rows/p_green_sessions sessions 70000 40 2 green own jpeg
 patches $rows/p_red sessions 64500 40 2 red own jpeg
+patches $rows/p_red_rooms rooms 70100 80 1 red own jpeg
 patches $rows/p_bright sessions 64700 30 2 bright
 patches $rows/p_bright_rooms rooms 64800 40 1 bright
+patches $rows/p_bright_rooms2 rooms 70200 80 1 bright
 patches $rows/q_rooms rooms 64250 120 1
 patches $rows/q_sessions sessions 64000 60 2
 END
-python3 tests/bench/fit_patches.py $net 6 "$rows"/p_*.returns --check "$rows"/q_*.returns
+python3 tests/bench/fit_patches.py $net 4 "$rows"/p_*.returns --check "$rows"/q_*.returns
+# What rates what was measured in gaps between sure returns.
+write <<END
+bridges $rows/b_sessions sessions 90000 700 2
+bridges $rows/b_rooms rooms 91000 700 1
+bridges $rows/b_rooms2 rooms 92000 370 1
+bridges $rows/c_sessions sessions 64100 150 2
+bridges $rows/c_rooms rooms 64380 120 1
+END
+python3 tests/bench/fit_bridges.py $bridges 20 "$rows"/b_* --check "$rows"/c_*

@@ -88,7 +88,7 @@ TEST(PatchRating, TellsMoreThanWhatWasKnownBefore) {
   int better = 0;
   for (std::uint64_t i = 0; i < kRooms; ++i) {
     Sums room;
-    testing::extract_trial({.kind = "rooms", .seed = kHeldOut + i, .frames = 1}, false,
+    testing::extract_trial({.kind = "rooms", .seed = kHeldOut + i, .frames = 1}, {},
                            [&](const testing::Extracted& frame) { add_frame(frame, room); });
     changed += room.is_changed ? 1 : 0;
     better += room.is_changed && room.after.loss < room.before.loss ? 1 : 0;

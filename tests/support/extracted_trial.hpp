@@ -28,14 +28,19 @@ inline ExtractOptions with_all_positions(ExtractOptions options) {
   return options;
 }
 
+struct TrialSearch {
+  bool is_turned = false;            // Along the other axis, where there is no stripe.
+  bool is_for_all_positions = true;  // Doubtful returns have one, too.
+};
+
 // Of what a trial's scanner looks at, what it sees before there are scans; `visit` gets each frame.
-// is_turned: it searches along the other axis, where there is no stripe.
 template <typename Visit>
-void extract_trial(const ChoiceTrial& trial, bool is_turned, const Visit& visit) {
+void extract_trial(const ChoiceTrial& trial, const TrialSearch& search, const Visit& visit) {
   TrialCamera camera(trial);
   const ScannerOptions options = camera.options();
-  ExtractOptions stripe_options = with_all_positions(options.stripe);
-  if (!is_turned && trial.knows_stripe) {
+  ExtractOptions stripe_options =
+      search.is_for_all_positions ? with_all_positions(options.stripe) : options.stripe;
+  if (!search.is_turned && trial.knows_stripe) {
     stripe_options.expected = {expect_stripe(camera.model(), 0, options.scan)};
   }
   detail::ProfileExtractor extractor(stripe_options);
@@ -47,7 +52,7 @@ void extract_trial(const ChoiceTrial& trial, bool is_turned, const Visit& visit)
     const Truth truth = camera.truth(number);
     while (const LitFrame* lit = stage.next()) {
       LitFrame frame = *lit;
-      if (is_turned) frame.lit = cv::Mat(lit->lit.t());
+      if (search.is_turned) frame.lit = cv::Mat(lit->lit.t());
       extractor.extract(frame, stripe);
       visit(Extracted{extractor, frame, stripe, truth});
     }

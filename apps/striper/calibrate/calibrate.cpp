@@ -345,6 +345,7 @@ Calibration calibrate_aloud(const CalibrationInput& input, CalibrationOptions op
   Progress progress("% done", 100);
   std::string stage;
   options.progress = [&](const std::string& now, double fraction) {
+    if (stop_requested()) return;  // Nobody waits for it.
     if (now != stage && now != "done") say(now);
     stage = now;
     progress.update(static_cast<std::uint64_t>(100.0 * fraction));

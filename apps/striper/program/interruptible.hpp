@@ -14,7 +14,7 @@
 namespace striper::program {
 
 /// Runs work whose steps (a search for a board, a solve) take too long for Ctrl-C to wait for, and
-/// that writes nothing: it is left where it is. It goes on until the process ends, which it then
+/// that writes no file: it is left where it is. It goes on until the process ends, which it then
 /// does without its destructors, so what the work refers to must be its own.
 /// @throws what the work does, and Error(kDevice, "interrupted").
 template <typename Result>
@@ -30,6 +30,7 @@ Result run_interruptible(std::function<Result()> work) {
     throw Error(ErrorKind::kDevice, "interrupted");
   }
   thread.join();
+  if (stop_requested()) throw Error(ErrorKind::kDevice, "interrupted");
   return result.get();
 }
 

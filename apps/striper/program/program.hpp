@@ -25,8 +25,8 @@ void prepare_process();
 /// went away (`| head`) ends the process as SIGPIPE does, silently.
 ExitCode run(CLI::App& striper, int argc, char** argv, const Action& action);
 
-/// Says that threads may still wait for a device that is gone: once the output is written the
-/// process ends without its destructors. `run` then does not return.
+/// Says that threads may still wait for a device that is gone, or work on what was interrupted:
+/// once the output is written the process ends without its destructors. `run` then does not return.
 void leave_threads_behind() noexcept;
 
 /// Whether Ctrl-C (or SIGTERM) asked to end. A second one ends the process at once.

@@ -30,6 +30,7 @@ void ProfileExtractor::extract(const LitFrame& frame, Stripe& stripe) {
 void ProfileExtractor::extract_searched(const Frames& frames, Stripe& stripe) {
   const LitFrame& frame = frames.searched;
   const int lines = line_count(frame.lit, options_.axis);
+  bridges_.begin(static_cast<std::size_t>(lines));
   if (line_length(frame.lit, options_.axis) < kLeastLength) return stripe.reset(lines);
   stripe.resize(lines);
 
@@ -133,15 +134,14 @@ bool ProfileExtractor::is_more_than_peaks(const LitFrame& frame) const {
 
 void ProfileExtractor::bridge_gaps(const FrameAtHand& at_hand, const WidthModel& width,
                                    Stripe& stripe) {
-  bridges_.begin(static_cast<std::size_t>(finder_.blocks().lines()));
   if (!StripeReport::is_rated(choice_, options_)) return;
-  if (options_.min_confidence > BridgedGaps::kConfidence) return;
   const BridgedGaps::Measured measured{at_hand,
                                        part_,
                                        width,
                                        errors_.excess_sigma_px(at_hand, options_),
                                        options_.threshold_dn.value_or(0.0),
-                                       options_.min_snr};
+                                       options_.min_snr,
+                                       options_.min_confidence};
   bridges_.measure(measured, stripe);
 }
 

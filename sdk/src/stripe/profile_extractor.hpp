@@ -42,6 +42,7 @@ class ProfileExtractor : public StripeExtractor {
   /// Whether the return of a scan line is none of the choice's: it was measured on the line of
   /// those about it.
   bool is_bridged(int line) const noexcept { return bridges_.has(line); }
+  const BridgedGaps& bridges() const noexcept { return bridges_; }
 
   /// All that is known of the return of a scan line that was chosen, not bridged.
   Evidence evidence(const Stripe& stripe, int line) const noexcept;

@@ -17,13 +17,14 @@ namespace striper::detail {
 namespace {
 
 // Of how many sure returns on either side the line is, and over how many scan lines.
-constexpr int kMostAsked = 12;
-constexpr int kLeastAsked = 4;
+constexpr std::ptrdiff_t kMostAsked = 12;
+constexpr std::ptrdiff_t kLeastAsked = 4;
 constexpr int kReach = 150;
 constexpr double kLeastSigma_px = 0.1;  // No return is known better, for a line over many of them.
 constexpr double kMostScatter = 9.0;    // Chi squared over its degrees of freedom: it is no line.
 constexpr double kMostUncertain_px = 0.4;
-constexpr double kOffLine_px = 0.5;  // A stripe on a straight surface leaves its line by no more.
+constexpr double kOffLine_px = 0.15;     // What a stripe on a straight surface leaves its line by,
+constexpr double kMostOffLine_px = 0.5;  // and at most.
 
 // Fits from the steepest places of the profile, of which two may be the stripe's own flanks.
 constexpr std::size_t kStarts = 4;
@@ -36,17 +37,26 @@ constexpr double kNone_dn = 0.5;
 constexpr double kNoneSigma_dn = 0.01;
 constexpr double kAnyWidths = 4.0;  // That the blur of an edge alone is a part of.
 
-// What is taken: chosen on stripe_choice_table's rooms and sessions from 1 on, of which its table
-// of confidences says how often .99 to .999 is right. Beside fainter edges textures are taken for
-// the stripe.
-constexpr double kLeastContrast = 0.5;
-constexpr double kMostMisfit = 2.2;   // Of the pixels that the stripe is on,
-constexpr double kMostBeside = 20.0;  // and of all: other edges are near.
+// What is measured: the network is fitted to such, with sure returns that the default confidence
+// asks for.
 constexpr double kMostSigma_px = 0.4;
-constexpr double kMostOff = 3.0;      // Sigmas off the line,
-constexpr double kMostHeights = 2.0;  // Of the highest of the sure returns.
 constexpr double kWholeWidths = 1.5;  // On either side of the middle no pixel is masked.
-constexpr double kLeastGain = 16.0;   // and what the light explains: chi squared.
+constexpr double kMostMisfit = 6.0;   // Of the pixels that the stripe is on,
+constexpr double kMostBeside = 40.0;  // and of all.
+constexpr double kMostHeights = 2.0;  // Of the highest of the sure returns.
+// The scan line itself shows light, chi squared: where the gap is short, and where it is long.
+constexpr double kLeastGain = 4.0;
+constexpr double kLeastGainOfLong = 16.0;
+constexpr int kLongGap = 16;                  // Scan lines.
+constexpr double kLeastGainOverMisfit = 3.0;  // Of all pixels: texture is no light.
+
+// Where a scan line has no return of its own, what is measured is more probable than not.
+constexpr float kLeastTaken = 0.5F;
+
+// Of evidence: what is less, farther off or surer is not told apart.
+constexpr double kLeastLog = 1e-3;
+constexpr float kMostOdds = 8.0F;
+constexpr double kFarthest = 8.0;
 
 // What is there by itself, or what a limit of the user's refused, stays as it is.
 bool may_be_bridged(ReturnStatus status) {
@@ -76,11 +86,16 @@ std::array<Steep, kStarts> steepest_of(const EdgeProfile& profile) {
   return steepest;
 }
 
-// What the laser adds at the stripe's middle, on the side of the edge that it is on.
-double height_of(const EdgeModel& model) {
+// The reflectance at the stripe's middle, over the mean of both sides.
+double reflectance_of(const EdgeModel& model) {
   const double off = model.of[EdgeModel::kPosition] - model.of[EdgeModel::kEdge];
   const double side = std::erf(off / (model.of[EdgeModel::kBlur] * std::numbers::sqrt2));
-  return model.of[EdgeModel::kAmplitude] * (1.0 + model.of[EdgeModel::kContrast] * side);
+  return 1.0 + model.of[EdgeModel::kContrast] * side;
+}
+
+// What the laser adds there.
+double height_of(const EdgeModel& model) {
+  return model.of[EdgeModel::kAmplitude] * reflectance_of(model);
 }
 
 // How much more the model explains with the stripe's light than without. An edge alone may be as
@@ -120,39 +135,78 @@ bool is_searched(const BridgedGaps::Measured& frame, int line, double position) 
 
 bool is_high(const BridgedGaps::Measured& frame, const EdgeModel& model) {
   const double height_dn = height_of(model);
-  const double value_dn = model.of[EdgeModel::kBlack] + height_dn;
+  const double daylight_dn = model.of[EdgeModel::kAmbient] * reflectance_of(model);
+  const double value_dn = model.of[EdgeModel::kBlack] + daylight_dn + height_dn;
   const double noise_dn = std::sqrt(frame.at_hand.noise.model.variance_dn2(value_dn));
   return height_dn >= frame.least_dn && height_dn >= frame.least_snr * noise_dn;
 }
 
+float log2_of(double value) { return static_cast<float>(std::log2(std::max(kLeastLog, value))); }
+
+float at_most(double most, double value) { return static_cast<float>(std::min(most, value)); }
+
 }  // namespace
 
 void BridgedGaps::begin(std::size_t lines) {
-  lines_.clear();
-  lines_.reserve(lines);
+  bridges_.clear();
+  bridges_.reserve(lines);
   sure_.reserve(lines);
+}
+
+bool BridgedGaps::has(int line) const noexcept {
+  const auto at = std::lower_bound(bridges_.begin(), bridges_.end(), line,
+                                   [](const Bridge& b, int number) { return b.line < number; });
+  return at != bridges_.end() && at->line == line && at->is_taken;
 }
 
 void BridgedGaps::measure(const Measured& frame, Stripe& stripe) {
   find_sure(stripe);
-  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     if (!may_be_bridged(stripe.status[i])) continue;
-    const int line = stripe.line[i];
-    const auto expected = expected_at(line);
-    if (!expected || !is_searched(frame, line, expected->position)) continue;
-    const double own_width = without_pixel_box(frame.width.at(expected->position));
-    const auto found = fit(frame, own_width, line, *expected);
-    if (!found || !is_searched(frame, line, found->model.of[EdgeModel::kPosition])) continue;
-    const double sigma = std::sqrt(found->variance * std::max(1.0, found->core_misfit));
-    stripe.across_px[i] = across.sensor(found->model.of[EdgeModel::kPosition]);
-    stripe.sigma_px[i] = static_cast<float>(std::hypot(across.step * sigma, frame.excess_sigma_px));
-    stripe.amplitude_dn[i] = static_cast<float>(height_of(found->model));
-    stripe.width_px[i] = static_cast<float>(across.step * found->model.of[EdgeModel::kWidth]);
-    stripe.confidence[i] = kConfidence;
-    stripe.status[i] = ReturnStatus::kOk;
-    lines_.push_back(line);
+    std::optional<Bridge> bridge = measured_at(frame, i, stripe);
+    if (!bridge) continue;
+    const float own = std::isfinite(stripe.confidence[i]) ? stripe.confidence[i] : kLeastTaken;
+    bridge->is_taken = bridge->probability > own &&
+                       static_cast<double>(bridge->probability) >= frame.least_probability;
+    if (bridge->is_taken) take(*bridge, i, stripe);
+    bridges_.push_back(*bridge);
   }
+}
+
+std::optional<BridgedGaps::Bridge> BridgedGaps::measured_at(const Measured& frame, std::size_t i,
+                                                            const Stripe& stripe) const {
+  const int line = stripe.line[i];
+  const Beside sure = beside(line);
+  const auto expected = expected_at(line, sure);
+  if (!expected || !is_searched(frame, line, expected->position)) return std::nullopt;
+  const double own_width = without_pixel_box(frame.width.at(expected->position));
+  const auto fitted = fit(frame, own_width, line, *expected);
+  if (!fitted || !is_searched(frame, line, fitted->estimate.model.of[EdgeModel::kPosition]))
+    return std::nullopt;
+
+  const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
+  const EdgeEstimate& found = fitted->estimate;
+  const double sigma = std::sqrt(found.variance * std::max(1.0, found.core_misfit));
+  Bridge bridge{.line = line,
+                .across_px = across.sensor(found.model.of[EdgeModel::kPosition]),
+                .sigma_px = std::hypot(across.step * sigma, frame.excess_sigma_px),
+                .amplitude_dn = height_of(found.model),
+                .width_px = across.step * found.model.of[EdgeModel::kWidth]};
+  BridgeEvidence& e = bridge.evidence;
+  add_fit(*fitted, own_width, e);
+  add_line(*expected, line, sure, *fitted, e);
+  add_own(bridge, i, stripe, e);
+  bridge.probability = bridge_probability(e);
+  return bridge;
+}
+
+void BridgedGaps::take(const Bridge& bridge, std::size_t i, Stripe& stripe) {
+  stripe.across_px[i] = bridge.across_px;
+  stripe.sigma_px[i] = static_cast<float>(bridge.sigma_px);
+  stripe.amplitude_dn[i] = static_cast<float>(bridge.amplitude_dn);
+  stripe.width_px[i] = static_cast<float>(bridge.width_px);
+  stripe.confidence[i] = bridge.probability;
+  stripe.status[i] = ReturnStatus::kOk;
 }
 
 void BridgedGaps::find_sure(const Stripe& stripe) {
@@ -167,39 +221,42 @@ void BridgedGaps::find_sure(const Stripe& stripe) {
   }
 }
 
-// The nearest on both sides; empty where there are too few on one.
-std::span<const BridgedGaps::Sure> BridgedGaps::about(int line) const {
-  const auto before = [](const Sure& sure, int number) { return sure.line < number; };
-  const auto after = std::lower_bound(sure_.begin(), sure_.end(), line, before);
-  auto first = after;
-  while (first != sure_.begin() && after - first < kMostAsked && (first - 1)->line >= line - kReach)
+BridgedGaps::Beside BridgedGaps::beside(int line) const {
+  const auto is_before = [](const Sure& sure, int number) { return sure.line < number; };
+  const auto middle = std::lower_bound(sure_.begin(), sure_.end(), line, is_before);
+  auto first = middle;
+  while (first != sure_.begin() && middle - first < kMostAsked &&
+         (first - 1)->line >= line - kReach)
     --first;
-  auto last = after;
-  while (last != sure_.end() && last - after < kMostAsked && last->line <= line + kReach) ++last;
-  if (after - first < kLeastAsked || last - after < kLeastAsked) return {};
-  return {first, last};
+  auto last = middle;
+  while (last != sure_.end() && last - middle < kMostAsked && last->line <= line + kReach) ++last;
+  return {{first, middle}, {middle, last}};
 }
 
-std::optional<BridgedGaps::Expected> BridgedGaps::expected_at(int line) const {
-  const std::span<const Sure> asked = about(line);
-  if (asked.empty()) return std::nullopt;
+std::optional<BridgedGaps::Expected> BridgedGaps::expected_at(int line, const Beside& sure) {
+  if (std::ssize(sure.before) < kLeastAsked || std::ssize(sure.after) < kLeastAsked)
+    return std::nullopt;
   LineSums sums;
   double amplitude = 0.0;
   double most = 0.0;
-  for (const Sure& sure : asked) {
-    sums.add(1.0, sure.line - line, sure.position, 1.0 / (sure.sigma * sure.sigma));
-    amplitude += sure.amplitude / static_cast<double>(asked.size());
-    most = std::max(most, sure.amplitude);
+  for (const std::span<const Sure> side : {sure.before, sure.after}) {
+    for (const Sure& one : side) {
+      sums.add(1.0, one.line - line, one.position, 1.0 / (one.sigma * one.sigma));
+      amplitude += one.amplitude;
+      most = std::max(most, one.amplitude);
+    }
   }
   const LineFit fitted = sums.solve();
-  const double scatter = std::max(1.0, fitted.chi2 / fitted.dof());
-  const double sigma = std::sqrt(fitted.variance_at(1.0, 0.0) * scatter);
+  const double scatter = fitted.chi2 / fitted.dof();
+  const double sigma = std::sqrt(fitted.variance_at(1.0, 0.0) * std::max(1.0, scatter));
   if (scatter > kMostScatter || !(sigma < kMostUncertain_px)) return std::nullopt;
-  return Expected{fitted.at(1.0, 0.0), sigma, amplitude, most};
+  amplitude /= static_cast<double>(sure.before.size() + sure.after.size());
+  const int gap_lines = sure.after.front().line - sure.before.back().line - 1;
+  return Expected{fitted.at(1.0, 0.0), sigma, scatter, amplitude, most, gap_lines};
 }
 
-std::optional<EdgeEstimate> BridgedGaps::fit(const Measured& frame, double width, int line,
-                                             const Expected& expected) {
+std::optional<BridgedGaps::Fitted> BridgedGaps::fit(const Measured& frame, double width, int line,
+                                                    const Expected& expected) {
   const FrameAtHand& at_hand = frame.at_hand;
   const EdgeProfile profile =
       edge_profile_at(at_hand.frame, at_hand.axis, line, expected.position, with_pixel_box(width));
@@ -218,16 +275,78 @@ std::optional<EdgeEstimate> BridgedGaps::fit(const Measured& frame, double width
   const EdgeEstimate best =
       fit_edge_from({starts.data(), count}, profile, noise, prior, kFirstSteps, kMostSteps);
   const double off = std::abs(best.model.of[EdgeModel::kPosition] - expected.position);
-  const double most_off2 = kMostOff * kMostOff * (best.variance + expected.sigma * expected.sigma);
   const bool is_there = best.variance > 0.0 && best.variance < kMostSigma_px * kMostSigma_px &&
                         best.core_misfit < kMostMisfit && best.misfit < kMostBeside &&
-                        off < kOffLine_px && off * off < most_off2 &&
-                        std::abs(best.model.of[EdgeModel::kContrast]) > kLeastContrast;
-  const bool is_like_them = height_of(best.model) < kMostHeights * expected.most_amplitude &&
-                            is_high(frame, best.model) && is_whole(profile, best.model);
-  if (!is_there || !is_like_them || gain_of(profile, noise, prior, best) < kLeastGain)
-    return std::nullopt;
-  return best;
+                        off < kMostOffLine_px &&
+                        height_of(best.model) < kMostHeights * expected.most_amplitude &&
+                        is_high(frame, best.model) && is_whole(profile, best.model);
+  if (!is_there) return std::nullopt;
+  const double gain = gain_of(profile, noise, prior, best);
+  const double least_gain = expected.gap_lines < kLongGap ? kLeastGain : kLeastGainOfLong;
+  if (!(gain >= std::max(least_gain, kLeastGainOverMisfit * best.misfit))) return std::nullopt;
+  return Fitted{best, gain};
+}
+
+// How well it fits, and what.
+void BridgedGaps::add_fit(const Fitted& fitted, double width, BridgeEvidence& e) {
+  const EdgeEstimate& found = fitted.estimate;
+  const EdgeModel& model = found.model;
+  const double contrast = std::abs(model.of[EdgeModel::kContrast]);
+  const double away = std::abs(model.of[EdgeModel::kEdge] - model.of[EdgeModel::kPosition]);
+  const double bright_dn = model.of[EdgeModel::kAmbient] * (1.0 + contrast);
+  e.of[BridgeEvidence::kGain] = log2_of(1.0 + fitted.gain);
+  e.of[BridgeEvidence::kCoreMisfit] = log2_of(found.core_misfit);
+  e.of[BridgeEvidence::kMisfit] = log2_of(found.misfit);
+  e.of[BridgeEvidence::kContrast] = static_cast<float>(contrast);
+  e.of[BridgeEvidence::kEdgeAway] = at_most(kFarthest, away / width);
+  e.of[BridgeEvidence::kSigma] = log2_of(std::sqrt(found.variance));
+  e.of[BridgeEvidence::kBright] = log2_of(bright_dn / height_of(model));
+  e.of[BridgeEvidence::kWidth] = log2_of(width);
+}
+
+// How it lies and how high it is among the sure returns about it.
+void BridgedGaps::add_line(const Expected& expected, int line, const Beside& sure,
+                           const Fitted& fitted, BridgeEvidence& e) {
+  const EdgeEstimate& found = fitted.estimate;
+  const Sure& before = sure.before.back();
+  const Sure& after = sure.after.front();
+  const double off = std::abs(found.model.of[EdgeModel::kPosition] - expected.position);
+  const double to_before = line - before.line;
+  const double to_after = after.line - line;
+  const double kink = std::abs((expected.position - before.position) / to_before -
+                               (after.position - expected.position) / to_after);
+  const double lower_dn = std::min(before.amplitude, after.amplitude);
+  e.of[BridgeEvidence::kOff] =
+      at_most(kFarthest, off / std::hypot(std::sqrt(found.variance), expected.sigma));
+  e.of[BridgeEvidence::kOff_px] = static_cast<float>(off);
+  e.of[BridgeEvidence::kLineSigma] = log2_of(expected.sigma);
+  e.of[BridgeEvidence::kNearer] = log2_of(std::min(to_before, to_after));
+  e.of[BridgeEvidence::kFarther] = log2_of(std::max(to_before, to_after));
+  e.of[BridgeEvidence::kAsked] =
+      static_cast<float>(std::min(sure.before.size(), sure.after.size()));
+  e.of[BridgeEvidence::kSpan] = log2_of(1.0 + sure.after.back().line - sure.before.front().line);
+  e.of[BridgeEvidence::kScatter] = log2_of(expected.scatter);
+  e.of[BridgeEvidence::kKink] = at_most(kFarthest, kink * std::min(to_before, to_after));
+  e.of[BridgeEvidence::kHeight] = log2_of(height_of(found.model) / lower_dn);
+  e.of[BridgeEvidence::kHeightStep] = std::abs(log2_of(before.amplitude / after.amplitude));
+  e.of[BridgeEvidence::kHeightMost] = log2_of(expected.most_amplitude / expected.amplitude);
+}
+
+// What the scan line had by itself.
+void BridgedGaps::add_own(const Bridge& bridge, std::size_t i, const Stripe& stripe,
+                          BridgeEvidence& e) {
+  e.of[BridgeEvidence::kOwnAway] = e.of[BridgeEvidence::kOwnOff] = static_cast<float>(kFarthest);
+  if (!std::isfinite(stripe.across_px[i])) return;
+  const double step = grid_across(stripe.grid, stripe.axis).step;
+  const double away = std::abs(stripe.across_px[i] - bridge.across_px);
+  const double sigma = std::hypot(static_cast<double>(stripe.sigma_px[i]), bridge.sigma_px);
+  e.of[BridgeEvidence::kHasOwn] = 1.0F;
+  e.of[BridgeEvidence::kOwnOdds] = std::clamp(
+      std::log(stripe.confidence[i] / (1.0F - stripe.confidence[i])), -kMostOdds, kMostOdds);
+  e.of[BridgeEvidence::kOwnAway] = at_most(kFarthest, away / step);
+  e.of[BridgeEvidence::kOwnOff] = at_most(kFarthest, away / sigma);
+  e.of[BridgeEvidence::kIsOwnWide] = stripe.status[i] == ReturnStatus::kWide ? 1.0F : 0.0F;
+  e.of[BridgeEvidence::kIsOwnNarrow] = stripe.status[i] == ReturnStatus::kNarrow ? 1.0F : 0.0F;
 }
 
 }  // namespace striper::detail

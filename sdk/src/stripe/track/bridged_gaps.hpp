@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,6 +13,7 @@
 #include "stripe/edges/edge_profile.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
 #include "stripe/profile/profile_plan.hpp"
+#include "stripe/track/bridge_rating.hpp"
 
 namespace striper::detail {
 
@@ -20,26 +21,35 @@ namespace striper::detail {
 /// straight line: what their line says is fitted together with an edge of reflectance.
 ///
 /// A stripe a few pixels beside the edge of a much brighter surface is no peak, but a shoulder of
-/// the edge: no candidate is there, or one that the edge has drawn aside. Where the fit is good,
-/// the light is far more than noise makes, and it is where the line says, the scan line gets that
-/// return. On a surface that is not flat, or of which the line passes by, no light is there.
+/// the edge: no candidate is there, or one that the edge has drawn aside. What is measured is rated
+/// by how well it fits, by the light that is there, and by the returns about it. Where the line
+/// passes by the stripe, no light is there.
 ///
-/// Limits: a strip as narrow as the stripe that lies on its line, beside a surface four times as
-/// bright as what is on its other side, is taken for it: one image does not tell them apart.
+/// Limits: a strip as narrow as the stripe that lies on its line, beside a much brighter surface,
+/// is taken for it: one image does not tell them apart. The false alarms that were asked for are of
+/// scan lines by themselves: in a short gap two sigmas of light are enough.
 ///
 /// Frames whose background is subtracted have no need of it. No allocation after the first frame.
 class BridgedGaps {
  public:
-  /// That what is measured is the stripe: the lower end of what simulated rooms and boards show.
-  static constexpr float kConfidence = 0.993F;
-
   struct Measured {
     const FrameAtHand& at_hand;
     const SearchedPart& part;
-    const WidthModel& width;  ///< Effective.
-    double excess_sigma_px;   ///< That every return has, sensor pixels,
-    double least_dn;          ///< and what each must rise, DN
-    double least_snr;         ///< and noises.
+    const WidthModel& width;   ///< Effective.
+    double excess_sigma_px;    ///< That every return has, sensor pixels,
+    double least_dn;           ///< and what each must rise, DN
+    double least_snr;          ///< and noises.
+    double least_probability;  ///< That it is the stripe.
+  };
+
+  /// What was measured in a scan line, whether it was taken or not. Sensor pixels.
+  struct Bridge {
+    int line;
+    double across_px, sigma_px;
+    double amplitude_dn, width_px;
+    BridgeEvidence evidence{};
+    float probability = 0.0F;
+    bool is_taken = false;
   };
 
   /// After `begin`. @param stripe of this frame, one return a scan line, errors and all.
@@ -48,10 +58,11 @@ class BridgedGaps {
   /// Begins a frame of so many scan lines, of which none is measured yet.
   void begin(std::size_t lines);
 
-  /// Whether the return of a scan line of the last frame was measured so.
-  bool has(int line) const noexcept {
-    return std::binary_search(lines_.begin(), lines_.end(), line);
-  }
+  /// Of the last frame, in the order of its scan lines.
+  std::span<const Bridge> bridges() const noexcept { return bridges_; }
+
+  /// Whether a scan line's return was measured so, and taken.
+  bool has(int line) const noexcept;
 
  private:
   // A return that is the stripe for sure. Pixels of the image.
@@ -62,16 +73,33 @@ class BridgedGaps {
   // Where the stripe of a scan line should be.
   struct Expected {
     double position, sigma;
+    double scatter;  // Chi squared of the sure returns over its degrees of freedom.
     double amplitude, most_amplitude;  // Of the sure returns, on the mean and at most.
+    int gap_lines;                     // Between the nearest of them.
+  };
+  // The nearest on both sides of a scan line.
+  struct Beside {
+    std::span<const Sure> before, after;
+  };
+  struct Fitted {
+    EdgeEstimate estimate;
+    double gain;  // By the stripe's light, chi squared.
   };
   void find_sure(const Stripe& stripe);
-  std::span<const Sure> about(int line) const;
-  std::optional<Expected> expected_at(int line) const;
-  static std::optional<EdgeEstimate> fit(const Measured& frame, double width, int line,
-                                         const Expected& expected);
+  Beside beside(int line) const;
+  static std::optional<Expected> expected_at(int line, const Beside& sure);
+  static std::optional<Fitted> fit(const Measured& frame, double width, int line,
+                                   const Expected& expected);
+  std::optional<Bridge> measured_at(const Measured& frame, std::size_t i,
+                                    const Stripe& stripe) const;
+  static void take(const Bridge& bridge, std::size_t i, Stripe& stripe);
+  static void add_fit(const Fitted& fitted, double width, BridgeEvidence& e);
+  static void add_line(const Expected& expected, int line, const Beside& sure, const Fitted& fitted,
+                       BridgeEvidence& e);
+  static void add_own(const Bridge& bridge, std::size_t i, const Stripe& stripe, BridgeEvidence& e);
 
   std::vector<Sure> sure_;
-  std::vector<int> lines_;  // What was measured, in order.
+  std::vector<Bridge> bridges_;
 };
 
 }  // namespace striper::detail

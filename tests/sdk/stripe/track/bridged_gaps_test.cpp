@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that scan lines in whose midst a brighter surface hides the stripe's peak get it from the
-// line of the sure returns on both sides, where it is and as well as they say, along both axes; and
-// none where no light is there, however soft the edge is, where the returns about them are on no
-// line, or on one side alone, where something else than a bright surface is beside, or where no
-// return may be. Does not prove which frames need that.
+// line of the sure returns on both sides, where it is and as well as they say, along both axes,
+// beside faint edges and bends too; and none where no light is there, however soft the edge is,
+// where the returns about them are on no line, or on one side alone, where texture is beside, or
+// where no return may be. Does not prove which frames need that, nor that what is said is a
+// probability.
 #include "stripe/track/bridged_gaps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -18,6 +20,7 @@
 #include <striper/core/robust.hpp>
 
 #include "core/pixel_box.hpp"
+#include "stripe/select/forests/choice_trees.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/edge_light.hpp"
 #include "support/random.hpp"
@@ -52,6 +55,8 @@ struct Case {
   bool is_masked = false;         // Two pixels on either side of the middle.
   bool is_ignored = false;        // The whole gap.
   double least_dn = 0.0;
+  double least_snr = 0.0;
+  float own_confidence = 0.0F;                   // Of a return half a pixel off; 0: there is none.
   ReturnStatus status = ReturnStatus::kOutlier;  // Of the gap's scan lines.
 };
 
@@ -87,7 +92,8 @@ class Gap {
     const WidthModel width{.at_pivot = effective};
     const SearchedPart part;
     gaps.begin(kLines);
-    gaps.measure({at_hand, part, width, kExcess_px, case_.least_dn, 0.0}, stripe_);
+    gaps.measure({at_hand, part, width, kExcess_px, case_.least_dn, case_.least_snr, kSure},
+                 stripe_);
   }
 
   const Stripe& stripe() const { return stripe_; }
@@ -138,6 +144,11 @@ class Gap {
     for (int line = 0; line < kLines; ++line) {
       const auto i = static_cast<std::size_t>(line);
       if (is_in_gap(line)) stripe_.status[i] = case_.status;
+      if (is_in_gap(line) && case_.own_confidence > 0.0F) {
+        stripe_.across_px[i] = position(line) + 0.5;
+        stripe_.sigma_px[i] = 0.3F;
+        stripe_.confidence[i] = case_.own_confidence;
+      }
       if (is_in_gap(line) || (line >= kGapEnd && !case_.has_after)) continue;
       stripe_.across_px[i] = testing::normal(position(line), case_.scatter_px);
       stripe_.sigma_px[i] = static_cast<float>(kSigma_px);
@@ -166,7 +177,7 @@ TEST_P(AGap, IsBridgedBesideABrighterSurface) {
     if (!gaps.has(line)) continue;
     const auto i = static_cast<std::size_t>(line);
     EXPECT_EQ(gap.stripe().status[i], ReturnStatus::kOk);
-    EXPECT_FLOAT_EQ(gap.stripe().confidence[i], BridgedGaps::kConfidence);
+    EXPECT_GE(gap.stripe().confidence[i], kSure);
     amplitude_dn += gap.stripe().amplitude_dn[i];
     const double off_px = gap.stripe().across_px[i] - gap.position(line);
     EXPECT_LT(std::abs(off_px), 0.6) << line;
@@ -200,19 +211,44 @@ INSTANTIATE_TEST_SUITE_P(
     BridgedGaps, NoGap,
     ::testing::Values(
         Case{.name = "WithoutLight", .has_light = false},
-        Case{.name = "OfABentStripe", .bend_px = 3.0},
         Case{.name = "OfOneSide", .has_after = false},
         Case{.name = "OfTexture", .has_light = false, .texture_dn = 12.0},
         Case{.name = "OfASoftEdge", .has_light = false, .edge_px = 0.4, .edge_sigma_px = 1.2},
         Case{.name = "OfASofterEdge", .has_light = false, .edge_px = 0.0, .edge_sigma_px = 1.6},
-        Case{.name = "BesideAFaintEdge", .bright_dn = 22.0},
         Case{.name = "OfReturnsOnNoLine", .scatter_px = 0.6},
         Case{.name = "OfMaskedPixels", .is_masked = true},
         Case{.name = "OfIgnoredPixels", .is_ignored = true},
         Case{.name = "OfBlindLines", .status = ReturnStatus::kBlind},
         Case{.name = "OfWeakLines", .status = ReturnStatus::kWeak},
-        Case{.name = "BelowALimit", .least_dn = 40.0}),
+        Case{.name = "BelowALimit", .least_dn = 40.0},
+        Case{.name = "InTooMuchNoise", .least_snr = 40.0},
+        Case{.name = "OfReturnsThatAreSurer", .own_confidence = 0.99995F}),
     [](const auto& tested) { return tested.param.name; });
+
+// Where the line says little, or the edge is hardly there: more of the scan lines may be refused.
+class AHardGap : public ::testing::TestWithParam<Case> {};
+
+TEST_P(AHardGap, HasItsReturnsWhereTheStripeIs) {
+  Gap gap(GetParam());
+  BridgedGaps gaps;
+  gap.measure(gaps);
+  int bridged = 0;
+  for (const BridgedGaps::Bridge& bridge : gaps.bridges()) {
+    if (!bridge.is_taken) continue;
+    ++bridged;
+    EXPECT_NEAR(bridge.across_px, gap.position(bridge.line), std::max(0.5, 3.0 * bridge.sigma_px));
+    EXPECT_FLOAT_EQ(gap.stripe().confidence[static_cast<std::size_t>(bridge.line)],
+                    bridge.probability);
+  }
+  EXPECT_GE(bridged, 5);
+}
+
+INSTANTIATE_TEST_SUITE_P(BridgedGaps, AHardGap,
+                         ::testing::Values(Case{.name = "OfABentStripe", .bend_px = 3.0},
+                                           Case{.name = "BesideAFaintEdge", .bright_dn = 22.0},
+                                           Case{.name = "WithDoubtedReturns",
+                                                .own_confidence = 0.5F}),
+                         [](const auto& tested) { return tested.param.name; });
 
 TEST(BridgedGaps, AllocateNothingOnceAsManyWereThere) {
   Gap gap({"Bridged"});

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace striper::detail {
+
+/// What is known of a return that was measured in a gap between sure returns. Pixels of the image.
+struct BridgeEvidence {
+  enum Kind : std::size_t {
+    kGain,        ///< Log of what the stripe's light explains, chi squared.
+    kCoreMisfit,  ///< Logs of what the fit leaves of the pixels that the stripe is on,
+    kMisfit,      ///< and of all.
+    kContrast,    ///< Of the edge,
+    kEdgeAway,    ///< and how far away it is, in widths.
+    kOff,         ///< From the line of the sure returns, in sigmas
+    kOff_px,      ///< and pixels.
+    kSigma,       ///< Logs of its error
+    kLineSigma,   ///< and the line's, pixels.
+    kNearer,      ///< Logs of the scan lines to the sure return on one side: the fewer,
+    kFarther,     ///< and the more.
+    kAsked,       ///< Of how many sure returns the line is, on the side with fewer,
+    kSpan,        ///< log of over how many scan lines,
+    kScatter,     ///< and log of their chi squared about it over its degrees of freedom.
+    kKink,        ///< How far the nearest ones bend there, pixels.
+    kHeight,      ///< Log of its height over theirs,
+    kHeightStep,  ///< of one of theirs over the other,
+    kHeightMost,  ///< and of the highest of all that are asked over their mean.
+    kBright,      ///< Log of the bright side's daylight over its height.
+    kWidth,       ///< Log of the stripe's width in pixels.
+    kHasOwn,      ///< Whether the scan line had a return of its own,
+    kOwnOdds,     ///< its log odds,
+    kOwnAway,     ///< how far away it is, pixels
+    kOwnOff,      ///< and sigmas,
+    kIsOwnWide,   ///< and its status.
+    kIsOwnNarrow,
+    kCount
+  };
+  std::array<float, kCount> of{};
+};
+
+/// How probably that is the stripe, by the mean log odds of small networks that were fitted to
+/// simulated rooms and boards (tests/bench/fit_bridges.py). 2 us, no allocation.
+float bridge_probability(const BridgeEvidence& evidence) noexcept;
+
+}  // namespace striper::detail

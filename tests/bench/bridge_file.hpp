@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fstream>
+#include <ios>
+#include <string>
+
+#include "stripe/track/bridged_gaps.hpp"
+#include "support/extracted_trial.hpp"
+#include "support/stripe_score.hpp"
+
+namespace striper {
+
+/// What was measured in gaps between sure returns, as fit_bridges.py reads it: its evidence, and 1
+/// where it is the stripe, else 0, each a float.
+class BridgeFile {
+ public:
+  explicit BridgeFile(const std::string& path) : file_(path, std::ios::binary) {
+    file_.exceptions(std::ios::failbit | std::ios::badbit);
+  }
+
+  void add(const testing::Extracted& extracted) {
+    for (const detail::BridgedGaps::Bridge& bridge : extracted.extractor.bridges().bridges()) {
+      const testing::Judgement judged =
+          testing::judge_position(extracted.truth, bridge.line, bridge.across_px, bridge.sigma_px)
+              .judgement;
+      if (judged == testing::Judgement::kMixed) continue;
+      const float is_right = judged == testing::Judgement::kRight ? 1.0F : 0.0F;
+      file_.write(reinterpret_cast<const char*>(&bridge.evidence), sizeof bridge.evidence);
+      file_.write(reinterpret_cast<const char*>(&is_right), sizeof is_right);
+    }
+  }
+
+ private:
+  std::ofstream file_;
+};
+
+}  // namespace striper
