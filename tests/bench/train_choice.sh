@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # train_choice.sh BUILD FOLDER: makes the trees of sdk/src/stripe/select/forests/ and the networks of sdk/src/stripe/report/patches/ and track/ anew.
 #
-# BUILD is a build folder of the release preset. FOLDER takes 25 GB of what candidates and images show (8 GB of memory hold the images); rows of before are removed from it.
-# STRIPER_SHARED_DIR names the folder that holds realdata. Takes six hours of two cores. What each forest learns is said at the
+# BUILD is a build folder of the release preset. FOLDER takes 22 GB of what candidates and images show; rows of before are removed from it.
+# STRIPER_SHARED_DIR names the folder that holds realdata. Takes five and a half hours of two cores. What each forest learns is said at the
 # head of choice_training.cpp. The rows of each are of scenes that the others do not see (but for real images: the third's are those of
 # the first, the fourth's those of all three, the fifth has none; and the clipped forest learns of the fourth's), written by a program
 # that has those before it. The present ones were made so, beginning with the forests of before, which say whose positions are looked at:
@@ -255,25 +255,16 @@ patches $rows/p_rooms2 rooms 61000 500 1
 patches $rows/p_rooms3 rooms 61500 500 1
 patches $rows/p_rooms4 rooms 62000 500 1
 patches $rows/p_rooms5 rooms 62500 900 1
-patches $rows/p_rooms6 rooms 65000 1800 1
-patches $rows/p_rooms7 rooms 66800 1800 1
-patches $rows/p_rooms8 rooms 71000 900 1
 patches $rows/p_sessions sessions 60500 450 2
-patches $rows/p_sessions2 sessions 69000 800 2
-patches $rows/p_sessions3 sessions 74000 150 2
-patches $rows/p_sessions4 sessions 74200 150 2
 patches $rows/p_off off 60500 60 1
 patches $rows/p_green rooms 64500 80 1 green own jpeg
-patches $rows/p_green_sessions sessions 70000 40 2 green own jpeg
 patches $rows/p_red sessions 64500 40 2 red own jpeg
-patches $rows/p_red_rooms rooms 70100 80 1 red own jpeg
 patches $rows/p_bright sessions 64700 30 2 bright
 patches $rows/p_bright_rooms rooms 64800 40 1 bright
-patches $rows/p_bright_rooms2 rooms 70200 80 1 bright
 patches $rows/q_rooms rooms 64250 120 1
 patches $rows/q_sessions sessions 64000 60 2
 END
-python3 tests/bench/fit_patches.py $net 4 "$rows"/p_*.returns --check "$rows"/q_*.returns
+python3 tests/bench/fit_patches.py $net 6 "$rows"/p_*.returns --check "$rows"/q_*.returns
 # What rates what was measured in gaps between sure returns.
 write <<END
 bridges $rows/b_sessions sessions 90000 700 2

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that what is measured in gaps between sure returns (BridgedGaps) and rated .99 and more is
-// the stripe in 99 % of sessions and 98 % of rooms that nothing was learnt of (seeds from 10000),
-// that what is doubted is right about as often as is said, and that a good part is sure. Does not
-// prove how many returns a frame has then: bench/stripe_choice_table says that.
+// Proves that what is measured in gaps between sure returns (BridgedGaps) and rated .99 and more,
+// which is what is taken, is the stripe in 99 % of sessions and 98 % of rooms that nothing was
+// learnt of (seeds from 10000), and that a good part is taken. Does not prove how many returns a
+// frame has then: bench/stripe_choice_table says that.
 #include <cstdint>
 #include <iostream>
 #include <string>
@@ -67,28 +67,18 @@ Ratings ratings_of(const std::string& kind, int scenes) {
   return ratings;
 }
 
-// Returns of a scene go wrong together: more than three sigmas of independent ones.
-constexpr double kTogether = 0.1;
-
-void expect_as_said(const Rated& rated) {
-  ASSERT_GT(rated.count, 20);
-  EXPECT_NEAR(rated.right / static_cast<double>(rated.count), rated.said / rated.count, kTogether);
-}
-
-TEST(BridgeRating, IsAProbabilityInSessions) {
+TEST(BridgeRating, IsSureOfTheStripeInSessions) {
   STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   const Ratings ratings = ratings_of("sessions", 40);
   EXPECT_GT(ratings.sure.count, 500);
   EXPECT_GE(ratings.sure.right, kSure * ratings.sure.count);
-  expect_as_said(ratings.doubted);
 }
 
-TEST(BridgeRating, IsAProbabilityInRooms) {
+TEST(BridgeRating, IsSureOfTheStripeInRooms) {
   STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   const Ratings ratings = ratings_of("rooms", 40);
   EXPECT_GT(ratings.sure.count, 50);
   EXPECT_GE(ratings.sure.right, 0.98 * ratings.sure.count);
-  expect_as_said(ratings.doubted);
 }
 
 }  // namespace

@@ -50,19 +50,26 @@ constexpr double kLeastGainOfLong = 16.0;
 constexpr int kLongGap = 16;                  // Scan lines.
 constexpr double kLeastGainOverMisfit = 3.0;  // Of all pixels: texture is no light.
 
-// Where a scan line has no return of its own, what is measured is more probable than not.
-constexpr float kLeastTaken = 0.5F;
-
 // Of evidence: what is less, farther off or surer is not told apart.
 constexpr double kLeastLog = 1e-3;
 constexpr float kMostOdds = 8.0F;
 constexpr double kFarthest = 8.0;
 
+// The stripe, or not, by itself: whatever confidence was asked for.
+bool is_rated(ReturnStatus status) {
+  return status == ReturnStatus::kOk || status == ReturnStatus::kOutlier;
+}
+
+bool is_sure(const Stripe& stripe, std::size_t i) {
+  return is_rated(stripe.status[i]) && stripe.confidence[i] >= kSure;
+}
+
 // What is there by itself, or what a limit of the user's refused, stays as it is.
-bool may_be_bridged(ReturnStatus status) {
-  return status == ReturnStatus::kNoStripe || status == ReturnStatus::kOutlier ||
-         status == ReturnStatus::kAmbiguous || status == ReturnStatus::kNarrow ||
-         status == ReturnStatus::kWide;
+bool may_be_bridged(const Stripe& stripe, std::size_t i) {
+  const ReturnStatus status = stripe.status[i];
+  if (is_rated(status)) return !is_sure(stripe, i);
+  return status == ReturnStatus::kNoStripe || status == ReturnStatus::kAmbiguous ||
+         status == ReturnStatus::kNarrow || status == ReturnStatus::kWide;
 }
 
 struct Steep {
@@ -162,13 +169,12 @@ bool BridgedGaps::has(int line) const noexcept {
 void BridgedGaps::measure(const Measured& frame, Stripe& stripe) {
   find_sure(stripe);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
-    if (!may_be_bridged(stripe.status[i])) continue;
+    if (!may_be_bridged(stripe, i)) continue;
     std::optional<Bridge> bridge = measured_at(frame, i, stripe);
     if (!bridge) continue;
-    const float own = std::isfinite(stripe.confidence[i]) ? stripe.confidence[i] : kLeastTaken;
-    bridge->is_taken = bridge->probability > own &&
-                       static_cast<double>(bridge->probability) >= frame.least_probability;
-    if (bridge->is_taken) take(*bridge, i, stripe);
+    bridge->is_taken =
+        bridge->probability >= kSure && !(bridge->probability <= stripe.confidence[i]);
+    if (bridge->is_taken) take(*bridge, frame.least_probability, i, stripe);
     bridges_.push_back(*bridge);
   }
 }
@@ -200,20 +206,22 @@ std::optional<BridgedGaps::Bridge> BridgedGaps::measured_at(const Measured& fram
   return bridge;
 }
 
-void BridgedGaps::take(const Bridge& bridge, std::size_t i, Stripe& stripe) {
+void BridgedGaps::take(const Bridge& bridge, double least_probability, std::size_t i,
+                       Stripe& stripe) {
   stripe.across_px[i] = bridge.across_px;
   stripe.sigma_px[i] = static_cast<float>(bridge.sigma_px);
   stripe.amplitude_dn[i] = static_cast<float>(bridge.amplitude_dn);
   stripe.width_px[i] = static_cast<float>(bridge.width_px);
   stripe.confidence[i] = bridge.probability;
-  stripe.status[i] = ReturnStatus::kOk;
+  const bool is_ok = static_cast<double>(bridge.probability) >= least_probability;
+  stripe.status[i] = is_ok ? ReturnStatus::kOk : ReturnStatus::kOutlier;
 }
 
 void BridgedGaps::find_sure(const Stripe& stripe) {
   const AxisGrid& across = grid_across(stripe.grid, stripe.axis);
   sure_.clear();
   for (std::size_t i = 0; i < stripe.size(); ++i) {
-    if (stripe.status[i] != ReturnStatus::kOk || stripe.confidence[i] < kSure) continue;
+    if (!is_sure(stripe, i)) continue;
     const double sigma = static_cast<double>(stripe.sigma_px[i]) / across.step;
     sure_.push_back({stripe.line[i], across.index(stripe.across_px[i]),
                      std::hypot(sigma, kLeastSigma_px),

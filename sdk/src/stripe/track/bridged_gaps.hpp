@@ -22,8 +22,9 @@ namespace striper::detail {
 ///
 /// A stripe a few pixels beside the edge of a much brighter surface is no peak, but a shoulder of
 /// the edge: no candidate is there, or one that the edge has drawn aside. What is measured is rated
-/// by how well it fits, by the light that is there, and by the returns about it. Where the line
-/// passes by the stripe, no light is there.
+/// by how well it fits, by the light that is there, and by the returns about it; what is probable
+/// with .99 is taken, whatever confidence was asked for. Where the line passes by the stripe, no
+/// light is there.
 ///
 /// Limits: a strip as narrow as the stripe that lies on its line, beside a much brighter surface,
 /// is taken for it: one image does not tell them apart. The false alarms that were asked for are of
@@ -39,7 +40,7 @@ class BridgedGaps {
     double excess_sigma_px;    ///< That every return has, sensor pixels,
     double least_dn;           ///< and what each must rise, DN
     double least_snr;          ///< and noises.
-    double least_probability;  ///< That it is the stripe.
+    double least_probability;  ///< That it is the stripe, to be `ok`.
   };
 
   /// What was measured in a scan line, whether it was taken or not. Sensor pixels.
@@ -92,7 +93,7 @@ class BridgedGaps {
                                    const Expected& expected);
   std::optional<Bridge> measured_at(const Measured& frame, std::size_t i,
                                     const Stripe& stripe) const;
-  static void take(const Bridge& bridge, std::size_t i, Stripe& stripe);
+  static void take(const Bridge& bridge, double least_probability, std::size_t i, Stripe& stripe);
   static void add_fit(const Fitted& fitted, double width, BridgeEvidence& e);
   static void add_line(const Expected& expected, int line, const Beside& sure, const Fitted& fitted,
                        BridgeEvidence& e);
