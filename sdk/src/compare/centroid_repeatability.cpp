@@ -149,9 +149,14 @@ double centroid_snr(double sigma_px, double change_px) {
   constexpr double kClose = 1.005;     // The form itself is good to 2 %.
   double low = kLowestSnr;
   double high = kHighestSnr;
+  // The change falls about as the inverse of the SNR: where that leads, and a little beyond on
+  // either side, ends the search in a few steps; else the middle does.
+  double tried = std::clamp(0.3 / change_px, 2.0 * low, 0.5 * high);
   while (high > kClose * low) {
-    const double middle = std::sqrt(low * high);
-    (centroid_change_px(sigma_px, middle) > change_px ? low : high) = middle;
+    const double change = centroid_change_px(sigma_px, tried);
+    (change > change_px ? low : high) = tried;
+    const double led = tried * (change / change_px) * (change > change_px ? 1.002 : 0.998);
+    tried = led > low && led < high ? led : std::sqrt(low * high);
   }
   return std::sqrt(low * high);
 }
