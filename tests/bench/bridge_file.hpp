@@ -7,7 +7,7 @@
 
 #include "stripe/track/bridged_gaps.hpp"
 #include "support/extracted_trial.hpp"
-#include "support/stripe_score.hpp"
+#include "support/judged_bridges.hpp"
 
 namespace striper {
 
@@ -20,15 +20,12 @@ class BridgeFile {
   }
 
   void add(const testing::Extracted& extracted) {
-    for (const detail::BridgedGaps::Bridge& bridge : extracted.extractor.bridges().bridges()) {
-      const testing::Judgement judged =
-          testing::judge_position(extracted.truth, bridge.line, bridge.across_px, bridge.sigma_px)
-              .judgement;
-      if (judged == testing::Judgement::kMixed) continue;
-      const float is_right = judged == testing::Judgement::kRight ? 1.0F : 0.0F;
-      file_.write(reinterpret_cast<const char*>(&bridge.evidence), sizeof bridge.evidence);
-      file_.write(reinterpret_cast<const char*>(&is_right), sizeof is_right);
-    }
+    testing::for_each_judged_bridge(
+        extracted, [&](const detail::BridgedGaps::Bridge& bridge, bool is_right) {
+          const float right = is_right ? 1.0F : 0.0F;
+          file_.write(reinterpret_cast<const char*>(&bridge.evidence), sizeof bridge.evidence);
+          file_.write(reinterpret_cast<const char*>(&right), sizeof right);
+        });
   }
 
  private:

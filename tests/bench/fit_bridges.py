@@ -20,6 +20,8 @@ import torch
 from torch import nn
 from torch.nn.functional import binary_cross_entropy_with_logits
 
+from weights_file import dense, write_weights
+
 EVIDENCE = 26
 HIDDEN = 24
 NETS = 5
@@ -80,9 +82,6 @@ def say(net, path):
 
 def write(nets, out):
     """Net by net, with the scale of the evidence in the first weights."""
-    def dense(layer):
-        return layer.weight.detach().numpy().T, layer.bias.detach().numpy()
-
     layers = {name: [] for name in ("FirstWeights", "FirstBiases", "SecondWeights", "SecondBiases", "LastWeights", "LastBiases")}
     for net in nets:
         first_w, first_b = dense(net.layers[0])
@@ -90,15 +89,7 @@ def write(nets, out):
         first = (first_w / spread[:, None], first_b - (mean / spread) @ first_w)
         for name, values in zip(layers, (*first, *dense(net.layers[2]), *dense(net.layers[4]))):
             layers[name] += list(np.asarray(values).ravel())
-    lines = []
-    for name, values in layers.items():
-        numbers = [f"{v:.5g}" for v in values]
-        numbers = [n if "." in n or "e" in n else n + "." for n in numbers]
-        lines.append(f"inline constexpr float k{name}[] = {{")
-        lines += [",".join(n + "F" for n in numbers[i : i + 12]) + "," for i in range(0, len(numbers), 12)]
-        lines.append("};")
-    head = "// SPDX-License-Identifier: Apache-2.0\n// Written by tests/bench/fit_bridges.py.\n// clang-format off\n"
-    pathlib.Path(out).write_text(head + "\n".join(lines) + "\n// clang-format on\n")
+    write_weights(out, "fit_bridges.py", layers)
 
 
 def main():
@@ -110,6 +101,7 @@ def main():
     arguments = parser.parse_args()
     torch.set_num_threads(1)
     if arguments.epochs == 0:
+        torch.manual_seed(0)
         net = BridgeNet(torch.zeros(EVIDENCE), torch.ones(EVIDENCE))
         with torch.no_grad():
             net.layers[4].weight.zero_()

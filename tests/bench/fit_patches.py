@@ -9,7 +9,7 @@ The second writes one that says nothing.
 
 ROWS is what `choice_training patches ROWS ...` wrote: ROWS.patches, ROWS.returns, ROWS.evidence. `--check` names what the network does not
 learn from: how much of what it says is believed is chosen on that, and then printed what it is worth there. Needs torch (Debian's
-python3-torch) and numpy. A million returns and an epoch take three minutes of two cores. The layers are those of patch_net.cpp.
+python3-torch) and numpy. A million returns and an epoch take four minutes of a core. The layers are those of patch_net.cpp.
 """
 
 import argparse
@@ -20,6 +20,8 @@ import numpy as np
 import torch
 from torch import nn
 from torch.nn.functional import binary_cross_entropy_with_logits
+
+from weights_file import dense, write_weights
 
 SIDE = 32
 PLANES = 3
@@ -159,33 +161,17 @@ def write(net, out):
         outputs, inputs = w.shape[:2]
         return w.reshape(outputs // 4, 4, inputs, 3, 3).transpose(0, 2, 3, 4, 1), layer.bias.detach().numpy()
 
-    def dense(layer):
-        return layer.weight.detach().numpy().T, layer.bias.detach().numpy()
-
     known_w, known_b = dense(net.know[0])
     mean, spread = net.mean.numpy(), net.spread.numpy()
     known_b = known_b - (mean / spread) @ known_w
     known_w = known_w / spread[:, None]
     last_w, last_b = dense(net.both[3])
-    layers = {"First": conv(net.look[0]), "Second": conv(net.look[3]), "Third": conv(net.look[6]), "Seen": dense(net.look[11]),
-              "Known": (known_w, known_b), "Both": dense(net.both[0])}
-    lines = []
-
-    def add(name, values):
-        numbers = [f"{v:.5g}" for v in np.asarray(values).ravel()]
-        numbers = [n if "." in n or "e" in n else n + "." for n in numbers]
-        lines.append(f"inline constexpr float k{name}[] = {{")
-        for i in range(0, len(numbers), 12):
-            lines.append(",".join(n + "F" for n in numbers[i : i + 12]) + ",")
-        lines.append("};")
-
-    for name, (weights, biases) in layers.items():
-        add(name + "Weights", weights)
-        add(name + "Biases", biases)
-    add("LastWeights", last_w)
-    lines.append(f"inline constexpr float kLastBias = {float(last_b[0]):.7f}F;")
-    head = "// SPDX-License-Identifier: Apache-2.0\n// Written by tests/bench/fit_patches.py.\n// clang-format off\n"
-    pathlib.Path(out).write_text(head + "\n".join(lines) + "\n// clang-format on\n")
+    layers = {}
+    for name, (weights, biases) in {"First": conv(net.look[0]), "Second": conv(net.look[3]), "Third": conv(net.look[6]),
+                                    "Seen": dense(net.look[11]), "Known": (known_w, known_b), "Both": dense(net.both[0])}.items():
+        layers[name + "Weights"], layers[name + "Biases"] = weights, biases
+    layers["LastWeights"], layers["LastBias"] = last_w, last_b[0]
+    write_weights(out, "fit_patches.py", layers)
 
 
 def main():

@@ -14,7 +14,7 @@
 #include "stripe/track/bridged_gaps.hpp"
 #include "support/extracted_trial.hpp"
 #include "support/instrumented.hpp"
-#include "support/stripe_score.hpp"
+#include "support/judged_bridges.hpp"
 
 namespace striper {
 namespace {
@@ -39,15 +39,11 @@ struct Ratings {
   Rated sure, doubted;
 
   void add(const testing::Extracted& extracted) {
-    for (const detail::BridgedGaps::Bridge& bridge : extracted.extractor.bridges().bridges()) {
-      const testing::Judgement judged =
-          testing::judge_position(extracted.truth, bridge.line, bridge.across_px, bridge.sigma_px)
-              .judgement;
-      if (judged == testing::Judgement::kMixed) continue;
-      const double probability = static_cast<double>(bridge.probability);
-      (probability >= kSure ? sure : doubted)
-          .add(probability, judged == testing::Judgement::kRight);
-    }
+    testing::for_each_judged_bridge(
+        extracted, [&](const detail::BridgedGaps::Bridge& bridge, bool is_right) {
+          const double probability = static_cast<double>(bridge.probability);
+          (probability >= kSure ? sure : doubted).add(probability, is_right);
+        });
   }
 };
 

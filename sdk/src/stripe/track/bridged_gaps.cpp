@@ -37,8 +37,7 @@ constexpr double kNone_dn = 0.5;
 constexpr double kNoneSigma_dn = 0.01;
 constexpr double kAnyWidths = 4.0;  // That the blur of an edge alone is a part of.
 
-// What is measured: the network is fitted to such, with sure returns that the default confidence
-// asks for.
+// What is measured: the networks are fitted to such.
 constexpr double kMostSigma_px = 0.4;
 constexpr double kWholeWidths = 1.5;  // On either side of the middle no pixel is masked.
 constexpr double kMostMisfit = 6.0;   // Of the pixels that the stripe is on,
@@ -55,19 +54,19 @@ constexpr double kLeastLog = 1e-3;
 constexpr float kMostOdds = 8.0F;
 constexpr double kFarthest = 8.0;
 
-// The stripe, or not, by itself: whatever confidence was asked for.
-bool is_rated(ReturnStatus status) {
+// Which of the two it is depends on the confidence that was asked for.
+bool is_told_by_confidence(ReturnStatus status) {
   return status == ReturnStatus::kOk || status == ReturnStatus::kOutlier;
 }
 
 bool is_sure(const Stripe& stripe, std::size_t i) {
-  return is_rated(stripe.status[i]) && stripe.confidence[i] >= kSure;
+  return is_told_by_confidence(stripe.status[i]) && stripe.confidence[i] >= kSure;
 }
 
 // What is there by itself, or what a limit of the user's refused, stays as it is.
 bool may_be_bridged(const Stripe& stripe, std::size_t i) {
   const ReturnStatus status = stripe.status[i];
-  if (is_rated(status)) return !is_sure(stripe, i);
+  if (is_told_by_confidence(status)) return !is_sure(stripe, i);
   return status == ReturnStatus::kNoStripe || status == ReturnStatus::kAmbiguous ||
          status == ReturnStatus::kNarrow || status == ReturnStatus::kWide;
 }
@@ -167,6 +166,7 @@ bool BridgedGaps::has(int line) const noexcept {
 }
 
 void BridgedGaps::measure(const Measured& frame, Stripe& stripe) {
+  if (!stripe.is_seen) return;  // Then nothing is sure, whatever its confidence.
   find_sure(stripe);
   for (std::size_t i = 0; i < stripe.size(); ++i) {
     if (!may_be_bridged(stripe, i)) continue;

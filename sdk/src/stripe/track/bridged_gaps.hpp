@@ -53,7 +53,8 @@ class BridgedGaps {
     bool is_taken = false;
   };
 
-  /// After `begin`. @param stripe of this frame, one return a scan line, errors and all.
+  /// After `begin`. Measures nothing where the stripe is not seen.
+  /// @param stripe of this frame, one return a scan line, errors and all.
   void measure(const Measured& frame, Stripe& stripe);
 
   /// Begins a frame of so many scan lines, of which none is measured yet.

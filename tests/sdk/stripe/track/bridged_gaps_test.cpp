@@ -2,9 +2,9 @@
 // Proves that scan lines in whose midst a brighter surface hides the stripe's peak get it from the
 // line of the sure returns on both sides, where it is and as well as they say, along both axes,
 // beside faint edges and bends too; and none where no light is there, however soft the edge is,
-// where the returns about them are on no line, or on one side alone, where texture is beside, or
-// where no return may be. Does not prove which frames need that, nor that what is said is a
-// probability.
+// where the returns about them are on no line, or on one side alone, where texture is beside, where
+// the frame shows no stripe, or where no return may be. Does not prove which frames need that, nor
+// that what is said is a probability.
 #include "stripe/track/bridged_gaps.hpp"
 
 #include <algorithm>
@@ -47,6 +47,7 @@ struct Case {
   double bend_px = 0.0;           // The second half of the stripe is so far off.
   bool has_light = true;          // In the gap.
   bool has_after = true;          // Sure returns behind it.
+  bool is_seen = true;            // The frame shows a stripe.
   double texture_dn = 0.0;        // Of what is beside, from pixel to pixel.
   double edge_px = 2.6;           // From the stripe's middle to where the bright surface begins,
   double edge_sigma_px = 0.0;     // how soft that is,
@@ -141,6 +142,7 @@ class Gap {
   void report() {
     stripe_.axis = case_.axis;
     stripe_.reset(kLines);
+    stripe_.is_seen = case_.is_seen;
     for (int line = 0; line < kLines; ++line) {
       const auto i = static_cast<std::size_t>(line);
       if (is_in_gap(line)) stripe_.status[i] = case_.status;
@@ -155,7 +157,7 @@ class Gap {
       stripe_.amplitude_dn[i] = static_cast<float>(kAmplitude_dn);
       stripe_.width_px[i] = static_cast<float>(kWidth_px);
       stripe_.confidence[i] = 0.999F;
-      stripe_.status[i] = ReturnStatus::kOk;
+      stripe_.status[i] = case_.is_seen ? ReturnStatus::kOk : ReturnStatus::kOutlier;
     }
   }
 
@@ -212,6 +214,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Case{.name = "WithoutLight", .has_light = false},
         Case{.name = "OfOneSide", .has_after = false},
+        Case{.name = "OfAFrameWithoutStripe", .is_seen = false},
         Case{.name = "OfTexture", .has_light = false, .texture_dn = 12.0},
         Case{.name = "OfASoftEdge", .has_light = false, .edge_px = 0.4, .edge_sigma_px = 1.2},
         Case{.name = "OfASofterEdge", .has_light = false, .edge_px = 0.0, .edge_sigma_px = 1.6},
