@@ -266,7 +266,8 @@ patches $rows/q_sessions sessions 64000 60 2
 END
 python3 tests/bench/fit_patches.py $net 6 "$rows"/p_*.returns --check "$rows"/q_*.returns
 # What rates what was measured in gaps between sure returns. The rows of the present networks were written with another network of patches, and
-# before the log odds that they say had a limit and what a gap needs of min_snr counted daylight.
+# before the log odds that they say had a limit and what a gap needs of min_snr counted daylight; in
+# short gaps a quarter of the light was enough.
 write <<END
 bridges $rows/b_sessions sessions 90000 700 2
 bridges $rows/b_rooms rooms 91000 700 1

@@ -41,7 +41,7 @@ struct BridgeEvidence {
 };
 
 /// How probably that is the stripe, by the mean log odds of small networks that were fitted to
-/// simulated rooms and boards (tests/bench/fit_bridges.py). 2 us, no allocation.
+/// simulated rooms and boards (tests/bench/fit_bridges.py). A microsecond, no allocation.
 float bridge_probability(const BridgeEvidence& evidence) noexcept;
 
 }  // namespace striper::detail

@@ -39,14 +39,11 @@ constexpr double kAnyWidths = 4.0;  // That the blur of an edge alone is a part 
 
 // What is measured: the networks are fitted to such.
 constexpr double kMostSigma_px = 0.4;
-constexpr double kWholeWidths = 1.5;  // On either side of the middle no pixel is masked.
-constexpr double kMostMisfit = 6.0;   // Of the pixels that the stripe is on,
-constexpr double kMostBeside = 40.0;  // and of all.
-constexpr double kMostHeights = 2.0;  // Of the highest of the sure returns.
-// The scan line itself shows light, chi squared: where the gap is short, and where it is long.
-constexpr double kLeastGain = 4.0;
-constexpr double kLeastGainOfLong = 16.0;
-constexpr int kLongGap = 16;                  // Scan lines.
+constexpr double kWholeWidths = 1.5;          // On either side of the middle no pixel is masked.
+constexpr double kMostMisfit = 6.0;           // Of the pixels that the stripe is on,
+constexpr double kMostBeside = 40.0;          // and of all.
+constexpr double kMostHeights = 2.0;          // Of the highest of the sure returns.
+constexpr double kLeastGain = 16.0;           // Chi squared: the scan line itself shows light.
 constexpr double kLeastGainOverMisfit = 3.0;  // Of all pixels: texture is no light.
 
 // Of evidence: what is less, farther off or surer is not told apart.
@@ -259,8 +256,7 @@ std::optional<BridgedGaps::Expected> BridgedGaps::expected_at(int line, const Be
   const double sigma = std::sqrt(fitted.variance_at(1.0, 0.0) * std::max(1.0, scatter));
   if (scatter > kMostScatter || !(sigma < kMostUncertain_px)) return std::nullopt;
   amplitude /= static_cast<double>(sure.before.size() + sure.after.size());
-  const int gap_lines = sure.after.front().line - sure.before.back().line - 1;
-  return Expected{fitted.at(1.0, 0.0), sigma, scatter, amplitude, most, gap_lines};
+  return Expected{fitted.at(1.0, 0.0), sigma, scatter, amplitude, most};
 }
 
 std::optional<BridgedGaps::Fitted> BridgedGaps::fit(const Measured& frame, double width, int line,
@@ -290,8 +286,7 @@ std::optional<BridgedGaps::Fitted> BridgedGaps::fit(const Measured& frame, doubl
                         is_high(frame, best.model) && is_whole(profile, best.model);
   if (!is_there) return std::nullopt;
   const double gain = gain_of(profile, noise, prior, best);
-  const double least_gain = expected.gap_lines < kLongGap ? kLeastGain : kLeastGainOfLong;
-  if (!(gain >= std::max(least_gain, kLeastGainOverMisfit * best.misfit))) return std::nullopt;
+  if (!(gain >= std::max(kLeastGain, kLeastGainOverMisfit * best.misfit))) return std::nullopt;
   return Fitted{best, gain};
 }
 

@@ -27,8 +27,7 @@ namespace striper::detail {
 /// light is there.
 ///
 /// Limits: a strip as narrow as the stripe that lies on its line, beside a much brighter surface,
-/// is taken for it: one image does not tell them apart. The false alarms that were asked for are of
-/// scan lines by themselves: in a short gap two sigmas of light are enough.
+/// is taken for it: one image does not tell them apart.
 ///
 /// Frames whose background is subtracted have no need of it. No allocation after the first frame.
 class BridgedGaps {
@@ -77,7 +76,6 @@ class BridgedGaps {
     double position, sigma;
     double scatter;  // Chi squared of the sure returns over its degrees of freedom.
     double amplitude, most_amplitude;  // Of the sure returns, on the mean and at most.
-    int gap_lines;                     // Between the nearest of them.
   };
   // The nearest on both sides of a scan line.
   struct Beside {
