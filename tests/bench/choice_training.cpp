@@ -18,14 +18,15 @@
 // Words: `unknown`, there is no model that says how wide and high the stripe is and where it can
 // be; `turned`, it searches along the other axis, where there is none; `green` or `red`, a
 // colour camera's difference, or with `own` after it the laser's own channel; `jpeg`, compressed as
-// cameras on USB do; `bright`, so bright that stripes clip; `chosen`, only what is reported. KIND
-// is that of tests/support/choice_trial.hpp. `patches` writes for fit_patches.py what random
-// scenes' images show about returns that are doubted, and what else is known of those: OUT.patches,
-// OUT.returns and OUT.evidence. `bridges` writes for fit_bridges.py what is known of what was
-// measured in gaps between sure returns, and whether it is the stripe. `real` writes each PARTS-th
-// of the real images, from number PART; the images with an even number are for development, the
-// others held out; with `each`, a new scanner sees each image; `chosen` as above. REAL is the
-// weight of what files with "real" in their name hold; scatter has no use for them.
+// cameras on USB do; `bright`, so bright that stripes clip; `shaded`, something keeps the laser
+// from parts of the image; `chosen`, only what is reported. KIND is that of
+// tests/support/choice_trial.hpp. `patches` writes for fit_patches.py what random scenes' images
+// show about returns that are doubted, and what else is known of those: OUT.patches, OUT.returns
+// and OUT.evidence. `bridges` writes for fit_bridges.py what is known of what was measured in gaps
+// between sure returns, and whether it is the stripe. `real` writes each PARTS-th of the real
+// images, from number PART; the images with an even number are for development, the others held
+// out; with `each`, a new scanner sees each image; `chosen` as above. REAL is the weight of what
+// files with "real" in their name hold; scatter has no use for them.
 //
 // The first and the second forest say what is within near_within_px of a stripe (of a
 // real image, what is right). The scatter forest says how much more than reckoned the position
@@ -164,12 +165,13 @@ void write_trial(const ChoiceTrial& trial, bool is_turned, RowFile& file) {
 }
 
 void add_word(const std::string& word, ChoiceTrial& trial, bool& is_turned) {
-  const std::set<std::string> words{"unknown", "turned", "jpeg",   "green",
-                                    "red",     "own",    "bright", "chosen"};
+  const std::set<std::string> words{"unknown", "turned", "jpeg",   "green", "red",
+                                    "own",     "bright", "chosen", "shaded"};
   if (!words.contains(word)) throw Error(ErrorKind::kUsage, "rows: " + word + " - no word");
   if (word == "unknown") trial.knows_stripe = false;
   if (word == "turned") is_turned = true;
   if (word == "bright") trial.is_overexposed = true;
+  if (word == "shaded") trial.is_shaded = true;
   if (word == "jpeg") trial.is_compressed = true;
   if (word == "green") trial.channel = Channel::kGreenMinusRed;
   if (word == "red") trial.channel = Channel::kRedMinusGreen;

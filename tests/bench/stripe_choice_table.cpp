@@ -4,7 +4,7 @@
 //
 //     stripe_choice_table rooms|off|sessions|SCENE.yaml FIRST_SEED COUNT [--peak RULE]
 //         [--width given|learnt] [--colour grey|red|green|mixed] [--channel CHANNEL] [--frames N]
-//         [--threads N] [--csv FILE]
+//         [--threads N] [--csv FILE] [--light whole|shaded]
 //
 // A line per scene: columns; those with a stripe of SNR 8 and more; of them those with an `ok`
 // return within max(0.5 px, 3 sigma) of it; the same of those that stand out 8 times from noise and
@@ -69,10 +69,12 @@ void read_option(Settings& settings, const std::string& key, const std::string& 
     settings.trial.colour = value;
   else if (key == "--channel")
     settings.trial.channel = channel_from_string(value);
+  else if (key == "--light" && (value == "whole" || value == "shaded"))
+    settings.trial.is_shaded = value == "shaded";
   else if (key == "--csv")
     settings.csv = value;
   else
-    throw Error(ErrorKind::kUsage, key + " - not an option");
+    throw Error(ErrorKind::kUsage, key + " " + value + " - not an option");
 }
 
 Settings read_arguments(const std::vector<std::string>& words) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Proves that what judges the choice of the stripe judges rightly: returns against a truth made by
 // hand, the sums and bins, and that random scenes are a function of their seed and show what they
-// are for. Does not judge the choice itself.
+// are for, shaded ones no laser where their truth has none. Does not judge the choice itself.
 #include <cmath>
 #include <cstdint>
 
@@ -10,6 +10,7 @@
 
 #include <striper/simulator/simulator.hpp>
 
+#include "support/choice_trial.hpp"
 #include "support/colour_camera.hpp"
 #include "support/random_scene.hpp"
 #include "support/real_stripe.hpp"
@@ -198,6 +199,29 @@ TEST(RandomScenes, HaveTheAmplitudeThatTheClosedFormSays) {
   const double range_m = std::hypot(2.0, 0.0);
   EXPECT_NEAR(testing::stripe_amplitude_dn(scene, wall, range_m) / truth.amplitude_dn, 1.0, 0.02);
   EXPECT_NEAR(testing::look_of(scene).width_px.value() / truth.width_px, 1.0, 0.1);
+}
+
+TEST(ChoiceTrials, HaveNoLaserWhereTheyAreShaded) {
+  testing::TrialCamera whole({.kind = "sessions", .seed = 1});
+  testing::TrialCamera off({.kind = "off sessions", .seed = 1});
+  testing::TrialCamera shaded({.kind = "sessions", .seed = 1, .is_shaded = true});
+  const cv::Mat lit_dn = whole.expected_dn(0);
+  const cv::Mat unlit_dn = off.expected_dn(0);
+  const cv::Mat image_dn = shaded.expected_dn(0);
+  const Truth truth = shaded.truth(0);
+  const Truth whole_truth = whole.truth(0);
+  int changed = 0;
+  for (int u = 0; u < image_dn.cols; ++u) {
+    const auto i = static_cast<std::size_t>(u);
+    const bool is_unlit = cv::norm(image_dn.col(u), unlit_dn.col(u), cv::NORM_INF) == 0.0;
+    const bool is_lit = cv::norm(image_dn.col(u), lit_dn.col(u), cv::NORM_INF) == 0.0;
+    EXPECT_TRUE(is_lit || is_unlit) << u;
+    EXPECT_TRUE(is_lit || truth.lines[i].status != TruthStatus::kVisible) << u;
+    if (truth.lines[i].status == whole_truth.lines[i].status) continue;
+    EXPECT_TRUE(is_unlit) << u;
+    ++changed;
+  }
+  EXPECT_GE(changed, 3);
 }
 
 TEST(ColourCameras, PutTheLaserIntoItsOwnChannelAndALittleIntoTheOthers) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/choice_trial.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -49,20 +50,40 @@ void compress(std::uint64_t seed, cv::Mat& image) {
   image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
 }
 
+// Blocks of columns that the laser does not reach, by the scene's seed.
+std::vector<cv::Range> shaded_columns(std::uint64_t seed, int columns) {
+  SceneDice dice(seed + 0x5ADE);
+  std::vector<cv::Range> blocks(static_cast<std::size_t>(dice.whole(2, 6)));
+  for (cv::Range& block : blocks) {
+    const int count = dice.whole(3, columns / 12);
+    const int first = dice.whole(0, columns - count);
+    block = {first, first + count};
+  }
+  return blocks;
+}
+
 }  // namespace
 
 // A grey or a colour camera before a scene.
 struct TrialCamera::Parts {
-  explicit Parts(const ChoiceTrial& asked)
+  Parts(const ChoiceTrial& asked, bool has_laser)
       : trial(asked),
         looked_at(scene_of(trial)),
-        simulator(trial.kind.starts_with("off") ? without_laser(looked_at) : looked_at) {
+        simulator(has_laser ? looked_at : without_laser(looked_at)) {
     const std::string word = colour_of(trial);
     if (word == "grey") return;
     const bool is_red = word == "red";
     channel = is_red ? Channel::kRed : Channel::kGreen;
     colour.emplace(simulator.scene(),
                    is_red ? ColourCamera::Laser::kRed : ColourCamera::Laser::kGreen);
+  }
+
+  Frame render(std::uint64_t number) {
+    return colour ? colour->render(number) : simulator.render(number);
+  }
+
+  cv::Mat expected_dn(std::uint64_t number) {
+    return colour ? colour->expected_dn(number) : simulator.expected_dn(number);
   }
 
   ChoiceTrial trial;
@@ -72,8 +93,18 @@ struct TrialCamera::Parts {
   std::optional<ColourCamera> colour;
 };
 
-TrialCamera::TrialCamera(const ChoiceTrial& trial) : parts_(std::make_unique<Parts>(trial)) {}
+TrialCamera::TrialCamera(const ChoiceTrial& trial)
+    : parts_(std::make_unique<Parts>(trial, !trial.kind.starts_with("off"))) {
+  if (!trial.is_shaded) return;
+  unlit_ = std::make_unique<Parts>(trial, false);
+  shaded_ = shaded_columns(trial.seed, parts_->simulator.scene().camera.width());
+}
+
 TrialCamera::~TrialCamera() = default;
+
+void TrialCamera::shade(const cv::Mat& unlit, cv::Mat& image) const {
+  for (const cv::Range& block : shaded_) unlit.colRange(block).copyTo(image.colRange(block));
+}
 
 int TrialCamera::frames() const {
   if (parts_->trial.frames > 0) return parts_->trial.frames;
@@ -100,15 +131,17 @@ ScannerOptions TrialCamera::options() const {
 }
 
 Frame TrialCamera::render(std::uint64_t number) {
-  Frame frame = parts_->colour ? parts_->colour->render(number) : parts_->simulator.render(number);
+  Frame frame = parts_->render(number);
+  if (unlit_) shade(unlit_->render(number).image, frame.image);
   if (parts_->trial.is_compressed) compress(parts_->trial.seed, frame.image);
   frame.illumination = Illumination::unknown();
   return frame;
 }
 
 cv::Mat TrialCamera::expected_dn(std::uint64_t number) {
-  return parts_->colour ? parts_->colour->expected_dn(number)
-                        : parts_->simulator.expected_dn(number);
+  cv::Mat expected_dn = parts_->expected_dn(number);
+  if (unlit_) shade(unlit_->expected_dn(number), expected_dn);
+  return expected_dn;
 }
 
 cv::Mat TrialCamera::background_dn(std::uint64_t number) {
@@ -118,6 +151,9 @@ cv::Mat TrialCamera::background_dn(std::uint64_t number) {
 
 Truth TrialCamera::truth(std::uint64_t number) {
   Truth truth = parts_->simulator.truth(number).front();
+  for (const cv::Range& block : shaded_) {
+    std::fill(truth.lines.begin() + block.start, truth.lines.begin() + block.end, TrueLine{});
+  }
   if (parts_->simulator.scene().lasers.front().pulse_energy_j > 0.0) return truth;
   for (TrueLine& line : truth.lines) line = TrueLine{};
   return truth;

@@ -33,6 +33,7 @@ struct ChoiceTrial {
   /// `grey`; `red` or `green`: a colour camera and such a laser; `mixed`: by the seed.
   std::string colour = "grey";
   bool is_overexposed = false;
+  bool is_shaded = false;  ///< Something before the laser keeps it from a few blocks of columns.
   bool is_compressed = false;        ///< By JPEG, as cameras on USB do; 8 bits alone.
   std::optional<Channel> channel{};  ///< Instead of the laser's own.
 };
@@ -63,7 +64,11 @@ class TrialCamera {
 
  private:
   struct Parts;
+  void shade(const cv::Mat& unlit, cv::Mat& image) const;
+
   std::unique_ptr<Parts> parts_;
+  std::unique_ptr<Parts> unlit_;   // Of shaded trials.
+  std::vector<cv::Range> shaded_;  // Columns.
 };
 
 /// Runs a trial: 0.3 to 3 s. Thread-safe.
