@@ -104,7 +104,7 @@ void print(std::uint64_t frame, const ScanExplanation& why) {
   fmt::print("\n");
   if (line.is_bridged) {
     fmt::print(
-        "measured on the straight line of the returns on both sides, beside an edge of the "
+        "measured on the straight line of the sure returns about it, beside an edge of the "
         "surface\n");
   }
   print_result(why);

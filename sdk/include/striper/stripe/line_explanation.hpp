@@ -60,8 +60,8 @@ struct LineExplanation {
   /// Whether scan lines were told apart by what goes on from scan line to scan line, since the
   /// background hides the stripe; else a scan line's highest peak is the stripe.
   bool is_chosen_over_lines = false;
-  /// Whether the return is none of the candidates: it was measured where the sure returns on both
-  /// sides have their straight line, together with an edge of the surface.
+  /// Whether the return is none of the candidates: it was measured where the sure returns about it
+  /// have their straight line, together with an edge of the surface.
   bool is_bridged = false;
   std::vector<LineCandidate> candidates;  ///< The chosen one first, then by significance.
   SigmaCauses sigma_px;                   ///< Of the chosen one.

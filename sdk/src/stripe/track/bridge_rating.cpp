@@ -47,6 +47,8 @@ float log_odds_by(std::size_t net, const BridgeEvidence& evidence) {
 }  // namespace
 
 float bridge_probability(const BridgeEvidence& evidence) noexcept {
+  const auto is_finite = [](float value) { return std::isfinite(value); };
+  if (!std::all_of(evidence.of.begin(), evidence.of.end(), is_finite)) return 0.0F;
   float sum = 0.0F;
   for (std::size_t net = 0; net < kNets; ++net) sum += log_odds_by(net, evidence);
   const float log_odds = std::clamp(sum / kNets, -kMostLogOdds, kMostLogOdds);

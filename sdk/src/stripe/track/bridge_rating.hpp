@@ -20,7 +20,7 @@ struct BridgeEvidence {
     kLineSigma,   ///< and the line's, pixels.
     kNearer,      ///< Logs of the scan lines to the sure return on one side: the fewer,
     kFarther,     ///< and the more.
-    kAsked,       ///< Of how many sure returns the line is, on the side with fewer,
+    kAsked,       ///< Of how many sure returns the line is, on the side with fewer of two,
     kSpan,        ///< log of over how many scan lines,
     kScatter,     ///< and log of their chi squared about it over its degrees of freedom.
     kKink,        ///< How far the nearest ones bend there, pixels.
@@ -35,13 +35,19 @@ struct BridgeEvidence {
     kOwnOff,      ///< and sigmas,
     kIsOwnWide,   ///< and its status.
     kIsOwnNarrow,
+    kIsOneSided,    ///< Whether the line is of returns on one side alone.
+    kFreeOff,       ///< From the line where nothing holds it to the line, pixels.
+    kBeside,        ///< How many within 3 scan lines were measured in a gap, too,
+    kBesideOff,     ///< how far from theirs its distance from the line is, pixels,
+    kBesideGain,    ///< and the means of their logs of gain
+    kBesideMisfit,  ///< and misfit of the stripe's pixels.
     kCount
   };
   std::array<float, kCount> of{};
 };
 
 /// How probably that is the stripe, by the mean log odds of small networks that were fitted to
-/// simulated rooms and boards (tests/bench/fit_bridges.py). A microsecond, no allocation.
+/// simulated rooms and boards (tests/bench/fit_bridges.py); 0 of what is not finite. No allocation.
 float bridge_probability(const BridgeEvidence& evidence) noexcept;
 
 }  // namespace striper::detail
