@@ -15,7 +15,7 @@ struct BridgeEvidence {
     kContrast,    ///< Of the edge,
     kEdgeAway,    ///< and how far away it is, in widths.
     kOff,         ///< From the line of the sure returns, in sigmas
-    kOff_px,      ///< and pixels.
+    kOffPixels,   ///< and pixels.
     kSigma,       ///< Logs of its error
     kLineSigma,   ///< and the line's, pixels.
     kNearer,      ///< Logs of the scan lines to the sure return on one side: the fewer,

@@ -419,7 +419,7 @@ void BridgedGaps::add_line(const Expected& expected, const Fitted& fitted, Bridg
   const double lower_dn = std::min(before.amplitude, after.amplitude);
   e.of[BridgeEvidence::kOff] =
       at_most(kFarthest, off / std::hypot(std::sqrt(found.variance), expected.sigma));
-  e.of[BridgeEvidence::kOff_px] = static_cast<float>(off);
+  e.of[BridgeEvidence::kOffPixels] = static_cast<float>(off);
   e.of[BridgeEvidence::kFreeOff] = at_most(kFarthest, fitted.free_off_px);
   e.of[BridgeEvidence::kLineSigma] = log2_of(expected.sigma);
   e.of[BridgeEvidence::kNearer] = log2_of(std::min(to_before, to_after));
