@@ -240,6 +240,19 @@ INSTANTIATE_TEST_SUITE_P(
              .status = ReturnStatus::kNarrow}),
     [](const auto& tested) { return tested.param.name; });
 
+// How many were taken, each where the stripe is and as sure as it was rated.
+int taken_at_the_stripe(const BridgedGaps& gaps, const Gap& gap) {
+  int taken = 0;
+  for (const BridgedGaps::Bridge& bridge : gaps.bridges()) {
+    if (!bridge.is_taken) continue;
+    ++taken;
+    EXPECT_NEAR(bridge.across_px, gap.position(bridge.line), std::max(0.5, 3.0 * bridge.sigma_px));
+    EXPECT_FLOAT_EQ(gap.stripe().confidence[static_cast<std::size_t>(bridge.line)],
+                    bridge.probability);
+  }
+  return taken;
+}
+
 // From one side alone no farther than so, however many passes there are.
 constexpr int kReachAlone = 8;
 
@@ -249,14 +262,9 @@ TEST_P(AGapOfOneSide, IsBridgedWithinReachWhereTheStripeIs) {
   Gap gap(GetParam());
   BridgedGaps gaps;
   gap.measure(gaps);
-  int bridged = 0;
-  for (const BridgedGaps::Bridge& bridge : gaps.bridges()) {
-    if (!bridge.is_taken) continue;
-    ++bridged;
-    EXPECT_LT(bridge.line, std::min(GetParam().light_end, kGapBegin + kReachAlone));
-    EXPECT_NEAR(bridge.across_px, gap.position(bridge.line), std::max(0.5, 3.0 * bridge.sigma_px));
-  }
-  EXPECT_GE(bridged, 1);
+  EXPECT_GE(taken_at_the_stripe(gaps, gap), 1);
+  const int end = std::min(GetParam().light_end, kGapBegin + kReachAlone);
+  for (int line = end; line < kLines; ++line) EXPECT_FALSE(gaps.has(line)) << line;
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -279,15 +287,7 @@ TEST_P(AHardGap, HasItsReturnsWhereTheStripeIs) {
   Gap gap(GetParam());
   BridgedGaps gaps;
   gap.measure(gaps);
-  int bridged = 0;
-  for (const BridgedGaps::Bridge& bridge : gaps.bridges()) {
-    if (!bridge.is_taken) continue;
-    ++bridged;
-    EXPECT_NEAR(bridge.across_px, gap.position(bridge.line), std::max(0.5, 3.0 * bridge.sigma_px));
-    EXPECT_FLOAT_EQ(gap.stripe().confidence[static_cast<std::size_t>(bridge.line)],
-                    bridge.probability);
-  }
-  EXPECT_GE(bridged, GetParam().least_bridged);
+  EXPECT_GE(taken_at_the_stripe(gaps, gap), GetParam().least_bridged);
 }
 
 INSTANTIATE_TEST_SUITE_P(
