@@ -132,6 +132,38 @@ TEST(JudgedReturns, StandOutFromNoiseAndTextureTogetherButNotFromARamp) {
   EXPECT_NEAR(distinctness(), 40.0 / std::sqrt(4.0 + 1.0 / 12.0 + 16.0 * 16.0), 1e-4);
 }
 
+TEST(JudgedReturns, AreRightWhereLightIsWhoseMiddleIsShaded) {
+  Example example;
+  cv::Mat background(100, 12, CV_32FC1, cv::Scalar(50.0));
+  const auto judgement = [&](std::size_t line) {
+    return testing::judge(example.scan, example.truth, example.expected_dn, kNoise, background)
+        .at(line)
+        .judgement;
+  };
+  const auto light = [&](int line, int row, float dn) {
+    for (const int k : {-1, 0, 1})
+      example.expected_dn.at<float>(row + k, line) = 50.0F + dn * (k == 0 ? 1.0F : 0.6F);
+  };
+  example.scan.returns[2].v_px = 80.3;
+  example.scan.returns[10].v_px = 20.2;
+  EXPECT_EQ(judgement(2), Judgement::kWrong);
+  EXPECT_EQ(judgement(10), Judgement::kPhantom);
+  light(2, 80, 18.0F);  // The noise is 2 DN.
+  light(10, 20, 18.0F);
+  EXPECT_EQ(judgement(2), Judgement::kRight);
+  EXPECT_EQ(judgement(10), Judgement::kRight);
+  example.scan.returns[2].v_px = 80.6;  // Beside it,
+  light(10, 20, 15.0F);                 // too faint,
+  EXPECT_EQ(judgement(2), Judgement::kWrong);
+  EXPECT_EQ(judgement(10), Judgement::kPhantom);
+  light(2, 34, 18.0F);  // a true return's own, at row 30, drawn aside,
+  example.scan.returns[2].v_px = 34.0;
+  EXPECT_EQ(judgement(2), Judgement::kWrong);
+  light(10, 20, 18.0F);  // and a thing that is as bright without the laser.
+  example.expected_dn.copyTo(background);
+  EXPECT_EQ(judgement(10), Judgement::kPhantom);
+}
+
 TEST(StripeScores, CountAndBinWhatWasJudged) {
   Example example;
   example.scan.returns[0].v_px = 31.0;                                      // Biased,

@@ -10,7 +10,12 @@ namespace {
 
 constexpr double kRightPx = 0.5;
 constexpr double kMixedPx = 4.0;
-constexpr int kMixedLines = 4;  // As Scene::edge_distance_px.
+constexpr int kMixedLines = 4;      // As Scene::edge_distance_px.
+constexpr double kOwnWidths = 4.0;  // So far from a true return its own light reaches.
+
+bool is_right(double error_px, double sigma_px) {
+  return std::abs(error_px) <= std::max(kRightPx, 3.0 * sigma_px);
+}
 
 double across(const TrueReturn& truth, StripeAxis axis) {
   return axis == StripeAxis::kColumns ? truth.v_px : truth.u_px;
@@ -81,16 +86,57 @@ double texture_dn2(const TrueReturn& truth, const cv::Mat& background_dn, Stripe
   return count == 0 ? 0.0 : sum / static_cast<double>(count);
 }
 
-// What clips does not help to see it.
+// Of light in a pixel that has so much with it. What clips does not help to see it.
+double snr(double light_dn, double peak_dn, const NoiseModel& noise, double more_dn2) {
+  const double full_dn = (1 << noise.bit_depth.value_or(8)) - 1;
+  const double seen_dn = light_dn - std::max(0.0, peak_dn - full_dn);
+  return std::max(0.0, seen_dn) / std::sqrt(noise.variance_dn2(peak_dn) + more_dn2);
+}
+
 double snr(const TrueReturn& truth, const cv::Mat& expected_dn, const NoiseModel& noise,
            double more_dn2) {
   const int u = static_cast<int>(std::lround(truth.u_px));
   const int v = static_cast<int>(std::lround(truth.v_px));
   if (u < 0 || v < 0 || u >= expected_dn.cols || v >= expected_dn.rows) return 0.0;
-  const double peak_dn = expected_dn.at<float>(v, u);
-  const double full_dn = (1 << noise.bit_depth.value_or(8)) - 1;
-  const double seen_dn = truth.amplitude_dn - std::max(0.0, peak_dn - full_dn);
-  return std::max(0.0, seen_dn) / std::sqrt(noise.variance_dn2(peak_dn) + more_dn2);
+  return snr(truth.amplitude_dn, expected_dn.at<float>(v, u), noise, more_dn2);
+}
+
+// Whether light there is a true return's own, which an edge of reflectance may have drawn aside.
+bool is_of_a_true_return(const TrueLine& line, StripeAxis axis, double at) {
+  bool is_own = false;
+  for_each_true(line, [&](const TrueReturn& t) {
+    is_own |= std::abs(across(t, axis) - at) <= kOwnWidths * t.width_px;
+  });
+  return is_own;
+}
+
+// How far a position of a scan line is from the nearest peak of the laser's light that is no true
+// return's and stands out from the noise; NaN where there is none.
+double error_from_light(const cv::Mat& expected_dn, const cv::Mat& background_dn,
+                        const NoiseModel& noise, const Truth& truth, int line, double at) {
+  const bool is_column = truth.axis == StripeAxis::kColumns;
+  const int length = is_column ? expected_dn.rows : expected_dn.cols;
+  const auto value = [&](const cv::Mat& image, int i) {
+    return static_cast<double>(is_column ? image.at<float>(i, line) : image.at<float>(line, i));
+  };
+  const auto light = [&](int i) { return value(expected_dn, i) - value(background_dn, i); };
+  double nearest = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 1; i + 1 < length; ++i) {
+    const double before = light(i - 1);
+    const double here = light(i);
+    const double after = light(i + 1);
+    if (!(here > before && here >= after)) continue;
+    if (snr(here, value(expected_dn, i), noise, 0.0) < StripeScore::kSnr) continue;
+    const double peak = i + 0.5 * (before - after) / (before - 2.0 * here + after);
+    if (is_of_a_true_return(truth.lines[static_cast<std::size_t>(line)], truth.axis, peak))
+      continue;
+    if (!(std::abs(at - peak) >= std::abs(nearest))) nearest = at - peak;
+  }
+  return nearest;
+}
+
+bool is_wrong(Judgement judgement) {
+  return judgement == Judgement::kWrong || judgement == Judgement::kPhantom;
 }
 
 }  // namespace
@@ -100,7 +146,7 @@ JudgedPosition judge_position(const Truth& truth, int line, double across_px, do
   JudgedPosition judged;
   judged.error_px = nearest_error(there, truth.axis, across_px);
   const bool has_stripe = there.status == TruthStatus::kVisible;
-  if (std::abs(judged.error_px) <= std::max(kRightPx, 3.0 * sigma_px)) {
+  if (is_right(judged.error_px, sigma_px)) {
     judged.judgement = Judgement::kRight;
   } else if (is_mixed(truth, line, across_px)) {
     judged.judgement = Judgement::kMixed;
@@ -133,7 +179,12 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
     r.confidence = scan.returns[i].confidence;
     r.across_px = scan.returns[i].across_px(scan.axis);
     r.sigma_px = scan.returns[i].row_sigma_px;
-    const JudgedPosition position = judge_position(truth, r.line, r.across_px, r.sigma_px);
+    JudgedPosition position = judge_position(truth, r.line, r.across_px, r.sigma_px);
+    if (is_wrong(position.judgement) && !background_dn.empty()) {
+      const double error_px =
+          error_from_light(expected_dn, background_dn, noise, truth, r.line, r.across_px);
+      if (is_right(error_px, r.sigma_px)) position = {Judgement::kRight, error_px};
+    }
     r.error_px = position.error_px;
     r.judgement = position.judgement;
   }

@@ -16,7 +16,7 @@ namespace striper::testing {
 
 /// What a return is, by the truth.
 enum class Judgement {
-  kRight,    ///< Within max(0.5 px, 3 sigma) of a true return of its scan line.
+  kRight,    ///< Within max(0.5 px, 3 sigma) of where its scan line shows the laser.
   kMixed,    ///< At an edge, between the two stripes that meet there and within 4 px of one.
   kWrong,    ///< Something else in a scan line that shows a stripe.
   kPhantom,  ///< In a scan line without a stripe.
@@ -44,9 +44,12 @@ struct JudgedReturn {
   bool is_ok() const { return status == ReturnStatus::kOk; }
 };
 
-/// Judges a scan line by line. @param expected_dn the exposure without noise, for the noise of a
-/// peak pixel. @param background_dn the same with the laser off; empty: without texture. @param
-/// truth may have no stripe at all (laser off).
+/// Judges a scan line by line. What a surface shows of a beam whose middle is in the shade has no
+/// true return; within max(0.5 px, 3 sigma) of such a peak of light that is 8 times the noise, and
+/// farther than 4 widths from true returns, one is right, too. @param expected_dn the exposure
+/// without noise, for the noise of a peak pixel. @param background_dn the same with the laser off;
+/// empty: without texture, and without such peaks. @param truth may have no stripe at all (laser
+/// off).
 std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
                                 const cv::Mat& expected_dn, const NoiseModel& noise,
                                 const cv::Mat& background_dn = {});
