@@ -85,6 +85,8 @@ class StripeChoice {
                     std::vector<float>& odds);
   void finish_batch(const ChoiceForest& forest, std::vector<float>& odds);
   bool is_orderly() const noexcept;
+  bool has_short_things() const noexcept;
+  std::int32_t highest_of(int line) const noexcept;
   void choose_in_lines();
   void widen_chosen();
   void widen_batch();
