@@ -13,8 +13,8 @@ usage: ./test.sh [--deps | --full | --only STAGE]
   --full         all of that and every stage below
   --only STAGE   one stage: device, gige, format, asan, tsan, tidy, slow, foreign, browser
                  or fuzz
-                   device  the kernel's video driver in a virtual machine and the virtual GigE camera at
-                           full rate, one at a time; wants the machine to itself
+                   device  the kernel's video driver in a virtual machine, the virtual GigE camera and a
+                           recording at full rate, one at a time; wants the machine to itself
                    gige    of these the virtual GigE camera alone
                    format  clang-format 14 has nothing to change
                    asan    the quick tests under AddressSanitizer and UndefinedBehaviorSanitizer
@@ -61,7 +61,7 @@ stage_device() {
   run_tests release -L device -j 1 --repeat until-pass:3 "$@"
 }
 
-stage_gige() { stage_device -E v4l2_vm; }
+stage_gige() { stage_device -E 'v4l2_vm|RecordingThroughput'; }
 
 stage_format() { tests/lint/format.sh; }
 

@@ -90,7 +90,7 @@ Settings read_arguments(const std::vector<std::string>& words) {
 
 const char* word(const JudgedReturn& r) {
   if (!r.has_values()) return "none";
-  constexpr const char* kWords[] = {"right", "mixed", "wrong", "phantom"};
+  constexpr const char* kWords[] = {"right", "mixed", "wrong", "phantom", "side"};
   return kWords[static_cast<int>(r.judgement)];
 }
 

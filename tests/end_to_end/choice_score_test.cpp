@@ -132,7 +132,7 @@ TEST(JudgedReturns, StandOutFromNoiseAndTextureTogetherButNotFromARamp) {
   EXPECT_NEAR(distinctness(), 40.0 / std::sqrt(4.0 + 1.0 / 12.0 + 16.0 * 16.0), 1e-4);
 }
 
-TEST(JudgedReturns, AreRightWhereLightIsWhoseMiddleIsShaded) {
+TEST(JudgedReturns, AreNeitherOnLightWhoseMiddleIsShaded) {
   Example example;
   cv::Mat background(100, 12, CV_32FC1, cv::Scalar(50.0));
   const auto judgement = [&](std::size_t line) {
@@ -150,10 +150,15 @@ TEST(JudgedReturns, AreRightWhereLightIsWhoseMiddleIsShaded) {
   EXPECT_EQ(judgement(10), Judgement::kPhantom);
   light(2, 80, 18.0F);  // The noise is 2 DN.
   light(10, 20, 18.0F);
-  EXPECT_EQ(judgement(2), Judgement::kRight);
-  EXPECT_EQ(judgement(10), Judgement::kRight);
-  example.scan.returns[2].v_px = 80.6;  // Beside it,
-  light(10, 20, 15.0F);                 // too faint,
+  EXPECT_EQ(judgement(2), Judgement::kSide);
+  EXPECT_EQ(judgement(10), Judgement::kSide);
+  StripeScore score;
+  score.add(example.scan,
+            testing::judge(example.scan, example.truth, example.expected_dn, kNoise, background));
+  EXPECT_EQ(score.side, 2U);
+  EXPECT_EQ(score.wrong + score.found, 9U);  // Line 2 is not found; line 11 is mixed.
+  example.scan.returns[2].v_px = 80.6;       // Beside it,
+  light(10, 20, 15.0F);                      // too faint,
   EXPECT_EQ(judgement(2), Judgement::kWrong);
   EXPECT_EQ(judgement(10), Judgement::kPhantom);
   light(2, 34, 18.0F);  // a true return's own, at row 30, drawn aside,

@@ -86,7 +86,7 @@ double texture_dn2(const TrueReturn& truth, const cv::Mat& background_dn, Stripe
   return count == 0 ? 0.0 : sum / static_cast<double>(count);
 }
 
-// Of light in a pixel that has so much with it. What clips does not help to see it.
+// What clips does not help to see the light. @param peak_dn of the pixel, with the light.
 double snr(double light_dn, double peak_dn, const NoiseModel& noise, double more_dn2) {
   const double full_dn = (1 << noise.bit_depth.value_or(8)) - 1;
   const double seen_dn = light_dn - std::max(0.0, peak_dn - full_dn);
@@ -133,6 +133,10 @@ double error_from_light(const cv::Mat& expected_dn, const cv::Mat& background_dn
     if (!(std::abs(at - peak) >= std::abs(nearest))) nearest = at - peak;
   }
   return nearest;
+}
+
+bool is_neither(Judgement judgement) {
+  return judgement == Judgement::kMixed || judgement == Judgement::kSide;
 }
 
 bool is_wrong(Judgement judgement) {
@@ -183,7 +187,7 @@ std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
     if (is_wrong(position.judgement) && !background_dn.empty()) {
       const double error_px =
           error_from_light(expected_dn, background_dn, noise, truth, r.line, r.across_px);
-      if (is_right(error_px, r.sigma_px)) position = {Judgement::kRight, error_px};
+      if (is_right(error_px, r.sigma_px)) position.judgement = Judgement::kSide;
     }
     r.error_px = position.error_px;
     r.judgement = position.judgement;
@@ -198,32 +202,33 @@ void StripeScore::add(const PolarScan& scan, const std::vector<JudgedReturn>& re
     ++columns;
     const bool is_visible = r.truth_status == TruthStatus::kVisible;
     const bool is_clear = is_visible && r.truth_snr >= kSnr;
-    const bool is_right = r.has_values() && r.judgement == Judgement::kRight;
+    const bool is_stripe = r.has_values() && r.judgement == Judgement::kRight;
     visible += is_visible ? 1 : 0;
     clear += is_clear ? 1 : 0;
-    found += is_clear && r.is_ok() && is_right ? 1 : 0;
-    found_visible += is_visible && r.is_ok() && is_right ? 1 : 0;
+    found += is_clear && r.is_ok() && is_stripe ? 1 : 0;
+    found_visible += is_visible && r.is_ok() && is_stripe ? 1 : 0;
     const bool is_distinct = is_visible && r.truth_distinctness >= kSnr;
     distinct += is_distinct ? 1 : 0;
-    found_distinct += is_distinct && r.is_ok() && is_right ? 1 : 0;
+    found_distinct += is_distinct && r.is_ok() && is_stripe ? 1 : 0;
     if (r.is_ok()) {
       ++ok;
       mixed += r.judgement == Judgement::kMixed ? 1 : 0;
       phantom += r.judgement == Judgement::kPhantom ? 1 : 0;
-      wrong += r.judgement == Judgement::kPhantom || r.judgement == Judgement::kWrong ? 1 : 0;
+      side += r.judgement == Judgement::kSide ? 1 : 0;
+      wrong += is_wrong(r.judgement) ? 1 : 0;
       biased += r.judgement == Judgement::kWrong && std::abs(r.error_px) < kBiasedPx ? 1 : 0;
     }
-    if (!r.has_values() || r.judgement == Judgement::kMixed || !std::isfinite(r.confidence)) {
+    if (!r.has_values() || is_neither(r.judgement) || !std::isfinite(r.confidence)) {
       continue;
     }
     const auto above = std::upper_bound(kBins.begin(), kBins.end(), r.confidence);
     Bin& bin =
         bins[static_cast<std::size_t>(std::max<std::ptrdiff_t>(1, above - kBins.begin()) - 1)];
     ++bin.count;
-    bin.stripe += is_right ? 1 : 0;
+    bin.stripe += is_stripe ? 1 : 0;
     bin.sum += r.confidence;
     ++judged;
-    const double miss = r.confidence - (is_right ? 1.0 : 0.0);
+    const double miss = r.confidence - (is_stripe ? 1.0 : 0.0);
     squared += miss * miss;
   }
 }
@@ -243,6 +248,7 @@ void StripeScore::add(const StripeScore& other) {
   phantom += other.phantom;
   biased += other.biased;
   mixed += other.mixed;
+  side += other.side;
   judged += other.judged;
   squared += other.squared;
   for (std::size_t i = 0; i < bins.size(); ++i) {

@@ -16,10 +16,11 @@ namespace striper::testing {
 
 /// What a return is, by the truth.
 enum class Judgement {
-  kRight,    ///< Within max(0.5 px, 3 sigma) of where its scan line shows the laser.
+  kRight,    ///< Within max(0.5 px, 3 sigma) of a true return of its scan line.
   kMixed,    ///< At an edge, between the two stripes that meet there and within 4 px of one.
   kWrong,    ///< Something else in a scan line that shows a stripe.
   kPhantom,  ///< In a scan line without a stripe.
+  kSide,     ///< On light of the laser plane's side, where the middle of the plane is shaded.
 };
 
 /// One return with what is known of its scan line.
@@ -44,12 +45,13 @@ struct JudgedReturn {
   bool is_ok() const { return status == ReturnStatus::kOk; }
 };
 
-/// Judges a scan line by line. What a surface shows of a beam whose middle is in the shade has no
-/// true return; within max(0.5 px, 3 sigma) of such a peak of light that is 8 times the noise, and
-/// farther than 4 widths from true returns, one is right, too. @param expected_dn the exposure
-/// without noise, for the noise of a peak pixel. @param background_dn the same with the laser off;
-/// empty: without texture, and without such peaks. @param truth may have no stripe at all (laser
-/// off).
+/// Judges a scan line by line. Truth knows where the middle of the laser plane is lit. What would
+/// be wrong is kSide within max(0.5 px, 3 sigma) of a peak of the laser's light that is 8 times the
+/// noise and farther than 4 widths from true returns.
+/// @param truth may have no stripe at all (laser off).
+/// @param expected_dn the exposure without noise, for the noise of a peak pixel: the whole sensor.
+/// @param background_dn the same with the laser off; empty (of a colour camera): without texture,
+/// and nothing is kSide.
 std::vector<JudgedReturn> judge(const PolarScan& scan, const Truth& truth,
                                 const cv::Mat& expected_dn, const NoiseModel& noise,
                                 const cv::Mat& background_dn = {});
@@ -88,6 +90,7 @@ struct StripeScore {
   std::size_t phantom = 0;  ///< `ok` in columns without a stripe.
   std::size_t biased = 0;   ///< `ok`, wrong by less than kBiasedPx: the stripe, badly placed.
   std::size_t mixed = 0;    ///< `ok`.
+  std::size_t side = 0;     ///< `ok`.
   std::array<Bin, kBins.size()> bins = {};
   std::size_t judged = 0;
   double squared = 0.0;  ///< Sum of (confidence - 1 if it is the stripe else 0)^2.
