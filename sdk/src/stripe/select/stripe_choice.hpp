@@ -43,8 +43,8 @@ class StripeChoice {
   /// Whether the frame is so plain that each scan line can tell by itself: its background is
   /// subtracted, or nearly every scan line shows something, and the highest things go on from scan
   /// line to scan line (in all but 1.5 % of them over 16 and more), or hardly any shows more than
-  /// noise may. Then nothing is chosen here: a
-  /// scan line's highest peak is the stripe, with the probability that it is no noise.
+  /// noise may. Then nothing is chosen here: a scan line's highest peak is the stripe, with the
+  /// probability that it is no noise.
   bool is_plain() const noexcept { return is_plain_; }
 
   /// Whether what a plain frame shows hardly anywhere goes on from scan line to scan line: what is
