@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves that of what is measured in gaps between sure returns (BridgedGaps) and taken (rated .995
-// and more, and more than the scan line's own return) 99 % is the stripe in sessions and 98 % in
-// rooms that nothing was learnt of (seeds from 10000), where something keeps the laser from a part
-// of them, too, and that a good part is taken. Does not prove how many returns a frame has then:
-// bench/stripe_choice_table says that.
+// Proves that of what is measured in gaps between sure returns (BridgedGaps) and taken (rated .9925
+// and more, and more than the scan line's own return; of little light only with others beside) 99 %
+// is the stripe in sessions and 98 % in rooms that nothing was learnt of (seeds from 10000), where
+// something keeps the laser from a part of them, too, and that a good part is taken. Does not prove
+// how many returns a frame has then: bench/stripe_choice_table says that.
 #include <cstdint>
 #include <iostream>
 #include <string>
@@ -74,14 +74,14 @@ Ratings ratings_of(const std::string& kind, int scenes, bool is_shaded = false) 
 TEST(BridgeRating, IsSureOfTheStripeInSessions) {
   STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   const Ratings ratings = ratings_of("sessions", 40);
-  EXPECT_GT(ratings.taken.count, 500);
+  EXPECT_GT(ratings.taken.count, 1000);
   EXPECT_GE(ratings.taken.right, kSure * ratings.taken.count);
 }
 
 TEST(BridgeRating, IsSureOfTheStripeInRooms) {
   STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   const Ratings ratings = ratings_of("rooms", 40);
-  EXPECT_GT(ratings.taken.count, 50);
+  EXPECT_GT(ratings.taken.count, 400);
   EXPECT_GE(ratings.taken.right, 0.98 * ratings.taken.count);
 }
 
@@ -89,11 +89,11 @@ TEST(BridgeRating, IsSureOfTheStripeInRooms) {
 TEST(BridgeRating, IsSureOfHardlyAnythingThatTheLaserDoesNotReach) {
   STRIPER_SKIP_FIGURES_WHERE_INSTRUMENTED();
   const Ratings sessions = ratings_of("sessions", 40, true);
-  EXPECT_GT(sessions.taken.count, 500);
+  EXPECT_GT(sessions.taken.count, 900);
   EXPECT_GE(sessions.taken.right, kSure * sessions.taken.count);
   EXPECT_LE(sessions.taken_unlit, kMostUnlit * 40);
   const Ratings rooms = ratings_of("rooms", 25, true);
-  EXPECT_GT(rooms.taken.count, 30);
+  EXPECT_GT(rooms.taken.count, 200);
   EXPECT_GE(rooms.taken.right, 0.98 * rooms.taken.count);
   EXPECT_LE(rooms.taken_unlit, kMostUnlit * 25);
 }

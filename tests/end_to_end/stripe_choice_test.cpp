@@ -73,8 +73,8 @@ void expect_reliable(const StripeScore& score) {
   }
 }
 
-// Of the stripes of 8 times the noise 95 % are asked for, and 86.9 % found; of those of 8 times
-// noise and texture together 96 %.
+// Of the stripes of 8 times the noise 95 % are asked for, and 87.1 % found; of those of 8 times
+// noise and texture together 95.8 %.
 TEST(StripeChoice, OkIsTheStripeInRoomsAndConfidenceIsAProbability) {
   const StripeScore score = sum_of({.kind = "rooms", .frames = 1}, kHeldOut, kRooms);
   std::cout << text(score);
@@ -93,7 +93,7 @@ TEST(StripeChoice, NothingIsOkWhereTheLaserIsOffAndNoStripeIsSaid) {
   EXPECT_EQ(score.unseen, score.scans);
 }
 
-// 97 % are asked for. In later frames, whose boards are farther, 95.6 % are found.
+// 97 % are asked for.
 TEST(StripeChoice, OkIsTheStripeInSessionsOfOtherBoardsLensesAndWidths) {
   const StripeScore first = sum_of({.kind = "sessions", .frames = 3}, kHeldOut, kSessions);
   std::cout << text(first);
@@ -101,33 +101,32 @@ TEST(StripeChoice, OkIsTheStripeInSessionsOfOtherBoardsLensesAndWidths) {
   EXPECT_LE(first.wrong_percent(), 0.5);
   const StripeScore all = sum_of({.kind = "sessions"}, kHeldOut, kSessions);
   std::cout << text(all);
-  EXPECT_GE(all.found_percent(), 96.0);
+  EXPECT_GE(all.found_percent(), 97.0);
   EXPECT_GE(all.found_distinct_percent(), 98.0);
   EXPECT_LE(all.wrong_percent(), 0.1);
 }
 
-// 97 % are asked for; of green lasers 96.6 are found.
+// 97 % are asked for.
 TEST(StripeChoice, OkIsTheStripeInSessionsOfColourCameras) {
-  const std::pair<const char*, double> least_found[] = {{"red", 97.0}, {"green", 96.5}};
-  for (const auto& [colour, least] : least_found) {
+  for (const char* const colour : {"red", "green"}) {
     const StripeScore score =
         sum_of({.kind = "sessions", .frames = 3, .colour = colour}, kHeldOut, kSessions);
     std::cout << colour << ": " << text(score);
-    EXPECT_GE(score.found_percent(), least) << colour;
+    EXPECT_GE(score.found_percent(), 97.0) << colour;
     EXPECT_LE(score.wrong_percent(), 0.5) << colour;
   }
 }
 
 #else
 
-// 97 % of all are asked for: 1831 of 1888 are one too few; of those with SNR 8 it is 97.3.
+// 97 % of all are asked for, those of less than SNR 8 with them.
 TEST(StripeChoice, OkIsTheStripeInTheSessionOfTheScenes) {
   ChoiceTrial trial{.kind = testing::source_path("data/scenes/calibration.yaml").string()};
   trial.seed = 1991;
   trial.frames = 10;
   const StripeScore score = run_trial(trial).all;
   std::cout << text(score);
-  EXPECT_GE(StripeScore::percent(score.found_visible, score.visible), 96.9);
+  EXPECT_GE(StripeScore::percent(score.found_visible, score.visible), 97.0);
   EXPECT_GE(score.found_percent(), 97.0);
   EXPECT_LE(score.wrong_percent(), 0.1);
 }

@@ -141,7 +141,9 @@ void ProfileExtractor::bridge_gaps(const FrameAtHand& at_hand, const WidthModel&
                                        errors_.excess_sigma_px(at_hand, options_),
                                        options_.threshold_dn.value_or(0.0),
                                        options_.min_snr,
-                                       options_.min_confidence};
+                                       options_.min_confidence,
+                                       choice_.coverage(),
+                                       choice_.clutter()};
   bridges_.measure(measured, stripe);
 }
 

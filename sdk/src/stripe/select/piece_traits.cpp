@@ -70,7 +70,8 @@ void PieceTraits::look_closer(const StripePieces& pieces, const ChoiceContext& c
     const ProfileMisfit misfit = misfit_of(*context.frame, context.axis, c);
     look.misfit = misfit.residual;
     look.sides = misfit.sides;
-    const float texture_dn = texture_beside(*context.frame, context.axis, c);
+    const float texture_dn =
+        texture_beside(*context.frame, context.axis, c.line, c.across, c.width);
     look.texture =
         std::min(look.height - fast_log2(std::max(kLeastTexture_dn, texture_dn)), kMostTexture);
     Trait& t = traits_[static_cast<std::size_t>(pieces.link(i).piece)];

@@ -64,6 +64,9 @@ class StripeChoice {
 
   /// The expected width as it was used: the context's, or that of the main pieces.
   const WidthModel& width() const noexcept { return traits_.width(); }
+  /// Of the frame, see PieceTraits.
+  float coverage() const noexcept { return traits_.coverage(); }
+  float clutter() const noexcept { return traits_.clutter(); }
 
   /// How many scan lines the main pieces cover, each as far as it is like a stripe and alone. 5 us.
   float merit() const noexcept;

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+
+#include <opencv2/core/mat.hpp>
 
 #include "stripe/profile/line_view.hpp"
 
@@ -18,11 +21,10 @@ constexpr float kNarrowest_px = 0.7F;
 constexpr float kWidest_px = 8.0F;
 
 template <typename Pixel>
-float texture_in(const LitFrame& frame, StripeAxis axis, const Candidate& c) {
-  const LitLine<Pixel> line(frame, axis, c.line);
-  const float width = std::clamp(c.width, kNarrowest_px, kWidest_px);
+float texture_in(const LitLine<Pixel>& line, float across, float measured_width) {
+  const float width = std::clamp(measured_width, kNarrowest_px, kWidest_px);
   const int apart = std::max(2, static_cast<int>(std::lround(kApart * width)));
-  const int middle = static_cast<int>(std::lround(c.across));
+  const int middle = static_cast<int>(std::lround(across));
   const auto value = [&](int k) { return static_cast<float>(line.value(k)); };
   float squares = 0.0F;
   int count = 0;
@@ -44,9 +46,10 @@ float texture_in(const LitFrame& frame, StripeAxis axis, const Candidate& c) {
 
 }  // namespace
 
-float texture_beside(const LitFrame& frame, StripeAxis axis, const Candidate& candidate) {
-  return frame.lit.depth() == CV_8U ? texture_in<std::uint8_t>(frame, axis, candidate)
-                                    : texture_in<std::uint16_t>(frame, axis, candidate);
+float texture_beside(const LitFrame& frame, StripeAxis axis, int line, float across, float width) {
+  return frame.lit.depth() == CV_8U
+             ? texture_in(LitLine<std::uint8_t>(frame, axis, line), across, width)
+             : texture_in(LitLine<std::uint16_t>(frame, axis, line), across, width);
 }
 
 }  // namespace striper::detail

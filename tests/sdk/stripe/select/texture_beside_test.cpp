@@ -18,12 +18,7 @@ namespace {
 constexpr int kLength = 200;
 constexpr double kLevel_dn = 100.0;
 
-Candidate at(float across) {
-  Candidate candidate;
-  candidate.across = across;
-  candidate.width = 1.5F;
-  return candidate;
-}
+constexpr float kWidth_px = 1.5F;
 
 // One scan line, a stripe of that height on it.
 template <typename Pixel, typename Background>
@@ -40,7 +35,7 @@ LitFrame line_of(float across, double height_dn, const Background& background) {
 }
 
 float texture_of(const LitFrame& frame, float across) {
-  return texture_beside(frame, StripeAxis::kColumns, at(across));
+  return texture_beside(frame, StripeAxis::kColumns, 0, across, kWidth_px);
 }
 
 // Its own foot, three widths off, is a hundredth of it.
@@ -77,7 +72,7 @@ TEST(TextureBeside, IsThatOfTheScanLineAlongEitherAxis) {
   turned.lit = frame.lit.t();
   const float texture = texture_of(frame, 100.0F);
   EXPECT_GT(texture, 20.0F);
-  EXPECT_EQ(texture_beside(turned, StripeAxis::kRows, at(100.0F)), texture);
+  EXPECT_EQ(texture_beside(turned, StripeAxis::kRows, 0, 100.0F, kWidth_px), texture);
 }
 
 TEST(TextureBeside, AtABorderIsThatOfTheOtherSide) {
