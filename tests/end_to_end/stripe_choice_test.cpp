@@ -73,7 +73,7 @@ void expect_reliable(const StripeScore& score) {
   }
 }
 
-// Of the stripes of 8 times the noise 95 % are asked for, and 87.1 % found; of those of 8 times
+// Of the stripes of 8 times the noise 95 % are asked for, and 86.9 % found; of those of 8 times
 // noise and texture together 95.8 %.
 TEST(StripeChoice, OkIsTheStripeInRoomsAndConfidenceIsAProbability) {
   const StripeScore score = sum_of({.kind = "rooms", .frames = 1}, kHeldOut, kRooms);

@@ -14,7 +14,7 @@ struct BridgeEvidence {
     kMisfit,      ///< and of all.
     kContrast,    ///< Of the edge,
     kEdgeAway,    ///< and how far away it is, in widths.
-    kOff,         ///< From the line of the sure returns, in sigmas
+    kOff,         ///< From the line that says where it should be, in sigmas
     kOffPixels,   ///< and pixels.
     kSigma,       ///< Logs of its error
     kLineSigma,   ///< and the line's, pixels.
@@ -36,7 +36,7 @@ struct BridgeEvidence {
     kIsOwnWide,   ///< and its status.
     kIsOwnNarrow,
     kIsOneSided,     ///< Whether the line is of returns on one side alone.
-    kFreeOff,        ///< From the line where nothing holds it to the line, pixels.
+    kFreeOff,        ///< From the line where little holds it to the line, pixels.
     kBeside,         ///< How many within 3 scan lines were measured in a gap, too,
     kBesideOff,      ///< how far from theirs its distance from the line is, pixels,
     kBesideGain,     ///< and the means of their logs of gain
@@ -48,7 +48,7 @@ struct BridgeEvidence {
     kFarSigma,       ///< logs of that line's error
     kFarScatter,     ///< and of its returns' scatter, in their sigmas squared,
     kFarPart,        ///< the part of them that lies on it,
-    kFarAsked,       ///< and log of how many are on the side with fewer.
+    kFarAsked,       ///< and log of how many there are on the side with fewer.
     kSureOdds,       ///< Mean log odds of the returns beside,
     kLeastSureOdds,  ///< the least of them,
     kBridgedPart,    ///< and the part of them that was measured in a gap.
