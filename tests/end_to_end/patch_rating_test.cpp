@@ -21,7 +21,7 @@ namespace striper {
 namespace {
 
 constexpr std::uint64_t kHeldOut = 10000;
-constexpr int kRooms = 24;
+constexpr int kRooms = 40;  // Of 24, two with many textures decide.
 const double kSureOdds = std::log(99.0);
 constexpr double kChanged = 1e-4;  // More than rounding.
 

@@ -33,6 +33,7 @@ CandidateFinder::CandidateFinder(const ExtractOptions& options)
 
 void CandidateFinder::begin(const LitFrame& frame) {
   ridges_.reserve(frame.lit.size(), options_.axis);
+  clipped_runs_.reserve(frame, options_.axis);
   ridges_at_edges_.reserve(frame, options_.axis);
   blocks_.find(frame, options_.axis);
   blocks_.rank(BlockMaxima::kFirst);
@@ -95,10 +96,12 @@ void CandidateFinder::take_ridges(const FrameAtHand& at_hand, const WidthModel& 
   const LitFrame& frame = at_hand.frame;
   if (!frame.dark.empty()) cv::subtract(frame.lit, frame.dark, difference_);
   const cv::Mat& image = frame.dark.empty() ? frame.lit : difference_;
-  ridges_.find(image, options_.axis, reach, least_dn);
-  candidates_.take_ridges(ridges_);
   const bool refine = options_.method == ExtractMethod::kRefined;
   const ProfilePlan plan = plan_profile(width, at_hand.noise, refine, BackgroundReach::kNarrow);
+  const auto most_clipped_px = static_cast<int>(kMostClippedWidths * plan.largest_width + 1.0F);
+  ridges_.find(image, options_.axis, reach, least_dn);
+  clipped_runs_.add_to(ridges_, frame, options_.axis, {reach, most_clipped_px, least_dn});
+  candidates_.take_ridges(ridges_);
   for (PeakList* const peaks : {&candidates_.primary, &candidates_.secondary}) {
     measure_profiles(at_hand.images, plan, peaks->seeds.data(), static_cast<int>(peaks->size()),
                      peaks->measurements());

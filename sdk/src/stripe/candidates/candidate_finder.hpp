@@ -9,8 +9,9 @@
 #include "stripe/candidates/detection.hpp"
 #include "stripe/candidates/peak_candidates.hpp"
 #include "stripe/candidates/peak_measurer.hpp"
-#include "stripe/candidates/ridges.hpp"
-#include "stripe/candidates/ridges_at_edges.hpp"
+#include "stripe/candidates/ridges/clipped_runs.hpp"
+#include "stripe/candidates/ridges/ridges.hpp"
+#include "stripe/candidates/ridges/ridges_at_edges.hpp"
 #include "stripe/candidates/searched_part.hpp"
 #include "stripe/profile/frame_at_hand.hpp"
 
@@ -20,7 +21,7 @@ namespace striper::detail {
 inline constexpr float kClearSignificance = 8.0F;
 
 /// Finds what in a frame may be the stripe, and measures it: of each scan line its brightest
-/// pixels, and where the background hides the stripe all its ridges.
+/// pixels, and where the background hides the stripe all its ridges and what is clipped.
 class CandidateFinder {
  public:
   /// @param options outlive it.
@@ -58,6 +59,7 @@ class CandidateFinder {
   bool is_hidden_ = false;
   cv::Mat difference_;  // Lit minus dark, in which ridges are looked for.
   Ridges ridges_;
+  ClippedRuns clipped_runs_;
   RidgesAtEdges ridges_at_edges_;
 };
 

@@ -9,7 +9,7 @@
 
 #include "stripe/candidates/block_maxima.hpp"
 #include "stripe/candidates/peak_list.hpp"
-#include "stripe/candidates/ridges.hpp"
+#include "stripe/candidates/ridges/ridges.hpp"
 
 namespace striper::detail {
 

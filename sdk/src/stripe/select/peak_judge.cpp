@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "stripe/candidates/ridges/clipped_runs.hpp"
+
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "stripe/select/peak_judge.cpp"
@@ -19,8 +21,6 @@ namespace striper::detail {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Clipped pixels of a stripe twenty times full scale: 2 sqrt(2 ln 20) sigmas.
-constexpr float kMostClippedWidths = 5.0F;
 constexpr float kWidthTolerance = 4.0F;  // Standard errors, before a peak is too wide or narrow.
 constexpr float kPixelBox2 = 1.0F / 12.0F;
 constexpr float kLeastWidth2 = 0.01F;

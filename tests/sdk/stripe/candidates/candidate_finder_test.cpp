@@ -22,6 +22,8 @@ constexpr int kLength = 256;
 constexpr double kNoise_dn = 1.0;
 constexpr double kWidth_px = 1.1;
 
+constexpr WidthModel kWidth{.at_pivot = kWidth_px};
+
 double stripe_at(int line) { return 121.0 + 0.01 * line; }
 
 // DN of pixel k of a scan line.
@@ -39,6 +41,12 @@ double board(int line, int k) {
   const bool is_dark = is_on_dark_square(line) && k > 105 && k < 140;
   const double reflectance = is_on_board && !is_dark ? 1.0 : 0.2;
   return 5.0 + reflectance * (80.0 + stripe_dn(line, k, 160.0));
+}
+
+// So bright that four pixels clip: none of them rises above both of those two before and after it.
+constexpr WidthModel kNarrow{.at_pivot = 0.8};
+double overexposed_board(int line, int k) {
+  return board(line, k) + testing::box_gaussian(k, stripe_at(line), 0.75, 2000.0);
 }
 
 double shaded_wall(int line, int k) { return 40.0 + 0.2 * k + stripe_dn(line, k, 100.0); }
@@ -73,14 +81,15 @@ class Candidates : public ::testing::TestWithParam<StripeAxis> {
                     (options_.axis == StripeAxis::kColumns ? cv::Rect(200, 170, 100, 80)
                                                            : cv::Rect(170, 200, 80, 100))) = 255;
     }
+    static_cast<void>(part_.cut(frame_, options_.axis, nullptr));
+    finder_.begin(frame_);
+    finder_.find(at_hand(), part_, kWidth);
+  }
+
+  FrameAtHand at_hand() const {
     PlanNoise noise;
     noise.model.read_noise_dn = kNoise_dn;
-    const FrameAtHand at_hand{frame_, options_.axis, images_of(frame_, options_.axis),
-                              noise,  kNoise_dn,     1.0};
-    SearchedPart part;
-    static_cast<void>(part.cut(frame_, options_.axis, nullptr));
-    finder_.begin(frame_);
-    finder_.find(at_hand, part, WidthModel{.at_pivot = kWidth_px});
+    return {frame_, options_.axis, images_of(frame_, options_.axis), noise, kNoise_dn, 1.0};
   }
 
   bool has_stripe(int line) const {
@@ -99,6 +108,7 @@ class Candidates : public ::testing::TestWithParam<StripeAxis> {
 
   ExtractOptions options_;
   LitFrame frame_;
+  SearchedPart part_;
   CandidateFinder finder_{options_};
 };
 
@@ -111,6 +121,12 @@ TEST_P(Candidates, AreRidgesOnABoardWithDarkSquares) {
     if (on_square < kFromBorder || on_square >= 40 - kFromBorder) continue;
     EXPECT_TRUE(has_stripe(line)) << line << (is_on_dark_square(line) ? ", dark" : ", bright");
   }
+}
+
+TEST_P(Candidates, AreMiddlesOfWhatAnOverexposedStripeClips) {
+  find(overexposed_board);
+  finder_.find_ridges(at_hand(), part_, kNarrow);
+  for (int line = 0; line < kLines; ++line) EXPECT_TRUE(has_stripe(line)) << line;
 }
 
 TEST_P(Candidates, AreTheBrightestPixelsOfAShadedWall) {

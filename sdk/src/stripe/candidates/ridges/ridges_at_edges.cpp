@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stripe/candidates/ridges_at_edges.hpp"
+#include "stripe/candidates/ridges/ridges_at_edges.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "stripe/candidates/ridges.hpp"
+#include "stripe/candidates/ridges/ridges.hpp"
 #include "stripe/profile/line_view.hpp"
 
 namespace striper::detail {

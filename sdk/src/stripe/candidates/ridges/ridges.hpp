@@ -40,6 +40,10 @@ class Ridges {
   /// @param image CV_8UC1 or CV_16UC1. @param least_dn of a rise, 1 or more.
   void find(const cv::Mat& image, StripeAxis axis, int distance_px, int least_dn);
 
+  /// After `find`, puts the middle of a run of pixels of a scan line in the place of the ridges
+  /// among them; that may be as near to a ridge beside the run as a pixel.
+  void add_run(int line, int first, int last, int rise_dn);
+
   /// In no order. Precondition: `find`.
   std::span<const Ridge> of_line(int line) const noexcept {
     const Line& l = lines_[static_cast<std::size_t>(line)];

@@ -3,7 +3,7 @@
 // beside it: position and amplitude, on either side, along both axes, in 8 and 16 bits, with the
 // dark channel of a colour difference; and that what no edge is close to stays as it is. Does not
 // prove what is a ridge.
-#include "stripe/candidates/ridges_at_edges.hpp"
+#include "stripe/candidates/ridges/ridges_at_edges.hpp"
 
 #include <cmath>
 #include <cstdint>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled once for every instruction set (see hwy/foreach_target.h); the best one is chosen at run
 // time.
-#include "stripe/candidates/ridges.hpp"
+#include "stripe/candidates/ridges/ridges.hpp"
 
 #include <algorithm>
 
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stripe/candidates/ridges.cpp"
+#define HWY_TARGET_INCLUDE "stripe/candidates/ridges/ridges.cpp"
 #include <hwy/foreach_target.h>  // Must come first.
 // clang-format off
 #include <hwy/highway.h>
@@ -158,6 +158,16 @@ void Ridges::find_along(const cv::Mat& image, int distance, int least_dn) {
       add(line, {static_cast<std::int32_t>(hits_[n]), rises_[n]});
     }
   }
+}
+
+void Ridges::add_run(int line, int first, int last, int rise_dn) {
+  Line& l = lines_[static_cast<std::size_t>(line)];
+  const auto end = std::remove_if(
+      l.ridges.begin(), l.ridges.begin() + static_cast<std::ptrdiff_t>(l.count),
+      [&](const Ridge& ridge) { return ridge.across >= first && ridge.across <= last; });
+  l.count = static_cast<std::size_t>(end - l.ridges.begin());
+  l.latest = kMost;
+  add(l, {(first + last) / 2, rise_dn});
 }
 
 // Ridges come in rising order across.
