@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -43,7 +44,7 @@ class PlainProfile {
     move_to(seed.across);
     find_peak();
     across = centre_ + peak_at;
-    for (int k = -plan.core; k <= plan.core; ++k) clipped += seen(k) - usable(k);
+    find_clipped();
     expected_width_ =
         std::clamp(plan.width + plan.width_slope * across, static_cast<double>(plan.smallest_width),
                    static_cast<double>(plan.largest_width));
@@ -173,6 +174,27 @@ class PlainProfile {
     after_ = filtered(static_cast<int>(peak_at) + 1);
   }
 
+  // Of clipped pixels that lie side by side about the peak, both ends seen, the middle tells where
+  // the stripe is.
+  void find_clipped() {
+    std::vector<int> pixels;
+    const int reach = std::min(plan_.window, plan_.core + 2);
+    for (int k = -reach; k <= reach; ++k) {
+      is_cut_ = is_cut_ || seen(k) == 0.0;
+      if (!(seen(k) > usable(k))) continue;
+      pixels.push_back(k);
+      if (std::abs(k) <= plan_.core) ++clipped;
+    }
+    if (pixels.empty() || is_cut_) return;
+    const int first = pixels.front();
+    const int last = pixels.back();
+    const bool is_run = last - first + 1 == static_cast<int>(pixels.size());
+    const bool has_ends = first > -reach && last < reach;
+    const bool has_peak = peak_at >= first - 1.5 && peak_at <= last + 1.5;
+    if (is_run && has_ends && has_peak) run_middle_ = 0.5 * (first + last);
+  }
+  double run_variance() const { return 1.0 / 24.0 + 0.09 * expected_width_ * expected_width_; }
+
   void set_noise() {
     dark_ = 0.0;
     for (int k = -plan_.window; k <= plan_.window && !images_.dark.empty(); ++k) {
@@ -250,12 +272,20 @@ class PlainProfile {
 
   double filter2() const { return static_cast<double>(plan_.filter_sigma) * plan_.filter_sigma; }
 
+  double ceiling_dn() const {
+    const double room = images_.full_scale_dn - level_ - dark_;
+    return room - std::sqrt(std::max(variance(room), base_));
+  }
+
   void refine() {
+    if (run_middle_) {
+      fits.front().position = *run_middle_;
+      fits.front().sigma = std::sqrt(run_variance());
+    }
     const Fit start = fits.front();
     Fit fit = start;
     double limit = std::numeric_limits<double>::infinity();
-    const double room = images_.full_scale_dn - level_ - dark_;
-    const double ceiling = room - std::sqrt(std::max(variance(room), base_));
+    const double ceiling = ceiling_dn();
     for (int step = 1; step <= 6; ++step) {
       take_step(limit, fit);
       fits.push_back(fit);
@@ -265,12 +295,18 @@ class PlainProfile {
       const double allowed = 0.5 * clipped + 1.2 * expected_width_;
       const bool is_anywhere = clipped == 0.0 && !(f.sigma <= allowed);
       if (is_anywhere || std::abs(f.position - start.position) > allowed) f = start;
+      if (is_cut_) f.sigma = std::hypot(f.sigma, moved_by_width(limit, f));
     }
   }
 
-  void take_step(double limit, Fit& fit) const {
+  struct Equations {
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
+    Eigen::Vector4d wider = Eigen::Vector4d::Zero();  // Of a wider stripe, over its amplitude.
+  };
+
+  Equations equations(double limit, const Fit& fit) const {
+    Equations e;
     const double w = expected_width_;
     const double cumulant = -1.0 / (2880.0 * std::pow(w, 4.0));
     for (int k = -plan_.window; k <= plan_.window; ++k) {
@@ -285,15 +321,36 @@ class PlainProfile {
       if (is_core && signal > limit) continue;
       const double weight = usable(k) / (variance(signal) + extra(k));
       const Eigen::Vector4d gradient(1.0, k, value, derivative);
-      normal += weight * gradient * gradient.transpose();
-      right += weight * flat(k) * gradient;
+      e.normal += weight * gradient * gradient.transpose();
+      e.right += weight * flat(k) * gradient;
+      if (is_core) e.wider += weight * g * t * t * gradient;
     }
-    const Eigen::Matrix4d covariance = normal.inverse();
-    const Eigen::Vector4d solution = covariance * right;
-    fit.amplitude = std::max(solution[2], 1e-3);
-    const double wanted = solution[3] / fit.amplitude;
-    fit.position += std::clamp(wanted, -0.75 * w, 0.75 * w);
-    fit.sigma = std::sqrt(covariance(3, 3)) / fit.amplitude;
+    return e;
+  }
+
+  // Where the profile is cut.
+  double moved_by_width(double limit, const Fit& fit) const {
+    const Equations e = equations(limit, fit);
+    return std::min(std::abs(0.08 * (e.normal.inverse() * e.wider)[3]), expected_width_);
+  }
+
+  void take_step(double limit, Fit& fit) const {
+    const Equations e = equations(limit, fit);
+    const Eigen::Matrix4d covariance = e.normal.inverse();
+    const Eigen::Vector4d solution = covariance * e.right;
+    const double ceiling = ceiling_dn();
+    fit.amplitude = run_middle_ ? std::clamp(solution[2], ceiling, 64.0 * ceiling)
+                                : std::max(solution[2], 1e-3);
+    double wanted = solution[3] / fit.amplitude;
+    double variance = covariance(3, 3) / (fit.amplitude * fit.amplitude);
+    if (run_middle_) {  // One more measurement of the position.
+      const double part = run_variance() / (run_variance() + variance);
+      wanted = part * wanted + (1.0 - part) * (*run_middle_ - fit.position);
+      variance *= part;
+    }
+    const double longest = 0.75 * expected_width_;
+    fit.position += std::clamp(wanted, -longest, longest);
+    fit.sigma = std::sqrt(variance);
   }
 
   void set_width_and_significance() {
@@ -318,6 +375,8 @@ class PlainProfile {
   double before_ = 0.0, peak_ = 0.0, after_ = 0.0;
   double dark_ = 0.0, base_ = 0.0, extra_of_pixel_ = 0.0, extra_of_response_ = 0.0;
   double expected_width_ = 0.0;
+  std::optional<double> run_middle_;
+  bool is_cut_ = false;  // By the image's border or a mask.
   double curvature_ = 0.0;
 };
 

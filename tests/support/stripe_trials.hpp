@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,8 @@ struct RenderedTrials {
   LitFrame frame;
   std::vector<double> truth;
   NoiseModel noise;
-  double bound_px = 0.0;  ///< Cramer-Rao, root mean square over the phase.
+  double bound_px = 0.0;                   ///< Cramer-Rao, root mean square over the phase.
+  std::optional<double> known_sigma_px{};  ///< The extractor is told how wide the stripe is.
 };
 
 inline constexpr int kTrialRows = 128;
@@ -190,6 +192,7 @@ inline Stripe extract(const RenderedTrials& trials, ExtractMethod method) {
   options.noise = trials.noise;
   options.excess_sigma_px = 0.0;
   options.each_line_by_itself = true;
+  options.stripe_sigma_px = trials.known_sigma_px;
   Stripe stripe;
   make_extractor(options)->extract(trials.frame, stripe);
   return stripe;

@@ -20,8 +20,9 @@ constexpr double kNearlyFull = 0.95;
 // How much a return is worth.
 enum class Worth { kNone, kReason, kDoubtful, kClipped, kGood };
 
-// A clipped profile is known by its flanks alone: clipped ten times over its error is several times
-// as large as its error bar says (exposure_bracket_tests), so that any whole one goes before it.
+// A clipped profile is known by its flanks and ends alone: clipped ten times over its error is
+// several times as large as its error bar says (exposure_bracket_tests), so that any whole one goes
+// before it.
 Worth worth(ReturnStatus status, bool is_clipped) {
   switch (verdict(status)) {
     case Verdict::kGood:

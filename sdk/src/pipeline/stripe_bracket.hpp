@@ -23,10 +23,10 @@ struct BracketedStripe {
 /// Of each scan line the return with the smallest error bar is taken: bright surfaces from the
 /// short exposure, dark ones from the long. It is not a mean: what the exposures have in common
 /// (speckle, the surface itself) is no smaller in it. Good goes before doubtful, doubtful before
-/// none, and of good ones what is whole before what is clipped, whose error bar knows the flanks
-/// alone. Amplitudes are put at the length of the laser's first exposure in the pattern. Where good
-/// returns are two things, farther apart than five times their error and two widths, the return is
-/// kAmbiguous.
+/// none, and of good ones what is whole before what is clipped, whose error bar knows its
+/// flanks and ends alone. Amplitudes are put at the length of the laser's first exposure in the
+/// pattern. Where good returns are two things, farther apart than five times their error and two
+/// widths, the return is kAmbiguous.
 ///
 /// An exposure that was lost is left out. No allocation after the first rounds. Not thread-safe.
 class StripeBracket {

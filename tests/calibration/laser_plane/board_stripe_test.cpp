@@ -183,7 +183,7 @@ TEST(FindBoardStripe, LearnsTheWidthOfAClippedOneByItsStraightness) {
 }
 
 // Perspective on a slope skews the profile (adjust/cost_functions/stripe_skew.hpp), its flanks
-// most, and of a clipped one the flanks are all that is fitted.
+// most, and of a clipped one hardly more than those is fitted.
 TEST(FindBoardStripe, SlopeShiftsAClippedOneSeveralTimesAsMuch) {
   const SyntheticStriper striper = small_striper();
   const auto shift_px = [&](double laser_dn) {

@@ -236,6 +236,15 @@ std::vector<Case> all_cases() {
     c.has_dark = c.has_masked = c.has_variance = true;
   });
   add("Clipped", [](Case& c) { c.is_clipped = true, c.width = 2.0; });
+  add("ClippedNarrow", [](Case& c) { c.is_clipped = true, c.width = 0.9; });
+  add("ClippedMaskedRows", [](Case& c) {
+    c.is_clipped = c.has_masked = true;
+    c.axis = StripeAxis::kRows;
+  });
+  add("ClippedBits16Dark", [](Case& c) {
+    c.is_clipped = c.has_dark = true;
+    c.type = CV_16UC1;
+  });
   add("Rows", [](Case& c) { c.axis = StripeAxis::kRows; });
   add("RowsBits16Dark", [](Case& c) {
     c.axis = StripeAxis::kRows;

@@ -113,6 +113,54 @@ TEST(StripeAccuracy, TwiceSaturatedStripesLoseNothing) {
   }
 }
 
+// The flanks fall within a pixel or two, so that one of them often tells nothing: the ends of what
+// is clipped tell the middle to a fifth of a pixel and of a width.
+TEST(StripeAccuracy, ManyTimesSaturatedStripesAreKnownByWhatIsClipped) {
+  for (const double sigma : kWidths) {
+    for (const double saturation : {4.0, 8.0, 16.0}) {
+      for (const double snr : {50.0, 100.0}) {
+        StripeTrials t;
+        t.sigma_px = sigma;
+        t.saturation = saturation;
+        t.snr = snr;
+        testing::RenderedTrials trials = testing::render(t);
+        trials.known_sigma_px = sigma;
+        SCOPED_TRACE(std::to_string(saturation) + " times full scale, " + name_of(t));
+        const TrialScore s = testing::score(trials, ExtractMethod::kRefined);
+        EXPECT_EQ(s.missing, 0);
+        EXPECT_EQ(s.doubtful, 0);
+        EXPECT_LE(s.rms_px, 0.15);
+        EXPECT_LE(s.pull_sigma, 1.05);
+        EXPECT_GE(s.pull_sigma, 0.7);
+        EXPECT_LE(s.beyond_3_sigma, 0.015);  // A flank of a pixel or two is far from linear.
+      }
+    }
+  }
+}
+
+// Of a stripe that the image's border cuts, one that is wider than expected is elsewhere; a whole
+// one is not.
+TEST(StripeAccuracy, ACutStripeIsNoSurerThanItsWidth) {
+  for (const double sigma : {2.0, 4.0}) {
+    for (const double wrong : {0.93, 1.07}) {
+      StripeTrials t;
+      t.sigma_px = sigma;
+      t.snr = 100.0;
+      testing::RenderedTrials trials = testing::render(t);
+      trials.known_sigma_px = wrong * sigma;
+      const TrialScore whole = testing::score(trials, ExtractMethod::kRefined);
+      EXPECT_NEAR(whole.pull_sigma, 1.0, 0.1) << sigma << " px";
+      const int to_border = static_cast<int>(std::lround(1.5 * sigma));
+      trials.frame.lit = trials.frame.lit.rowRange(0, testing::kTrialCentre + to_border).clone();
+      const TrialScore cut = testing::score(trials, ExtractMethod::kRefined);
+      EXPECT_EQ(cut.missing, 0);
+      EXPECT_GT(std::abs(cut.bias_px), 2.0 * whole.rms_px) << sigma << " px";
+      EXPECT_NEAR(cut.pull_sigma, 1.0, 0.5) << sigma << " px, " << wrong << " times as wide";
+      EXPECT_LE(cut.beyond_3_sigma, 0.01) << sigma << " px, " << wrong << " times as wide";
+    }
+  }
+}
+
 TEST(StripeAccuracy, PredictedErrorIsTrue) {
   const std::vector<double> snrs{7.0, 10.0, 20.0, 50.0, 100.0};
   for_each_point(snrs, kPullTrials, [&](const auto& t, const auto& trials) {

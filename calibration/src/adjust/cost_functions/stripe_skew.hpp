@@ -23,11 +23,11 @@ struct ProfileSlopes {
 /// insensitive to the Hermite function of third order only as far as that is orthogonal to its
 /// derivative, is off by s^2 (g - (t - w) (3 - 1.5 s^2 / S^2)).
 ///
-/// Of a clipped profile only the flanks are fitted. The 1.5 is the fourth moment of the profile's
-/// square over S^2 times the second; of what lies further than c S from the middle it is 2.2 for
-/// c = 1, 4.1 for 1.73, 5.1 for 2. That is not modelled: a stripe 1.5 px wide, clipped at a quarter
-/// of its height (c = 1.73) on a slope of 34 degrees, is off by 0.013 px where a whole one is by
-/// 0.004 (board_stripe_test.cpp).
+/// Of a clipped profile the flanks are fitted, and hardly more tells. The 1.5 is the fourth moment
+/// of the profile's square over S^2 times the second; of what lies further than c S from the middle
+/// it is 2.2 for c = 1, 4.1 for 1.73, 5.1 for 2. That is not modelled: a stripe 1.5 px wide,
+/// clipped at a quarter of its height (c = 1.73) on a slope of 34 degrees, is off by 0.013 px where
+/// a whole one is by 0.004 (board_stripe_test.cpp).
 ///
 /// Whether the laser plane widens from its source on (w = d) or not (w = 0) is not known: half of
 /// it is taken, wrong by 16 % of the whole on the boards of the test.

@@ -21,7 +21,8 @@ enum class ExtractMethod {
   kPaper,  ///< Brightest pixel above a threshold, then its centroid with its two neighbours. Mertz
            ///< et al. 2002.
   kFast,   ///< Matched filter, local linear background, log-parabola.
-  kRefined,  ///< kFast, then Gauss-Newton with variance weights, clipped pixels masked.
+  kRefined,  ///< kFast, then Gauss-Newton with variance weights, clipped pixels masked; the middle
+             ///< of what is clipped counts as a measurement of its own.
 };
 
 /// Which of the peaks of a scan line is the stripe.

@@ -4,6 +4,7 @@
 #include "stripe/profile/profile_kernel.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 #define HWY_DISABLED_TARGETS HWY_SSSE3
 #undef HWY_TARGET_INCLUDE
@@ -35,7 +36,7 @@ struct Batch {
   V beyond_pixels;                 // Of the filter's response.
   V level, slope, slope_variance;  // Of the background.
   V width;                         // Expected.
-  V clipped;
+  MissingPixels missing;
   Estimate<V> estimate;  // With `refine`.
 };
 
@@ -125,22 +126,57 @@ Background locate(const ProfileImages& images, const ProfilePlan& plan, int batc
   return background;
 }
 
-V count_clipped(const ProfilePlan& plan, const Window& w) {
+// @param peak where the filter has it: of a run that is the stripe's, within it.
+MissingPixels find_missing(const ProfilePlan& plan, const Window& w, V peak, V width) {
+  constexpr int kBeyondCore = 2;  // A run's ends may be, where a seed is not its middle.
   const Tag d;
   const int n = lanes();
-  V sum = hn::Zero(d);
-  if (w.is_plain) return sum;
-  for (int k = plan.window - plan.core; k <= plan.window + plan.core; ++k) {
-    sum = hn::Add(sum, hn::Sub(hn::Load(d, w.seen + k * n), hn::Load(d, w.usable + k * n)));
+  const V none = hn::Zero(d);
+  const M never = hn::Gt(none, none);
+  MissingPixels missing{none, never, none, set(1.0F), never};
+  if (w.is_plain) return missing;
+  const int reach = std::min(plan.window, plan.core + kBeyondCore);
+  V seen_pixels = none;
+  V number = none;
+  V sum_k = none;
+  V sum_kk = none;
+  for (int k = -reach; k <= reach; ++k) {
+    const int at = (plan.window + k) * n;
+    const V seen = hn::Load(d, w.seen + at);
+    const V is_clipped = hn::Sub(seen, hn::Load(d, w.usable + at));
+    const V kv = set(static_cast<float>(k));
+    seen_pixels = hn::Add(seen_pixels, seen);
+    number = hn::Add(number, is_clipped);
+    sum_k = hn::MulAdd(kv, is_clipped, sum_k);
+    sum_kk = hn::MulAdd(hn::Mul(kv, kv), is_clipped, sum_kk);
+    if (std::abs(k) <= plan.core) missing.clipped = hn::Add(missing.clipped, is_clipped);
   }
-  return sum;
+  missing.is_cut = hn::Lt(seen_pixels, set(static_cast<float>(2 * reach + 1)));
+  missing.run_middle = hn::Mul(sum_k, inverse(hn::Max(number, set(1.0F))));
+  missing.run_variance =
+      hn::MulAdd(set(kRunVariance_widths2), hn::Mul(width, width), set(kRunVariance_px2));
+  // Of so many pixels next to one another, their number^2 (number^2 - 1) / 12.
+  const V number2 = hn::Mul(number, number);
+  const V spread = hn::MulSub(number, sum_kk, hn::Mul(sum_k, sum_k));
+  const V of_a_run = hn::Mul(hn::Mul(number2, hn::Sub(number2, set(1.0F))), set(1.0F / 12.0F));
+  const M is_one =
+      hn::And(hn::Gt(number, none), hn::Le(hn::Abs(hn::Sub(spread, of_a_run)), set(0.5F)));
+  // Both of its ends are seen, and the peak lies between them.
+  const V half = hn::Mul(set(0.5F), number);
+  const V to_end = hn::Add(hn::Abs(missing.run_middle), half);
+  const M has_ends =
+      hn::And(hn::Lt(to_end, set(static_cast<float>(reach))), hn::Not(missing.is_cut));
+  const V to_peak = hn::Abs(hn::Sub(peak, missing.run_middle));
+  const M has_peak = hn::Le(to_peak, hn::Add(half, set(1.0F)));
+  missing.is_run = hn::And(is_one, hn::And(has_ends, has_peak));
+  return missing;
 }
 
 void refine_in_window(const ProfileImages& images, const ProfilePlan& plan, const Window& w,
                       const Background& background, const ExtraVariance& extra, Batch& b) {
   const Expected<V> expected(plan, b.width);
   b.estimate = estimate_from_filter(plan, b.peak, expected);
-  Profiles profiles{plan, w, background, b.noise, extra, expected, b.clipped, b.clipped};
+  Profiles profiles{plan, w, background, b.noise, extra, expected, b.missing, b.missing.clipped};
   if (w.is_plain) {
     refine<true>(profiles, b.estimate);
   } else {
@@ -162,7 +198,7 @@ void look(const ProfileImages& images, const ProfilePlan& plan, int batch, Group
     b.noise.base = hn::Add(b.noise.base, excess_shot_noise(plan, images, w, peaks));
   }
   b.width = width_at(plan, hn::Add(hn::ConvertTo(d, b.across), b.peak.at));
-  b.clipped = count_clipped(plan, w);
+  b.missing = find_missing(plan, w, b.peak.at, b.width);
   ExtraVariance extra{hn::Zero(d), hn::Zero(d)};
   if (images.variance != nullptr) extra = extra_at_peak(plan, w, b.peak.at);
   b.extra = extra.of_pixel;
@@ -200,7 +236,7 @@ void finish(const ProfilePlan& plan, const Batch* b, int first, const PeakMeasur
                                gather(b, &Batch::peak, &FilterPeak<V>::after)};
   const Group base = gather(b, &Batch::noise, &Noise::base);
   const Group expected_width = gather(b, &Batch::width);
-  const Group clipped = gather(b, &Batch::clipped);
+  const Group clipped = gather(b, &Batch::missing, &MissingPixels::clipped);
   const auto is_clipped = is_above(clipped, set(0.0F));
   store(clipped, out.clipped + first);
   store(gather(b, &Batch::level), out.level + first);

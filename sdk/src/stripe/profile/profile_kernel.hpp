@@ -101,7 +101,9 @@ struct PeakMeasurements {
 };
 
 /// Measures each seed's peak: linear background from both sides, matched filter, log-parabola, and
-/// with `plan.refine` Gauss-Newton on (position, amplitude, background, slope).
+/// with `plan.refine` Gauss-Newton on (position, amplitude, background, slope). Of clipped pixels
+/// side by side about the peak the middle is a measurement of its own. Where the image's border or
+/// a mask cuts the profile, its error has what a wrong width moves it by.
 void measure_profiles(const ProfileImages& images, const ProfilePlan& plan, const PeakSeed* seeds,
                       int count, const PeakMeasurements& out);
 

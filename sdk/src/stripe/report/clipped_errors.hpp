@@ -9,12 +9,12 @@
 
 namespace striper::detail {
 
-/// Widens the errors of clipped returns that are doubted. Their flanks alone tell where they are,
-/// which edges and textures hide on one side or the other, and a fit of what is left may be sure of
-/// the wrong place: what ReturnConfidence doubts of them is mostly that, not that they are the
-/// stripe. Scenes with truth tell by how much more they are off than was reckoned. What is sure
-/// keeps its error: it is what was reckoned. (StripeChoice has the errors of what is not clipped,
-/// sure or not.)
+/// Widens the errors of clipped returns that are doubted. Their flanks and the ends of what is
+/// clipped tell where they are, which edges and textures hide or move on one side or the other, and
+/// a fit of what is left may be sure of the wrong place: what ReturnConfidence doubts of them is
+/// mostly that, not that they are the stripe. Scenes with truth tell by how much more they are off
+/// than was reckoned. What is sure keeps its error: it is what was reckoned. (StripeChoice has the
+/// errors of what is not clipped, sure or not.)
 ///
 /// No state but its memory, and no allocation.
 class ClippedErrors {
