@@ -338,9 +338,8 @@ class PlainProfile {
     const Equations e = equations(limit, fit);
     const Eigen::Matrix4d covariance = e.normal.inverse();
     const Eigen::Vector4d solution = covariance * e.right;
-    const double ceiling = ceiling_dn();
-    fit.amplitude = run_middle_ ? std::clamp(solution[2], ceiling, 64.0 * ceiling)
-                                : std::max(solution[2], 1e-3);
+    fit.amplitude = std::max(solution[2], 1e-3);
+    if (run_middle_) fit.amplitude = std::min(fit.amplitude, 64.0 * ceiling_dn());
     double wanted = solution[3] / fit.amplitude;
     double variance = covariance(3, 3) / (fit.amplitude * fit.amplitude);
     if (run_middle_) {  // One more measurement of the position.

@@ -321,12 +321,10 @@ struct Move {
 HWY_INLINE Move move_of(const Normal& normal, const Profiles& profiles, V position) {
   const MissingPixels& missing = profiles.missing;
   const auto solution = normal.solve(normal.values);
-  // What has a run clips.
-  const V least = hn::IfThenElse(missing.is_run, profiles.ceiling, set(1e-3F));
   const V most =
       hn::IfThenElse(missing.is_run, hn::Mul(set(kMostOverexposed), profiles.ceiling), set(1e30F));
   // Dividing by the new amplitude, not the old one, is right however far off the old one was.
-  const V amplitude = hn::Min(hn::Max(solution.amplitude, least), most);
+  const V amplitude = hn::Min(hn::Max(solution.amplitude, set(1e-3F)), most);
   const V per_amplitude = inverse(amplitude);
   const V step = hn::Mul(solution.step_times_amplitude, per_amplitude);
   const V variance = hn::Mul(solution.step_variance, hn::Mul(per_amplitude, per_amplitude));
