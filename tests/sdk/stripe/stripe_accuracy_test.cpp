@@ -114,7 +114,7 @@ TEST(StripeAccuracy, TwiceSaturatedStripesLoseNothing) {
 }
 
 // The flanks fall within a pixel or two, so that one of them often tells nothing: the ends of what
-// is clipped tell the middle to a fifth of a pixel and of a width.
+// is clipped tell the middle.
 TEST(StripeAccuracy, ManyTimesSaturatedStripesAreKnownByWhatIsClipped) {
   for (const double sigma : kWidths) {
     for (const double saturation : {4.0, 8.0, 16.0}) {
@@ -129,7 +129,7 @@ TEST(StripeAccuracy, ManyTimesSaturatedStripesAreKnownByWhatIsClipped) {
         const TrialScore s = testing::score(trials, ExtractMethod::kRefined);
         EXPECT_EQ(s.missing, 0);
         EXPECT_EQ(s.doubtful, 0);
-        EXPECT_LE(s.rms_px, 0.15);
+        EXPECT_LE(s.rms_px, sigma < 1.0 ? 0.15 : 0.05);
         EXPECT_LE(s.pull_sigma, 1.05);
         EXPECT_GE(s.pull_sigma, 0.7);
         EXPECT_LE(s.beyond_3_sigma, 0.015);  // A flank of a pixel or two is far from linear.
